@@ -294,7 +294,10 @@ def test_a_viewpoint_is_only_for_clouds_without_normals(tmp_path):
     sf.write_mesh(tmp_path / "known.ply", sf.PointCloud(points, points - [2, 2.5, 1]))
     for name in ("bear.ply", "known.ply"):
         result = sf.batch(tmp_path / name, tmp_path / "out", viewpoint=[0, 0, 9])
-        assert "a viewpoint needs a point cloud without normals" in result.records[0]["error"]
+        assert (
+            "omit viewpoint: it is only for point clouds without normals"
+            in result.records[0]["error"]
+        )
     with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
         sf.batch(tmp_path / "bear.ply", tmp_path / "out", viewpoint=[0, 1])
 

@@ -79,7 +79,7 @@ def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
     result = sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS)
     assert (result.n_done, result.n_failed) == (2, 3)
     nonsense, killed = result.records[1:3]
-    assert killed["error"] == "KilledWorker: 1 worker ended during this work (out of memory?)"
+    assert killed["error"] == "KilledWorker: 1 worker died during this call (out of memory?)"
     assert nonsense["error"]
     assert None not in (nonsense["sha256"], killed["sha256"])
     monkeypatch.undo()

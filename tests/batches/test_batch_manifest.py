@@ -60,7 +60,7 @@ def test_a_damaged_line_is_ignored_with_a_note_and_goes(path, rest, is_noted):
     path.write_text('{"name": "a"}\n' + rest)
     with Manifest(path) as manifest:
         assert list(manifest.records) == ["a"]
-        note = f"{path}: line 2 is damaged; its file is processed again"
+        note = f"{path}: line 2 is damaged: its input file is processed again"
         assert manifest.notes == [note] * is_noted
         manifest.append(record("c"))
     assert path.read_text() == '{"name": "a"}\n{"name": "c"}\n'

@@ -76,7 +76,9 @@ def test_a_file_that_is_given_twice_is_done_once(tree):
 
 def test_files_of_one_name_are_refused(tree):
     (tree / "one.ply").write_text("")
-    with pytest.raises(ValueError, match=r"scans/a/one.ply and one.ply are both called one.ply"):
+    with pytest.raises(
+        ValueError, match=r"scans/a/one.ply and one.ply would have the same result name, one.ply"
+    ):
         find_sources(["scans/a/one.ply", "one.ply"])
 
 
@@ -92,11 +94,11 @@ def test_files_with_one_result_are_refused(tree):
 def test_inputs_that_stand_for_nothing_are_named(tree):
     (tree / "empty").mkdir()
     for inputs, error, message in [
-        ("empty", FileNotFoundError, "empty has no file that ends in "),
+        ("empty", FileNotFoundError, "empty: no file in it ends in "),
         ("scans/*.stl", FileNotFoundError, r"scans/\*.stl: no file matches"),
         ("@scans/list.txt", FileNotFoundError, "list.txt"),
-        ("", ValueError, "'' is not a file"),
-        ([], ValueError, "no input was given"),
+        ("", ValueError, "inputs must not contain an empty path"),
+        ([], ValueError, "inputs must contain at least one file"),
     ]:
         with pytest.raises(error, match=message):
             find_sources(inputs)

@@ -170,7 +170,7 @@ def test_a_damaged_line_of_the_manifest_is_noted_and_its_file_done_again(scan, o
         file.write('{"name": "one.ply", "outputs": null}\n')
     result = sf.batch(scan, out, formats=["npy"])
     manifest = out / "manifest.jsonl"
-    assert result.notes == (f"{manifest}: line 2 is damaged; its file is processed again",)
+    assert result.notes == (f"{manifest}: line 2 is damaged: its input file is processed again",)
     assert result.n_kept == len(lines_of(out)) == 1
 
 
@@ -274,12 +274,12 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
         ({"n_segments": 5, "radius": 0.1}, ValueError, "n_segments or radius, not both"),
         ({"init": "best"}, ValueError, "init must be one of"),
-        ({"init": [1, 2]}, TypeError, "init must be a name"),
-        ({"weights": np.ones(3)}, TypeError, "weights must be a name"),
+        ({"init": [1, 2]}, TypeError, "init must be a string"),
+        ({"weights": np.ones(3)}, TypeError, "weights must be a string"),
         (
             {"segments": 5},
             TypeError,
-            "segments is not an option for files: the options are al",
+            "segments is not an option for files; the options are al",
         ),
         ({"on_stage": print}, TypeError, "on_stage is not an option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
@@ -291,11 +291,15 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         (
             {"formats": ["npy", "png"]},
             ValueError,
-            "formats must be different names .*; got 'png'",
+            "formats has an unknown name, 'png': use distinct names",
         ),
-        ({"formats": ["npy", "npy"]}, ValueError, "got 'npy'"),
+        ({"formats": ["npy", "npy"]}, ValueError, "a repeated name, 'npy'"),
         ({"workers": 0}, ValueError, "workers must be at least 1"),
-        ({"workers": 2, "scheduler": "tcp://a:1"}, ValueError, "scheduler or workers, not both"),
+        (
+            {"workers": 2, "scheduler": "tcp://a:1"},
+            ValueError,
+            "pass scheduler or workers, not both",
+        ),
         ({"progress": 1}, TypeError, "progress"),
     ],
 )
@@ -356,7 +360,7 @@ def test_what_killed_processes_left_behind_goes(scan, out):
 
 
 def test_two_batches_do_not_share_a_folder(scan, out):
-    with locked(out), pytest.raises(ValueError, match="another run is writing there"):
+    with locked(out), pytest.raises(ValueError, match="another run is writing to this folder"):
         sf.batch(scan, out)
 
 
@@ -382,4 +386,4 @@ def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path,
     house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     sf.write_mesh(tmp_path / "house.ply", house)
     result = sf.batch(tmp_path / "house.ply", out, formats=["sstk.json"], n_segments=1)
-    assert ".sstk.json holds labels of triangles" in result.records[0]["error"]
+    assert ".sstk.json needs labels of triangles" in result.records[0]["error"]

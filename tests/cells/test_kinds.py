@@ -104,7 +104,7 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
     labels = image.values.ravel().astype(int)
     superfacets.write_labels(tmp_path / "pixels.npy", labels)
     assert np.array_equal(np.load(tmp_path / "pixels.npy"), labels)
-    with pytest.raises(MeshError, match="no format of meshes holds pixels"):
+    with pytest.raises(MeshError, match="pixels cannot be written as a mesh"):
         superfacets.write_mesh(tmp_path / "pixels.ply", image, labels)
     with pytest.raises(MeshError, match="pixels have no vertices"):
         superfacets.vertex_labels(image, labels)

@@ -328,8 +328,12 @@ def test_other_cells_are_named(tmp_path):
     meshio = pytest.importorskip("meshio")
     cube = column(1).vertices
     for kind, corners, message in (
-        ("hexahedron", [[0, 1, 3, 2, 4, 5, 7, 6]], "cells that are not tetrahedra: hexahedron"),
-        ("triangle", [[0, 1, 2]], "the file has no tetrahedra: it has triangle"),
+        (
+            "hexahedron",
+            [[0, 1, 3, 2, 4, 5, 7, 6]],
+            "all volume cells must be tetrahedra, but there are hexahedron",
+        ),
+        ("triangle", [[0, 1, 2]], "the file has no tetrahedra, only triangle"),
     ):
         meshio.Mesh(cube, [(kind, np.array(corners))]).write(tmp_path / "a.vtu")
         with pytest.raises(MeshError, match=message):

@@ -77,7 +77,7 @@ def test_quiet_prints_nothing(run, sheet, out):
     [
         (["--to", "npy,png"], "'png' is not one of ply, "),
         (["--workers", "0"], "is not a whole number of 1 or more"),
-        (["--workers", "2", "--scheduler", "tcp://a:1"], "give scheduler or workers, not both"),
+        (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
         (["--paper", "--init", "flood"], "--paper sets --init farthest"),
         (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
     ],
@@ -91,7 +91,7 @@ def test_a_wrong_command_line_is_one_line(run, sheet, out, arguments, message):
 
 def test_what_is_not_there_is_one_line(run, tmp_path, out):
     assert run("batch", tmp_path / "*.ply", "-o", out) == (
-        1, "", f"superfacets: error: {tmp_path}/*.ply: no file matches\n",
+        1, "", f"superfacets: error: {tmp_path}/*.ply: no file matches this pattern\n",
     )  # fmt: skip
 
 

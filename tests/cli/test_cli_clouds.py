@@ -183,8 +183,8 @@ def test_errors_name_the_option_that_was_typed(folder, options, status, message)
 def test_commands_refuse_a_height_grid(folder, command):
     np.save("dem.npy", np.zeros((301, 301)))
     output = run(*command, "dem.npy", status=1)
-    assert "dem.npy: expected shape (N, 3)" in output
-    assert "got (301, 301): convert a height grid to a mesh first" in output
+    assert "dem.npy: expected shape (N, n)" in output
+    assert "got (301, 301): if this is a height grid, convert it to a mesh first" in output
 
 
 def test_attributes_of_large_files_are_not_read_for_info(run, monkeypatch):

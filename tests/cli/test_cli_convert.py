@@ -104,7 +104,7 @@ def test_options_of_labels_go_to_the_files(run, folder):
     assert len(read_attributes("b.ply").vertex["label"]) == 49
     status, _, err = run("convert", "a.ply", "a.npy", "-o", "b.obj", "--label-name", "Label")
     assert status == 2
-    assert "label_name is only for .vtp, .vtu, .vtk: no such file is written" in err
+    assert "label_name needs an output with the ending .vtp or .vtu or .vtk" in err
 
 
 def test_solids_of_split_regions_are_named_after_them(run, folder):
@@ -217,7 +217,7 @@ def test_no_region_at_all_has_no_ids_of_vertices(run, folder):
     write_labels("b.npy", np.full(72, -1))
     status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
     assert status == 1
-    assert err == "superfacets: error: labels[0] is -1; ids in .segs.json must be 0 or more\n"
+    assert err == "superfacets: error: labels[0] is -1: .segs.json needs labels of 0 or more\n"
 
 
 def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, folder):

@@ -124,9 +124,9 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
     monkeypatch.setattr("superfacets.cli.levels.hierarchy", None)
     given = ("levels", tmp_path / "cloud.ply", "-n", 3, "--labels", tmp_path / "l.npy", "-o")
     for name, message in [
-        ("a.sstk.json", ".sstk.json holds labels of triangles, but these are points"),
+        ("a.sstk.json", ".sstk.json needs labels of triangles, but the cells are points"),
         ("a.vtp", "points are written as"),
-        ("a.segs.json", "labels[0] is -1; ids in .segs.json must be 0 or more"),
+        ("a.segs.json", "labels[0] is -1: .segs.json needs labels of 0 or more"),
     ]:
         status, _, err = run(*given, tmp_path / name)
         assert status == 1

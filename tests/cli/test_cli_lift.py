@@ -85,7 +85,7 @@ def test_poses_of_their_own_and_facts_as_json(run, folder):
     assert [(group["label"], group["score"]) for group in groups] == [("object", 1.0)] * 2
     status, _, err = run(*LIFT[:-1], "poses")
     assert (status, err.count("\n")) == (2, 1)
-    assert "a folder of poses needs intrinsics and size" in err
+    assert "intrinsics and size must be given for a folder of poses" in err
 
 
 @pytest.mark.parametrize(

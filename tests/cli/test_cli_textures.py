@@ -55,7 +55,7 @@ def test_an_image_of_ids_is_written(run, wall, tmp_path):
 def test_formats_without_textures_say_so(run, wall, tmp_path, ending):
     status, _, err = run("segment", wall, "-n", 5, "-o", tmp_path / f"a{ending}")
     assert status == 0
-    assert f"note: no texture in {ending}: the format cannot hold textures" in err
+    assert f"note: no texture in {ending}: the format cannot store textures" in err
     status, _, err = run("convert", wall, "-o", tmp_path / f"b{ending}")
     assert (status, "no texture in" in err) == (0, True)
 
@@ -74,7 +74,9 @@ def test_images_that_a_format_has_no_place_for_are_noted(run, wall, tmp_path):
     shutil.copy(wall.with_name("facade.png"), wall.with_name("alpha.png"))
     for ending, is_noted in ((".glb", True), (".ply", True), (".obj", False)):
         _, _, err = run("convert", wall, "-o", tmp_path / f"a{ending}")
-        assert (f"{ending} holds only the color of 1 material" in err) == is_noted
+        assert (
+            f"{ending} can store only the color and color image of 1 material" in err
+        ) == is_noted
 
 
 def test_a_missing_image_is_noted_and_then_refused(run, wall, tmp_path):

@@ -89,7 +89,7 @@ def test_a_viewpoint_of_a_mesh_is_one_line(run, bear):
     status, _, err = run("segment", bear, "-n", 9, "--tiled", "--viewpoint", 0, 0, 1)
     assert (status, err.count("\n")) == (1, 1)
     assert err.endswith(
-        "a viewpoint is for point clouds that have neither normals nor viewpoints\n"
+        "omit viewpoint: it is only for point clouds without normals or viewpoints\n"
     )
     assert files_in(bear.parent) == ["bear.ply"]
 
@@ -152,7 +152,7 @@ def test_labels_that_would_have_one_name_are_refused(run, city, bear, tmp_path):
     (folder / "a.off").touch()
     status, _, err = run("segment", folder, "--tiled", "-o", out)
     assert (status, err.count("\n")) == (2, 1)
-    assert f"a.off and a.ply in {folder} would both have their labels in a.npy: rename one" in err
+    assert f"a.off and a.ply in {folder} would both be written to a.npy: rename one" in err
     assert files_in(tmp_path) == ["bear.ply", "city", "other"]
 
 
@@ -211,7 +211,9 @@ def test_a_damaged_file_and_a_scheduler_that_is_not_there_are_one_line(run, bear
     monkeypatch.setattr("superfacets.batches.cluster.CONNECT_TIMEOUT", 0.3)
     status, _, err = run("segment", bear, "--tiled", "--scheduler", "tcp://127.0.0.1:9")
     assert status == 1
-    assert err.startswith("superfacets: error: no scheduler at tcp://127.0.0.1:9: ")
+    assert err.startswith(
+        "superfacets: error: cannot connect to a Dask scheduler at tcp://127.0.0.1:9: "
+    )
     faces = np.array(sample_mesh(20_000).faces)
     content = bear.read_bytes()
     bear.write_bytes(content.replace(faces[-1].tobytes(), np.int32([0, 1, 10**9]).tobytes()))
@@ -312,5 +314,5 @@ def test_point_clouds(run, tmp_path):
     write_mesh(folder / "a.ply", PointCloud(points))
     write_mesh(folder / "b.ply", sample_mesh(3_000))
     status, _, err = run("segment", folder, "-n", 9, "--tiled", "-o", out)
-    message = "the folder holds meshes and point clouds: use one kind at a time"
+    message = "the folder has both meshes and point clouds: use separate folders"
     assert (status, err) == (1, f"superfacets: error: {folder}: {message}\n")

@@ -11,7 +11,7 @@ from tilesets import ORIGIN, sheet_in_parts, write_city, write_glb, write_tilese
 from superfacets import batch, read_attributes, read_mesh, segment, segment_tiled
 from superfacets.batches.sources import find_sources
 
-NOTE = "positions in results are relative to 4501000, 700000, 4400001"
+NOTE = "positions in results are relative to the origin 4501000, 700000, 4400001"
 
 
 @pytest.fixture
@@ -129,7 +129,7 @@ def test_a_damaged_tileset_is_one_failed_file(run, city, tmp_path):
     status, _, err = run("batch", *inputs, "-n", "20", "-o", "out")
     assert status == 1
     assert "bad/tileset.json: not a tileset, or damaged" in err
-    assert "one.glb is shown twice" in err
+    assert "the tileset contains one.glb more than once" in err
     assert len([*(tmp_path / "out").rglob("*.ply")]) == 4
 
 
@@ -137,8 +137,11 @@ def test_a_damaged_tileset_is_one_failed_file(run, city, tmp_path):
     ("arguments", "message"),
     [
         (["convert", "city", "a.npy", "-o", "out/"], "LABELS and --split need a single mesh"),
-        (["convert", "city/sub/two.json", "-o", "out/"], "two.glb is shown twice"),
-        (["segment", "city/tileset.json", "-n", "9"], "tilesets are for batch, convert and"),
+        (["convert", "city/sub/two.json", "-o", "out/"], "contains two.glb more than once"),
+        (
+            ["segment", "city/tileset.json", "-n", "9"],
+            "tilesets can be read only by batch, convert",
+        ),
         (["segment", "city/sub/bad.json", "--tiled", "-n", "9"], "bad.json: not a tileset"),
         (["segment", "city/sub/gone.json", "--tiled", "-n", "9"], "gone.json: no such file"),
         (["segment", "city/sub/points.json", "--tiled", "-n", "9"], "got .pnts"),

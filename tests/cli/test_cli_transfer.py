@@ -148,7 +148,7 @@ def test_what_no_output_can_hold_is_refused_before_the_work(run, folder, monkeyp
     sf.write_mesh("house.ply", house)
     status, _, err = run("transfer", "coarse.ply", "labels.npy", "house.ply", "-o", "a.sstk.json")
     assert status == 1
-    assert ".sstk.json holds labels of triangles" in err
+    assert ".sstk.json needs labels of triangles" in err
 
 
 def test_a_distance_of_nothing_carries_all_labels_to_the_mesh_itself(run, folder):

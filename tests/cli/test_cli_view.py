@@ -65,7 +65,7 @@ def test_a_name_that_is_no_unicode_is_a_title(run, tmp_path):
 def test_pages_end_in_html(run, sheet, tmp_path):
     status, _, err = run("view", sheet, "--html", tmp_path / "page.png")
     assert status == 2
-    assert "'page.png' must end in .html" in err
+    assert "must end in .html or .htm, got 'page.png'" in err
 
 
 def test_features_have_different_names(run, sheet, tmp_path):
@@ -84,7 +84,7 @@ def test_features_have_different_names(run, sheet, tmp_path):
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
         ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
         ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, got .csv"),
-        ("--feature", "f.txt", b"1\n2\n", "feature 'f' must have a value per cell"),
+        ("--feature", "f.txt", b"1\n2\n", "feature 'f' must have one value per cell"),
     ],
 )
 def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, message):

@@ -71,7 +71,7 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     with pytest.raises(MeshError, match=r"groups segment 8, which is not in other\.segs\.json"):
         regroup_segments(groups, other, output, segments=other)
     new.write_text('{"segIndices": [1, 2')
-    with pytest.raises(MeshError, match="is not JSON: the file may be truncated"):
+    with pytest.raises(MeshError, match="is not valid JSON: the file may be truncated"):
         regroup_segments(groups, new, output)
     for wrong in ([0.5] * 10, [-1] * 10, [], "ids", None):
         with pytest.raises(MeshError, match="has no segIndices"):
@@ -111,7 +111,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         lambda: regroup_segments(scene / "s.aggregation.json", new, scene / "t.aggregation.json"),
     ):
         (scene / "t.aggregation.json").write_bytes(before)
-        with pytest.raises(FileExistsError, match="holds objects from another program"):
+        with pytest.raises(FileExistsError, match="this file was written by another program"):
             write()
         assert path.read_bytes() == before
     with pytest.raises(ValueError, match="would overwrite the input aggregation"):

@@ -257,7 +257,7 @@ def test_two_starts_do_not_share_a_folder(tmp_path):
     (tmp_path / ".lock").write_text("not ours")
     with (
         locked(tmp_path),
-        pytest.raises(ValueError, match="another run is writing there"),
+        pytest.raises(ValueError, match="another run is writing to this folder"),
         locked(tmp_path),
     ):
         pass

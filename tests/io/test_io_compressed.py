@@ -158,11 +158,17 @@ def with_bytes(place: int, content: bytes):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (with_bytes(0, b"DRAC0"), "the Draco data is damaged, or its version is not 2.2"),
-        (with_bytes(5, b"\1"), "its version is not 2.2"),
-        (with_bytes(11, b"\xff\xff\xff\xff\x0f"), "holds 4294967295 faces of"),
-        (with_bytes(11, b"\3"), "holds 3 faces of 5 vertices, but 2 of 5 are declared"),
-        (with_bytes(12, b"\x7f"), "holds 2 faces of 127 vertices, but 2 of 5 are declared"),
+        (with_bytes(0, b"DRAC0"), "the Draco data is damaged or has an unsupported version"),
+        (with_bytes(5, b"\1"), "an unsupported version; expected 2.2"),
+        (with_bytes(11, b"\xff\xff\xff\xff\x0f"), "has 4294967295 faces and"),
+        (
+            with_bytes(11, b"\3"),
+            "has 3 faces and 5 vertices, but the accessors declare 2 faces and 5",
+        ),
+        (
+            with_bytes(12, b"\x7f"),
+            "has 2 faces and 127 vertices, but the accessors declare 2 faces and 5",
+        ),
         (with_bytes(10, b"\x80" + b"\xff" * 60), "the Draco data is truncated"),
         (with_bytes(13, b"\xee" * 30), "the Draco data is damaged: "),
     ],
@@ -174,16 +180,22 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d["accessors"][0].update(count=9), "but 3 of 5 are declared"),
-        (lambda d: d["accessors"][1].update(count=10**8), "decompress to more than 100 times"),
-        (lambda d: d["accessors"][1].update(count=4), "but 2 of 4 are declared"),
+        (
+            lambda d: d["accessors"][0].update(count=9),
+            "but the accessors declare 3 faces and 5 vertices",
+        ),
+        (lambda d: d["accessors"][1].update(count=10**8), "have more than 100 times the size"),
+        (
+            lambda d: d["accessors"][1].update(count=4),
+            "but the accessors declare 2 faces and 4 vertices",
+        ),
         (
             lambda d: d["accessors"][1].update(count=6),
-            "the mesh in the Draco data is not as declared",
+            "the sizes of the Draco data differ from the declared sizes",
         ),
         (
             lambda d: d["accessors"][1].update(componentType=5123),
-            "no rows as accessors[1] declares",
+            "no rows of the type that accessors[1] declares",
         ),
         (lambda d: d["meshes"][0]["primitives"][0].pop("indices"), "has damaged Draco data"),
         (lambda d: d["bufferViews"][0].update(byteLength=20), "the Draco data is damaged"),
@@ -192,7 +204,7 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
             lambda d: d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"][
                 "attributes"
             ].update(POSITION=5),
-            "no rows as accessors[1] declares",
+            "no rows of the type that accessors[1] declares",
         ),
     ],
 )
@@ -209,10 +221,13 @@ def meshopt_of(document, view=0):
     [
         (lambda d: meshopt_of(d).update(byteLength=20), "bufferViews[0]: the meshopt data is"),
         (lambda d: meshopt_of(d).update(count=4), "accessors[0] is longer than its buffer"),
-        (lambda d: meshopt_of(d).update(count=10**9), "the arrays up to bufferViews[0] decompress"),
+        (
+            lambda d: meshopt_of(d).update(count=10**9),
+            "decompressed arrays, including bufferViews[0], have",
+        ),
         (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
         (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
-        (lambda d: meshopt_of(d).update(mode=None), "an unknown mode of compression"),
+        (lambda d: meshopt_of(d).update(mode=None), "an unknown compression mode"),
         (lambda d: meshopt_of(d).update(filter="BLUR"), "the meshopt data is damaged: filter"),
         (lambda d: meshopt_of(d).update(buffer=7), "there is no buffers[7]"),
         (lambda d: meshopt_of(d).update(byteOffset=10**6), "a buffer view is longer than its"),
@@ -231,7 +246,7 @@ def test_draco_metadata_is_skipped():
                           generic_attributes={"x": np.zeros((5, 1), np.float32)})  # fmt: skip
     assert data[10] & 0x80
     assert len(compression.decode_draco(data, 2, 5)[0]) == 6
-    with pytest.raises(MeshError, match="but 3 of 5 are declared"):
+    with pytest.raises(MeshError, match="but the accessors declare 3 faces and 5 vertices"):
         compression.decode_draco(data, 3, 5)
 
 

@@ -204,13 +204,15 @@ def test_a_scan_without_coordinates_is_refused(pye57, tmp_path):
     def build(nodes, image, _tree, prototype):
         return _doubles(nodes, image, prototype, ("intensity",), POINTS)
 
-    with pytest.raises(MeshError, match=r"a\.e57: the points of scan 0 have no coordinates"):
+    with pytest.raises(
+        MeshError, match=r"a\.e57: scan 0 has neither cartesian nor spherical coordinates"
+    ):
         read_cloud(build_file(pye57, tmp_path / "a.e57", build))
 
 
 def test_a_rotation_that_is_none_is_refused(write):
     path = write((scan(), {"rotation": np.zeros(4)}))
-    with pytest.raises(MeshError, match="scan 0 has no valid rotation"):
+    with pytest.raises(MeshError, match="scan 0 has an invalid rotation"):
         read_cloud(path)
 
 
@@ -231,7 +233,7 @@ def test_a_point_that_is_not_finite_is_refused(pye57, tmp_path):
 
 @pytest.mark.parametrize(
     ("declared", "message"),
-    [(5, "scan 0 declares 5 points and holds 4"), (10**12, "scan 0 declares 1000000000000 points")],
+    [(5, "scan 0 declares 5 points but has 4"), (10**12, "scan 0 declares 1000000000000 points")],
 )
 def test_wrong_counts_are_refused(write, monkeypatch, pye57, declared, message):
     path = write((scan(), {}))
@@ -301,7 +303,7 @@ def test_xml_that_e57_does_not_know_is_refused(write, tmp_path, old, new):
     content = write((scan(), {})).read_bytes()
     assert old in content
     (tmp_path / "b.e57").write_bytes(content.replace(old, new))
-    with pytest.raises(MeshError, match="expected XML in UTF-8 without document type"):
+    with pytest.raises(MeshError, match="its XML must be UTF-8 without a DOCTYPE"):
         read_cloud(tmp_path / "b.e57")
 
 

@@ -121,12 +121,14 @@ class TestScanNet:
     def test_ids_that_float32_does_not_hold_are_refused(self, tmp_path):
         write_labels(tmp_path / "a.segs.json", [2**24 - 1])
         for ending in (".segs.json", ".aggregation.json"):
-            with pytest.raises(MeshError, match=r"label 16777216 is too high"):
+            with pytest.raises(MeshError, match=r"below 2\*\*24 in this format, got 16777216"):
                 write_labels(tmp_path / f"b{ending}", [2**24, 0])
 
     def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):
         for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
-            with pytest.raises(MeshError, match=rf"labels\[1\] is -1; ids in {name[1:]} must be 0"):
+            with pytest.raises(
+                MeshError, match=rf"labels\[1\] is -1: {name[1:]} needs labels of 0"
+            ):
                 write_mesh(tmp_path / name, square, [0, -1])
             with pytest.raises(MeshError, match=r"labels\[1\] is -1"):
                 write_labels(tmp_path / name, [0, -1])
@@ -173,10 +175,10 @@ class TestSstk:
 
     def test_only_triangles_have_one(self, house, tmp_path):
         for cells, what in (
-            (house, r": label the triangles of PolygonMesh\.triangulate\(\)"),
-            (TETS, ", but these are tets"),
+            (house, ", not polygons: segment the result of PolygonMesh"),
+            (TETS, ", but the cells are tets"),
         ):
-            with pytest.raises(MeshError, match=f"holds labels of triangles{what}"):
+            with pytest.raises(MeshError, match=f"needs labels of triangles{what}"):
                 write_mesh(tmp_path / "a.sstk.json", cells, [0, 1])
 
 
@@ -240,7 +242,9 @@ class TestPyTorchGeometric:
         assert len(data["edge_attr"]) == 2
 
     def test_nothing_is_no_graph(self, square, tmp_path):
-        with pytest.raises(MeshError, match="a graph needs a region, but all labels are -1"):
+        with pytest.raises(
+            MeshError, match="a graph needs at least one region, but all labels are -1"
+        ):
             write_mesh(tmp_path / "a.npz", square, [-1, -1])
 
     def test_each_level_points_into_the_next(self, tmp_path):
@@ -261,21 +265,36 @@ class TestPyTorchGeometric:
     @pytest.mark.parametrize(
         ("graphs", "message"),
         [
-            ([], "there are no graphs"),
+            ([], "graphs must contain at least one graph"),
             ({"pos": [[0, 0, 0]]}, "edge_index is missing"),
             ({"edge_index": [[], []]}, "pos is missing"),
             ([GRAPH, {"edge_index": [[], []], "super_index": []}], r"graphs\[1\]: pos is missing"),
-            ([{"edge_index": [[], []], "pos": [[0]]}], "nested graphs need super_index"),
+            (
+                [{"edge_index": [[], []], "pos": [[0]]}],
+                "super_index is missing; nested graphs need it",
+            ),
             ({**GRAPH, "pos": [["a"]]}, "pos must be numbers, got <U1"),
             ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
             (
                 {**GRAPH, "edge_index": [[0, 1]]},
                 r"edge_index must have shape \(2, E\), got",
             ),
-            ({**GRAPH, "edge_attr": [[1]]}, "edge_attr must have a row for each of 4 edges"),
-            ({**GRAPH, "super_index": [3]}, "super_index must be regions, -1 to 2"),
-            ({**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]}, "edge_index must be regions"),
-            ([GRAPH, {**COARSE, "super_index": [0]}], "one entry for each of the 3 regions below"),
+            (
+                {**GRAPH, "edge_attr": [[1]]},
+                "edge_attr must have one row per edge, 4 rows",
+            ),
+            (
+                {**GRAPH, "super_index": [3]},
+                "super_index must be regions from -1 to 2",
+            ),
+            (
+                {**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
+                "edge_index must be regions from 0 to 2",
+            ),
+            (
+                [GRAPH, {**COARSE, "super_index": [0]}],
+                "one entry per region of the previous graph, 3",
+            ),
         ],
     )
     def test_graphs_that_do_not_fit_are_refused(self, tmp_path, graphs, message):
@@ -521,20 +540,45 @@ class TestNamesAndVertices:
                 "a.ply",
                 {"label_name": "Label"},
                 ValueError,
-                r"label_name is only for \.vtp, \.vtu",
+                r"label_name needs an output with the ending \.vtp or \.vtu",
             ),
-            ("a.vtp", {"label_name": ""}, ValueError, "label_name must be a line of text, got ''"),
-            ("a.vtp", {"label_name": 3}, ValueError, "label_name must be a line of text, got 3"),
-            ("a.vtp", {"vertex_labels": True}, ValueError, r"vertex_labels is only for \.ply"),
+            (
+                "a.vtp",
+                {"label_name": ""},
+                ValueError,
+                "label_name must be one line of printable text, got ''",
+            ),
+            (
+                "a.vtp",
+                {"label_name": 3},
+                ValueError,
+                "label_name must be one line of printable text, got 3",
+            ),
+            (
+                "a.vtp",
+                {"vertex_labels": True},
+                ValueError,
+                r"vertex_labels needs an output with the ending \.ply",
+            ),
             (
                 "a.ply",
                 {"classes": ["a"]},
                 ValueError,
-                r"classes is only for \.glb, \.stl, \.aggregation\.json",
+                r"classes needs an output with the ending \.glb or \.stl or \.aggregation\.json",
             ),
-            ("a.glb", {"classes": [1.5, 2]}, TypeError, "names or whole numbers, got 1.5"),
-            ("a.glb", {"classes": [1]}, MeshError, "there are 1 classes for 2 regions"),
-            ("a.aggregation.json", {"classes": ["a"]}, MeshError, "there are 1 classes for 2"),
+            ("a.glb", {"classes": [1.5, 2]}, TypeError, "strings or integers, got 1.5"),
+            (
+                "a.glb",
+                {"classes": [1]},
+                MeshError,
+                "classes must have one value per region, 2, got 1",
+            ),
+            (
+                "a.aggregation.json",
+                {"classes": ["a"]},
+                MeshError,
+                "classes must have one value per region, 2, got 1",
+            ),
         ],
     )
     def test_options_without_a_use_are_refused(
@@ -549,9 +593,9 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.ply", square, vertex_labels=True)
         with pytest.raises(MeshError, match="vertex_labels needs faces with labels"):
             write_mesh(tmp_path / "a.ply", PointCloud(VERTICES), [0] * 5, vertex_labels=True)
-        with pytest.raises(MeshError, match="classes belong to regions, but there are no labels"):
+        with pytest.raises(MeshError, match="classes need labels, because"):
             write_mesh(tmp_path / "a.glb", square, classes=["a"])
-        with pytest.raises(MeshError, match=r"there are no labels to write as \.segs\.json"):
+        with pytest.raises(MeshError, match=r"a \.segs\.json file needs labels, but none"):
             write_mesh(tmp_path / "a.segs.json", square)
 
     def test_cells_are_written_to_files_that_hold_them(self, tmp_path):
@@ -570,7 +614,7 @@ def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
     size = path.stat().st_size
     for limit in (size - 1, 100):  # the file, and what is in it
         monkeypatch.setattr(glb, "MAX_BYTES", limit)
-        with pytest.raises(MeshError, match="too large for GLB, at most 4 GiB"):
+        with pytest.raises(MeshError, match="GLB has at most 4 GiB"):
             write_mesh(tmp_path / "b.glb", square, [0, 1])
         assert [*tmp_path.iterdir()] == [path]
     monkeypatch.setattr(glb, "MAX_BYTES", size)
@@ -676,7 +720,7 @@ def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
 def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
     monkeypatch.setattr("superfacets.export.glb.MAX_IDS", 2)
     write_mesh(tmp_path / "a.glb", square, [5, 9])
-    with pytest.raises(MeshError, match=r"ids of 2 regions, but there are 12: write \.ply"):
+    with pytest.raises(MeshError, match=r"ids of at most 2 regions, but there are 12: write \.ply"):
         write_mesh(tmp_path / "a.glb", shapes.cube(), np.arange(12))
 
 

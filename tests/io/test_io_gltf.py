@@ -213,45 +213,45 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["scene"], True, "there is no scenes[True]"),
         (["scenes", 0], 5, "there is no scenes[0]"),
         (["scenes", 0, "nodes"], 5, "nodes is not a list"),
-        (["scenes", 0, "nodes"], [], "shows no triangles"),
+        (["scenes", 0, "nodes"], [], "has no triangles"),
         (["scenes", 0, "nodes"], [0, 0], "nodes[0] has two parents or is its own ancestor"),
         (["nodes", 0, "children"], [0], "nodes[0] has two parents or is its own ancestor"),
         (["nodes", 0, "children"], [7], "there is no nodes[7]"),
         (["nodes", 0, "mesh"], 7, "there is no meshes[7]"),
         (["nodes", 0, "mesh"], "0", "there is no meshes['0']"),
-        (["nodes", 0, "mesh"], None, "shows no triangles"),
-        (["nodes", 0, "scale"], [1, 1], "scale must be 3 numbers"),
-        (["nodes", 0, "scale"], [1, 1, "1"], "scale must be 3 numbers"),
-        (["nodes", 0, "translation"], 4, "translation must be 3 numbers"),
-        (["nodes", 0, "translation"], [0, 0, 10**400], "translation is not finite"),
-        (["nodes", 0, "rotation"], [0, 0, 0, 0], "a rotation is zero"),
-        (["nodes", 0, "matrix"], [1, 2, 3], "matrix must be 16 numbers"),
+        (["nodes", 0, "mesh"], None, "has no triangles"),
+        (["nodes", 0, "scale"], [1, 1], "scale must be a list of 3 numbers"),
+        (["nodes", 0, "scale"], [1, 1, "1"], "scale must be a list of 3 numbers"),
+        (["nodes", 0, "translation"], 4, "translation must be a list of 3 numbers"),
+        (["nodes", 0, "translation"], [0, 0, 10**400], "translation must be finite"),
+        (["nodes", 0, "rotation"], [0, 0, 0, 0], "the rotation of a node is the zero quaternion"),
+        (["nodes", 0, "matrix"], [1, 2, 3], "matrix must be a list of 16 numbers"),
         (["nodes", 0, "scale"], [1e300] * 3, "bounding box"),
         (["nodes", 0, "matrix"], [1.7e308] * 16, "vertices[1] is not finite"),
         (["meshes", 0, "primitives"], {}, "primitives is not a list of objects"),
         ([*PRIMITIVE, "attributes"], [], "meshes[0] has a primitive without positions"),
         ([*PRIMITIVE, "attributes"], {}, "meshes[0] has a primitive without positions"),
         ([*PRIMITIVE, "attributes", "POSITION"], 9, "there is no accessors[9]"),
-        ([*PRIMITIVE, "attributes", "POSITION"], 1, "accessors[1] should be of type VEC3"),
-        ([*PRIMITIVE, "indices"], 0, "accessors[0] should be of type SCALAR"),
-        ([*PRIMITIVE, "mode"], 0, "shows no triangles"),
-        ([*PRIMITIVE, "mode"], 5, "triangle strips or fans, which are not supported"),
-        ([*PRIMITIVE, "mode"], 6, "triangle strips or fans, which are not supported"),
-        ([*PRIMITIVE, "mode"], -4, "mode is -4"),
-        ([*PRIMITIVE, "indices"], None, "5 corners are not a multiple of 3"),
+        ([*PRIMITIVE, "attributes", "POSITION"], 1, "accessors[1] must have the type VEC3"),
+        ([*PRIMITIVE, "indices"], 0, "accessors[0] must have the type SCALAR"),
+        ([*PRIMITIVE, "mode"], 0, "has no triangles"),
+        ([*PRIMITIVE, "mode"], 5, "triangle strips and fans are not supported"),
+        ([*PRIMITIVE, "mode"], 6, "triangle strips and fans are not supported"),
+        ([*PRIMITIVE, "mode"], -4, "mode must be an integer >= 0, got -4"),
+        ([*PRIMITIVE, "indices"], None, "the number of corners, 5, is no multiple of 3"),
         (["accessors", 0, "bufferView"], None, "accessors[0] is sparse or has no buffer view"),
         (["accessors", 0, "sparse"], {"count": 1}, "accessors[0] is sparse or has no buffer view"),
         (["accessors", 0, "bufferView"], 2, "there is no bufferViews[2]"),
-        (["accessors", 0, "componentType"], 5124, "accessors[0] should be of type VEC3"),
-        (["accessors", 0, "componentType"], [], "componentType is []"),
+        (["accessors", 0, "componentType"], 5124, "accessors[0] must have the type VEC3"),
+        (["accessors", 0, "componentType"], [], "componentType must be an integer >= 0, got []"),
         (["accessors", 0, "count"], 4_000_000_000, "accessors[0] is longer than its buffer view"),
         (["accessors", 0, "count"], 6, "accessors[0] is longer than its buffer view"),
-        (["accessors", 0, "count"], -1, "count is -1"),
-        (["accessors", 0, "count"], 5.0, "count is 5.0"),
+        (["accessors", 0, "count"], -1, "count must be an integer >= 0, got -1"),
+        (["accessors", 0, "count"], 5.0, "count must be an integer >= 0, got 5.0"),
         (["accessors", 0, "count"], 0, "refers to vertex 3 but its primitive has 0 vertices"),
         (["accessors", 0, "byteOffset"], 10**30, "accessors[0] is longer than its buffer view"),
-        (["accessors", 1, "count"], 5, "5 corners are not a multiple of 3"),
-        (["accessors", 1, "count"], 0, "shows no triangles"),
+        (["accessors", 1, "count"], 5, "the number of corners, 5, is no multiple of 3"),
+        (["accessors", 1, "count"], 0, "has no triangles"),
         (["accessors", 1, "count"], 9, "accessors[1] is longer than its buffer view"),
         (["accessors", 1, "componentType"], 5122, "vertex indices must be unsigned integers"),
         (["bufferViews", 0, "byteStride"], 8, "the rows of accessors[0] overlap"),
@@ -260,16 +260,16 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["bufferViews", 0, "buffer"], 1, "there is no buffers[1]"),
         (["buffers"], None, "there is no buffers[0]"),
         (["buffers", 0, "byteLength"], 73, "buffers[0] declares 73 bytes but has 72"),
-        (["buffers", 0, "byteLength"], None, "byteLength is None"),
-        (["buffers", 0, "uri"], 7, "buffers[0] has no data"),
-        (["buffers", 0, "uri"], "absent.bin", "the buffer file 'absent.bin', beside the glTF file"),
+        (["buffers", 0, "byteLength"], None, "byteLength must be an integer >= 0, got None"),
+        (["buffers", 0, "uri"], 7, "buffers[0] must have a uri"),
+        (["buffers", 0, "uri"], "absent.bin", "the buffer file 'absent.bin' of the glTF file"),
         (
             ["buffers", 0, "uri"],
             "http://x.org/a",
-            "the buffer 'http://x.org/a' is not a file beside",
+            "the buffer 'http://x.org/a' is not in the folder",
         ),
-        (["buffers", 0, "uri"], "/etc/hosts", "the buffer '/etc/hosts' is not a file beside"),
-        (["buffers", 0, "uri"], "a%00b", "the buffer 'a%00b' is not a file beside"),
+        (["buffers", 0, "uri"], "/etc/hosts", "the buffer '/etc/hosts' is not in the folder"),
+        (["buffers", 0, "uri"], "a%00b", "the buffer 'a%00b' is not in the folder"),
         (["buffers", 0, "uri"], "data:;base64,?", "'data:;base64,?' is not base64"),
         (["buffers", 0, "uri"], "data:x", "'data:x' is not base64"),
     ],
@@ -280,7 +280,7 @@ def test_documents_that_are_wrong_are_refused(refuse, path, value, message):
 
 def test_a_second_buffer_needs_an_address(refuse):
     document = gltf_document(buffers=[{"byteLength": 72}, {"byteLength": 72}])
-    refuse("a.glb", glb(document), "buffers[1] has no data")
+    refuse("a.glb", glb(document), "buffers[1] must have a uri")
 
 
 def test_an_empty_buffer_beside_the_document_is_refused(refuse, tmp_path):
@@ -305,18 +305,18 @@ def test_buffers_outside_of_the_folder_are_refused(secret, address):
     folder = secret.parent / "scene"
     (folder / "a").mkdir()
     (folder / "link").symlink_to(secret)
-    check_refused(folder, address, "is not a file beside the glTF file")
+    check_refused(folder, address, "is not in the folder of the glTF file")
 
 
 def test_an_absolute_path_that_is_escaped_is_refused(secret):
     escaped = str(secret).replace("/", "%2F")
-    check_refused(secret.parent / "scene", escaped, "is not a file beside the glTF file")
-    check_refused(secret.parent / "scene", ".", "beside the glTF file, cannot be read")
+    check_refused(secret.parent / "scene", escaped, "is not in the folder of the glTF file")
+    check_refused(secret.parent / "scene", ".", "of the glTF file cannot be read")
 
 
 @pytest.mark.parametrize("address", ["\ud800", "%ff", "%ed%a0%80", "a" * 5000])
 def test_addresses_that_name_no_file_anywhere_are_refused(tmp_path, address):
-    check_refused(tmp_path, address, "beside the glTF file, cannot be read")
+    check_refused(tmp_path, address, "of the glTF file cannot be read")
 
 
 def check_refused(folder, address, message):
@@ -369,7 +369,7 @@ def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, monkeypa
         monkeypatch.setattr("superfacets.io.guards.MAX_GROWTH", 0)
     else:
         monkeypatch.setattr("superfacets.io.guards.ALWAYS_ALLOWED", 1000)
-    refuse("a.glb", glb(document), "copies of meshes make")
+    refuse("a.glb", glb(document), "with all copies of meshes, the scene has")
 
 
 def test_a_bomb_is_refused_before_it_takes_memory(refuse):
@@ -380,7 +380,9 @@ def test_a_bomb_is_refused_before_it_takes_memory(refuse):
     document["bufferViews"][1]["byteLength"] = corners.nbytes
     document["buffers"][0]["byteLength"] = len(buffer)
     tracemalloc.start()
-    refuse("a.glb", glb(document, buffer), "copies of meshes make 78400000 faces")
+    refuse(
+        "a.glb", glb(document, buffer), "with all copies of meshes, the scene has 78400000 faces"
+    )
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50e6
@@ -425,9 +427,9 @@ def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refus
         (b"glTF\1" + glb()[5:], "GLB version 1 is not supported"),
         (
             glb()[:12] + b"\xff\xff\xff\x7f" + glb()[16:],
-            "does not begin with a complete JSON chunk",
+            "the first chunk must be a complete JSON chunk",
         ),
-        (glb()[:16] + b"NOSJ" + glb()[20:], "does not begin with a complete JSON chunk"),
+        (glb()[:16] + b"NOSJ" + glb()[20:], "the first chunk must be a complete JSON chunk"),
         (glb().replace(b"BIN\0", b"BOX\0"), "buffers[0] declares 72 bytes but has 0"),
         (
             glb().replace(b"\x48\0\0\0BIN\0", b"\x49\0\0\0BIN\0"),

@@ -124,12 +124,12 @@ def test_another_number_of_faces_is_refused(refuse, name, data):
         (np.array(["a"]), "labels must be integers: the .npy header declares"),
         (
             np.array([(1, 2)], dtype="i4,i4"),
-            "expected a type as '<i4', got [['f0', '<i4'",
+            "descr must be a type such as '<i4', got [['f0', '<i4'",
         ),
         (np.array([1, -2]), "labels[1] is -2; it must be -1 to 2147483647"),
         (np.array([1, 2**31]), "labels[1] is 2147483648; it must be -1 to 2147483647"),
         (np.array([2**64 - 1], dtype="u8"), "labels[0] is 18446744073709551615"),
-        (np.array([], dtype=int), "there are no labels"),
+        (np.array([], dtype=int), "labels must have at least one value"),
     ],
 )
 def test_npy_of_something_else_is_refused(refuse, array, message):
@@ -140,19 +140,19 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
     ("data", "message"),
     [
         (b"hello", "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:7], "cannot be read: expected it to begin with"),
+        (npy(LABELS)[:7], "cannot be read: expected the magic bytes"),
         (npy(LABELS)[:9], "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:60], "cannot be read: expected 128 bytes, and at most 10000"),
+        (npy(LABELS)[:60], "cannot be read: its 118 bytes exceed the file or 10000"),
         (npy(LABELS).replace(b"(3,)", b"(3,,"), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"(3,)", b"(-) "), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"(3,)", b"True"), "expected a tuple of integers as shape, got True"),
+        (npy(LABELS).replace(b"(3,)", b"True"), "shape must be a tuple of integers, got True"),
         (npy(LABELS).replace(b"(3,)", b"(1.)"), "the header of the .npy file cannot be read: "),
         (
             npy(LABELS).replace(b"False", b"(0,) "),
-            "expected True or False as fortran_order, got [0]",
+            "fortran_order must be True or False, got [0]",
         ),
         (npy(LABELS).replace(b"'<i4'", b"'<i3'"), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"'<i4'", b"'i,i'"), "expected a type as '<i4', got 'i,i'"),
+        (npy(LABELS).replace(b"'<i4'", b"'i,i'"), "descr must be a type such as '<i4', got 'i,i'"),
         (npy(LABELS).replace(b"'<i4'", b"b'\\d'"), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"'<i4'", b"[]*99"), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"'shape'", b"'order'"), "expected descr, fortran_order and shape, "),
@@ -162,7 +162,10 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         ),
         (b"\x93NUMPY\4\0" + npy(LABELS)[8:], "version 1.0, 2.0 or 3.0"),
         (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "the header of the .npy file cannot be read"),
-        (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ", "4294967307 bytes, and at most 10000"),
+        (
+            b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ",
+            "its 4294967295 bytes exceed the file or 10000",
+        ),
         (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
         (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: the file may be truncated"),
         (
@@ -212,7 +215,7 @@ def test_npy_headers_are_read_without_ast(read, monkeypatch):
         (b"1\n2 3\n", "line 2: expected one integer, got '2 3'"),
         (b"1\n-2\n", "labels[1] is -2"),
         (b"99999999999999999999\n", "labels[0] is 9223372036854775807"),
-        (b"\n \n", "there are no labels"),
+        (b"\n \n", "labels must have at least one value"),
         (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "line 1: expected an integer"),
     ],
 )
@@ -225,7 +228,10 @@ def test_text_of_something_else_is_refused(refuse, data, message):
     [
         (ply_text(), "the PLY faces have no property label"),
         (ply_with_labels(kind="list uchar int"), "the PLY faces have no property label"),
-        (ply_with_labels(kind="float"), "labels must be integers: the PLY file declares another"),
+        (
+            ply_with_labels(kind="float"),
+            "labels must be integers, but the PLY property label has another",
+        ),
         (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
         (ply_with_labels(labels=(1, -2)), "labels[1] is -2"),
         (ply_text(faces=[]), "the PLY points have no property label"),

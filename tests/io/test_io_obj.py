@@ -115,7 +115,7 @@ def test_a_last_face_that_was_cut_is_refused(refuse, line, n_corners):
     refuse(
         "a.obj",
         (SQUARE + "f 1 2 3\n" + line).encode(),
-        f"faces[1] has {n_corners}: the file may be",
+        f"faces[1] has {n_corners}, expected at least 3: the file may be",
     )
 
 

@@ -144,7 +144,7 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
         "a": [9],
         "c": [4],
     }
-    assert attributes.left_out == ("field 'c', whose name is taken or is not a word of ASCII",)
+    assert attributes.left_out == ("field 'c', whose name is repeated or not a word of ASCII",)
 
 
 def test_copies_that_overlap_are_unpacked(cloud_of):
@@ -166,27 +166,27 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"VERSION .7\nPOINTS 1\n", "the line DATA"),
+        (b"VERSION .7\nPOINTS 1\n", "no line DATA"),
         (header(XYZ, "morse"), "expected DATA ascii, binary, binary_compressed, got 'morse'"),
-        (header(XYZ[:2], "ascii"), "no coordinate z"),
+        (header(XYZ[:2], "ascii"), "FIELDS must contain z, with COUNT 1"),
         (
             header([*XYZ, ("w", "F2", 1)], "ascii"),
-            "TYPE and SIZE of numbers, such as F 4, got 'F2'",
+            "expected a TYPE and SIZE such as F and 4, got 'F2'",
         ),
-        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "no coordinate z"),
-        (header(XYZ, "ascii", COUNT="1 1"), "differ in length"),
+        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "FIELDS must contain z, with COUNT 1"),
+        (header(XYZ, "ascii", COUNT="1 1"), "must have the same length"),
         (header(XYZ, "ascii", WIDTH=5), "POINTS is 4, but WIDTH times HEIGHT is 5"),
         (header(XYZ, "ascii", 0), "the file has no points"),
         (header(XYZ, "ascii", VIEWPOINT="here"), "VIEWPOINT must be 7 numbers, got 'here'"),
-        (text(XYZ, POINTS.T, WIDTH=5, POINTS=5), "declares 5 points and the file holds 4"),
+        (text(XYZ, POINTS.T, WIDTH=5, POINTS=5), "declares 5 points, but the file has 4"),
         (text(XYZ, POINTS.T) + b"1 2\n", "line 16: expected 3 numbers, got 2"),
-        (text([*XYZ, ("n", "U1", 1)], [*POINTS.T, POINTS[:, 0]]), "n must hold integers of 1 byte"),
+        (text([*XYZ, ("n", "U1", 1)], [*POINTS.T, POINTS[:, 0]]), "n must have integers of 1 byte"),
         (text(XYZ, POINTS.T * np.nan), "no point of the file has a position"),
         (
             header(XYZ, "binary", 5) + RECORDS,
-            "declares 5 points and the file holds 4: it may be truncated",
+            "declares 5 points, but the file has 4: it may be truncated",
         ),
-        (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file holds 0"),
+        (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file has 0"),
         (header(XYZ, "binary_compressed"), "has 0: the file may be truncated or damaged"),
         (
             header(XYZ, "binary_compressed") + COMPRESSED[:-1],
@@ -196,8 +196,14 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
             header(XYZ, "binary_compressed", 10**9) + COMPRESSED,
             "the file may be truncated or damaged",
         ),
-        (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"), "are damaged"),
-        (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x0f", b"\x0e"), "are damaged"),
+        (
+            header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"),
+            "cannot be decompressed",
+        ),
+        (
+            header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x0f", b"\x0e"),
+            "cannot be decompressed",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(cloud_of, data, message):

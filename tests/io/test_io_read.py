@@ -34,8 +34,8 @@ def test_an_unknown_ending_is_refused(refuse, name, got):
      ("a.brep", "BREP"), ("a.FCStd", "FCStd"), ("a.stl", "STEP")],
 )  # fmt: skip
 def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
-    advice = "export an STL from your CAD program, or gmsh part.step -2 -o part.stl"
-    refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is CAD, not a mesh: {advice}")
+    advice = "export STL from your CAD program, or run gmsh part.step -2 -o part.stl"
+    refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is a CAD format, not a mesh: {advice}")
 
 
 @pytest.mark.parametrize("ending", MESH_ENDINGS)

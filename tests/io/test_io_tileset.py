@@ -130,10 +130,10 @@ def test_a_center_may_be_in_the_binary_part(tmp_path):
     [
         (b"b3dm" + bytes(10), "the b3dm file is truncated: it has only 14 bytes"),
         (b3dm().replace(b"b3dm\1", b"b3dm\2"), "b3dm version 2 is not supported"),
-        (b3dm()[:-4], "the b3dm file is shorter than it declares"),
-        (b3dm(b"glTG" + glb()[4:]), "the b3dm file holds no binary glTF"),
-        (b3dm(features={"RTC_CENTER": [1, 2]}), "RTC_CENTER must be 3 numbers"),
-        (b3dm(features={"RTC_CENTER": {"byteOffset": 4}}), "RTC_CENTER is not in its feature"),
+        (b3dm()[:-4], "the b3dm file is shorter than its header declares"),
+        (b3dm(b"glTG" + glb()[4:]), "the b3dm file contains no binary glTF"),
+        (b3dm(features={"RTC_CENTER": [1, 2]}), "RTC_CENTER must be a list of 3 numbers"),
+        (b3dm(features={"RTC_CENTER": {"byteOffset": 4}}), "RTC_CENTER is outside the feature"),
         (
             b3dm(features={"RTC_CENTER": {"byteOffset": 0}}, binary=b"\xff" * 16),
             "RTC_CENTER is not finite",
@@ -156,20 +156,20 @@ def refused(path):
 @pytest.mark.parametrize(
     ("root", "message"),
     [
-        ({"content": {"uri": "../a.glb"}}, "the content '../a.glb' is not in the folder of the"),
+        ({"content": {"uri": "../a.glb"}}, "the file '../a.glb' is not in the folder of the"),
         ({"content": {"uri": "/etc/a.glb"}}, "is not in the folder of the tileset"),
         ({"content": {"uri": "https://host/a.glb"}}, "is not in the folder of the tileset"),
         ({"content": {"uri": "%ff.glb"}}, "is not in the folder of the tileset"),
         ({"content": {"uri": "a" * 999 + "\0"}}, "...' is not in the folder of the tileset"),
-        ({"content": {}}, "a content has no uri"),
-        ({"content": None}, "the tileset shows no models"),
+        ({"content": {}}, "the content of a tile must have a uri"),
+        ({"content": None}, "the tileset has no models"),
         ({"content": {"uri": "tileset.json"}}, "the tileset tileset.json includes itself"),
-        ({"transform": [1, 2]}, "transform must be 16 numbers"),
+        ({"transform": [1, 2]}, "transform must be a list of 16 numbers"),
         ({"children": 3}, "children is not a list of objects"),
         ({"contents": [4]}, "contents is not a list of objects"),
         ({"implicitTiling": {}}, "implicit tiling is not supported"),
         ({"extensions": {"3DTILES_implicit_tiling": {}}}, "implicit tiling is not supported"),
-        ({"boundingVolume": {"box": [1]}}, "box must be 12 numbers"),
+        ({"boundingVolume": {"box": [1]}}, "box must be a list of 12 numbers"),
         (
             {"boundingVolume": {"region": [0, 0, 0, 0, 1e308, 1e308]}},
             "the position of the tileset is not finite",
@@ -186,10 +186,13 @@ def test_a_tileset_that_is_wrong_is_refused(lone, root, message):
     [
         ("{", "not a tileset, or damaged: "),
         ("[" * 100_000, "not a tileset, or damaged: RecursionError"),
-        ("[]", "the JSON has no asset or no root"),
-        ('{"asset": {"version": "1.0"}}', "the JSON has no asset or no root"),
+        ("[]", "the JSON must have the entries asset and root"),
+        ('{"asset": {"version": "1.0"}}', "the JSON must have the entries asset and root"),
         ('{"asset": {"version": "2.0"}, "root": {}}', "only 1.0 and 1.1 are"),
-        ('{"asset": {"version": "1.0", "gltfUpAxis": "W"}, "root": {}}', "gltfUpAxis is 'W'"),
+        (
+            '{"asset": {"version": "1.0", "gltfUpAxis": "W"}, "root": {}}',
+            "gltfUpAxis must be X, Y or Z, got 'W'",
+        ),
     ],
 )
 def test_other_json_is_refused(tmp_path, text, message):
@@ -236,7 +239,9 @@ def test_links_do_not_lead_out_of_the_folder(lone, tmp_path):
 
 
 def test_a_tileset_is_no_mesh(lone):
-    with pytest.raises(MeshError, match=r"tilesets are for batch, convert and segment --tiled$"):
+    with pytest.raises(
+        MeshError, match=r"tilesets can be read only by batch, convert and segment --tiled$"
+    ):
         read_mesh(lone())
 
 

@@ -146,7 +146,7 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
         ([True, False], "labels must be integers, got bool"),
         ([0, -2], r"labels\[1\] is -2; it must be -1 to 2147483647"),
         ([0, 2**31], r"labels\[1\] is 2147483648"),
-        ([], "there are no labels"),
+        ([], "labels must have at least one value"),
     ],
 )
 def test_labels_that_are_wrong_are_refused_and_nothing_is_written(tmp_path, mesh, labels, message):

@@ -49,7 +49,7 @@ def test_counts_and_bars_add_up(result, monkeypatch):
     rows, sizes = rows_of(tree), np.bincount(result.labels)
     assert (rows["faces"], rows["regions"]) == ("288", "6")
     median = int(np.median(sizes))
-    assert rows["faces a region"] == f"{sizes.min()} to {sizes.max()}, median {median}"
+    assert rows["faces per region"] == f"{sizes.min()} to {sizes.max()}, median {median}"
     assert rows["iterations"] == f"{result.n_iter}, {result.stop_reason}"
     titles = [title.text for title in tree.iter("title")]
     assert sum(int(title.split(" of ")[0]) for title in titles) == 6
@@ -70,7 +70,7 @@ def test_cells_that_were_left_out_are_counted_apart(result, monkeypatch):
     monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
     masked = replace(result, labels=np.where(np.arange(288) < 10, -1, result.labels))
     rows = rows_of(parsed(masked._repr_html_()))
-    assert (rows["faces"], rows["left out"]) == ("288", "10 faces")
+    assert (rows["faces"], rows["in no region"]) == ("288", "10 faces")
 
 
 def test_cells_are_called_what_they_are(monkeypatch):

@@ -226,7 +226,7 @@ def test_a_page_is_saved_whole(tmp_path):
     page = sf.view(strip(2))
     assert page.save(tmp_path / "a.html") == tmp_path / "a.html"
     assert (tmp_path / "a.html").read_text(encoding="utf-8") == page.html
-    with pytest.raises(ValueError, match=r"^'a.txt' must end in .html$"):
+    with pytest.raises(ValueError, match=r"must end in .html or .htm, got 'a.txt'$"):
         page.save(tmp_path / "a.txt")
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
@@ -248,9 +248,9 @@ def test_the_first_view_is_that_of_pictures():
         ({"labels": [0.5, 1]}, TypeError, "labels must be integers"),
         ({"ground_truth": [0, 1, 2]}, ValueError, "there are 3 labels for 2 cells"),
         ({"features": {"a": [1, 2, 3]}}, ValueError,
-         r"feature 'a' must have a value per cell, 2, got shape \(3,\)"),
+         r"feature 'a' must have one value per cell, \(2,\); got shape \(3,\)"),
         ({"labels": [0, 0], "features": {"a": []}}, ValueError,
-         r"a value per cell, 2 or per region, 1, got shape \(0,\)"),
+         r"one value per cell, \(2,\), or one value per region, \(1,\); got shape \(0,\)"),
         ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
         ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
         ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),

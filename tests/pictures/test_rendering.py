@@ -394,7 +394,7 @@ def test_the_background_stays_clean_beside_soft_shadows(gl):
 
 
 def test_points_have_no_inside_to_clip():
-    with pytest.raises(ValueError, match="clip is for tetrahedra: points have no interior"):
+    with pytest.raises(ValueError, match="it is only for tetrahedra, and points have no interior"):
         render(PointCloud(np.eye(3)), clip="x")
 
 
@@ -454,7 +454,7 @@ def test_a_driver_that_makes_too_few_pixels_is_an_error_and_no_file(gl, monkeypa
     vtk = drawing.import_vtk()
     vtk.vtk_to_numpy = lambda _: np.zeros(12, dtype=np.uint8)
     monkeypatch.setattr(drawing, "import_vtk", lambda: vtk)
-    with pytest.raises(RenderError, match=r"made 12 samples, not 1152$"):
+    with pytest.raises(RenderError, match=r"returned 12 values instead of 1152$"):
         render(square(), size=(16, 6), output=tmp_path / "picture.png")
     assert not names_in(tmp_path)
 

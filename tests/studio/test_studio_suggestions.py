@@ -230,8 +230,11 @@ def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):
     files = {name: (tmp_path / name).read_bytes() for name in ("o.npy", "o.aggregation.json")}
     document.suggest(read_import(files, document.cells, document.class_list))
     assert [(one.class_id, one.score) for one in document.state.suggestions] == [(0, 1), (0, 0.125)]
-    for scores, error in (([1], "1 scores for 2 regions"), ([2, 0], "from 0 to 1")):
+    for scores, error in (
+        ([1], "scores must have one value per region, 2, got 1"),
+        ([2, 0], "from 0 to 1"),
+    ):
         with pytest.raises(ValueError, match=error):
             write_mesh(tmp_path / "o.aggregation.json", mesh, labels, scores=scores)
-    with pytest.raises(ValueError, match=r"scores is only for \.aggregation"):
+    with pytest.raises(ValueError, match=r"scores needs an output with the ending \.aggregation"):
         write_mesh(tmp_path / "o.ply", mesh, labels, scores=[1, 1])

@@ -421,7 +421,10 @@ def test_two_starts_do_not_share_a_folder(run, benchmark, tmp_path):
     out = tmp_path / "out"
     with locked(out):
         status, _, stderr = run(benchmark, "-o", out, *FAST)
-    assert (status, stderr) == (2, f"superfacets: error: {out}: another run is writing there\n")
+    assert (status, stderr) == (
+        2,
+        f"superfacets: error: {out}: another run is writing to this folder\n",
+    )
 
 
 def test_pictures_are_drawn_once(run, benchmark, tmp_path):

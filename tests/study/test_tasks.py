@@ -71,7 +71,7 @@ def test_a_worker_that_dies_takes_only_its_job_along():
     ends = dict(run_shown("test", jobs, 1, memory=0))
     assert (ends[Square(2)], ends[Square(3)]) == (4, 9)
     for deadly in (Suicide(), Exit()):
-        assert "1 worker ended during this work (out of memory?)" in str(ends[deadly])
+        assert "1 worker died during this call (out of memory?)" in str(ends[deadly])
 
 
 def test_an_error_of_a_job_is_raised():
@@ -167,7 +167,7 @@ def test_the_death_of_a_worker_is_recorded_for_what_it_did_not_come_to(tmp_path)
     assert run_all(Divisions(pieces), Divisions(pieces_of(tmp_path / "other", 8))) == {}
     assert read_piece(done) == {"value": 0.5}
     for piece in (deadly, lost):
-        assert "1 worker ended" in read_piece(piece)["reason"]
+        assert "1 worker died" in read_piece(piece)["reason"]
     assert read_piece(*pieces_of(tmp_path / "other", 8)) == {"value": 0.125}
 
 

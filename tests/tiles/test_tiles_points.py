@@ -70,7 +70,7 @@ def test_normals_that_face_a_viewpoint(ball, tmp_path, place):
 
 def test_cells_that_know_their_sides_have_no_viewpoint(ball, tmp_path):
     for cells in (PointCloud(ball, ball), bumpy_sheet(10)):
-        with pytest.raises(MeshError, match="a viewpoint is for point clouds that have neither"):
+        with pytest.raises(MeshError, match="viewpoint: it is only for point clouds without"):
             segment_tiled(cells, 5, viewpoint=(0, 0, 9), scratch=tmp_path)
 
 

@@ -194,7 +194,7 @@ def test_workers_that_never_begin_are_an_error(monkeypatch):
     monkeypatch.setattr(pool, "serve", end)
     with (
         open_pool(2) as team,
-        pytest.raises(ConnectionError, match="cannot be started: each ended before it was ready"),
+        pytest.raises(ConnectionError, match="cannot be started: 10 of them died before"),
     ):
         run(team, double, 1)
 

@@ -1,4 +1,4 @@
-"""Batches: a function that processes one file, and teams of workers that call it for many files.
+"""Batches: process one file, or many files with a team of workers.
 
-The package is not called ``batch``, because a module of this name would hide the function.
+The package is not called ``batch``, because a module of this name would hide the function `batch`.
 """

@@ -1,4 +1,4 @@
-"""`batch`: find files, segment them, and report the results."""
+"""`batch`: find files, segment each of them, and report the results."""
 
 from __future__ import annotations
 
@@ -34,35 +34,36 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""Fraction of a worker's memory that a file may need; the rest is for errors of the estimate."""
+"""A file is large if its estimated memory exceeds this fraction of a worker's memory per thread.
+The remaining memory covers errors of the estimate."""
 
 START_CELLS = 2_000
-"""Fixed time per file, as the number of cells that take the same time."""
+"""Fixed time per file, expressed as the number of cells that are processed in this time."""
 
 
 @dataclass(frozen=True)
 class BatchResult:
-    """Result of `batch`: a record for each file, and counts.
+    """Result of `batch`: one record per file, and counts.
 
     Parameters
     ----------
     records : tuple of dict
-        The record of each input in `manifest.jsonl`, in the order of the inputs. It has ``name``,
-        ``input``, ``version``, ``params`` and ``sha256``. If the file failed, it also has
-        ``error``, and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
+        Record of each input in `manifest.jsonl`, in the order of the inputs. A record has ``name``,
+        ``input``, ``version``, ``params`` and ``sha256``. It also has ``error`` if the file failed,
+        and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
     n_done : int
-        Number of files that this call segmented.
+        Number of files that were segmented by this call.
     n_kept : int
         Number of files that were skipped because they had valid results.
     n_failed : int
         Number of files that failed, in this call or in an earlier call.
     n_cells : int
-        Number of cells of the files that this call segmented.
+        Number of cells of the files that were segmented by this call.
     seconds : float
-        Wall time.
+        Wall time in seconds.
     notes : tuple of str
-        A message for each ignored line of `manifest.jsonl`, and for each origin that was subtracted
-        from the positions of a tileset.
+        Messages about ignored lines of `manifest.jsonl`, and about origins that were subtracted
+        from the positions of tilesets.
     """
 
     records: tuple[Record, ...]
@@ -76,22 +77,22 @@ class BatchResult:
 
 @dataclass(frozen=True)
 class BatchProgress:
-    """Progress of a batch, reported whenever a file ends.
+    """Progress of a batch, reported after each file.
 
     Parameters
     ----------
     record : dict
         Record of the file, as in `BatchResult`.
     n_ended : int
-        Number of files that have ended, including failed files.
+        Number of processed files, including failed files.
     n_files : int
-        Number of files that this call has to process.
+        Number of files that this call must process.
     n_cells : int
-        Number of cells of the segmented files.
+        Total number of cells of the segmented files.
     seconds : float
-        Wall time since the start.
+        Wall time since the start, in seconds.
     seconds_left : float
-        Estimated remaining time, from the sizes of the files.
+        Remaining time in seconds, estimated from the sizes of the files.
     """
 
     record: Record
@@ -123,7 +124,7 @@ def batch(
     min_opacity: float = 0.0,
     **options: Any,
 ) -> BatchResult:
-    """Segment many files, on all cores or on a cluster, and write their labels into a folder.
+    """Segment many files, on all cores or on a cluster, and write their labels to a folder.
 
     If a file fails, the batch continues. A second call segments only files without a valid result.
     A result is invalid if it is missing or damaged, or if the hash of the file, the parameters or
@@ -132,72 +133,73 @@ def batch(
     Parameters
     ----------
     inputs : path-like, or iterable of these
-        Each input is one of these. A file. A folder, which is searched recursively, except for
-        ``.csv``, ``.txt`` and ``.npy`` files. A tileset of 3D Tiles (``tileset.json``, or its
-        folder): each model is a file, and its positions are relative to ``origin`` in its record. A
-        pattern such as ``"scans/**/*.ply"``. A list ``"@list.txt"``: a file with a path per line,
-        relative to its folder.
+        One or several inputs of these kinds: a file; a folder, which is searched recursively for
+        files other than ``.csv``, ``.txt`` and ``.npy``; a tileset of 3D Tiles (``tileset.json``,
+        or its folder), of which each model is a file, with positions relative to ``origin`` in its
+        record; a pattern such as ``"scans/**/*.ply"``; or ``"@list.txt"``, a text file with one
+        path per line, relative to the folder of this file.
     output_folder : path-like
-        Created if missing. ``manifest.jsonl`` has a record per file, and each result is a file
-        ``NAME.superfacets.ply``, in the same subfolder as its input.
+        Folder of the results, which is created if it is missing. ``manifest.jsonl`` has one record
+        per file. Each result is a file ``NAME.superfacets.ply``, in the same subfolder as its
+        input.
     formats : sequence of str, optional
-        Formats of the results: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
-        `write_labels`. The default is PLY, or VTU for tetrahedra.
+        Formats of the results, for example ``"ply"`` or ``"npy"``. Formats are named after the
+        endings for `write_mesh` and `write_labels`. The default is PLY, or VTU for tetrahedra.
     scheduler : str, optional
-        Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``. Its workers must have the
-        same version of the package, and all files at the same paths. By default, worker processes
-        are started on this machine if there are several files to process.
+        Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
+        the same version of the package, and access to all files at the same paths. By default,
+        worker processes are started on this machine if there are several files to process.
     workers : int, optional
         Number of worker processes on this machine, by default one per core. Each worker processes
         one file at a time, on one thread unless ``n_threads`` is given.
     retry_failed : bool, default False
-        Whether failed files are tried again even if nothing has changed.
+        Whether to process failed files again even if nothing has changed.
     progress : callable, optional
-        Called with a `BatchProgress` whenever a file ends.
+        Called with a `BatchProgress` after each file.
     features : sequence of str, optional
         Features that borders follow in addition to creases: ``"color"``, ``"normals"``,
         ``"height"``, or properties of the cells or vertices in the files.
     subdivide : bool, default False
-        Whether edges longer than a quarter of a region's radius are bisected first. Label files
-        still have one label for each face of the input file.
+        Whether to bisect edges longer than a quarter of a region's radius first. Label files still
+        have one label for each face of the input file.
     max_edge : float, optional
-        Subdivide until no edge is longer than this, in the unit of the file.
+        Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
     drop_attributes : bool, default False
-        Whether attributes of the input files, such as normals, are left out of the results.
+        Whether to omit attributes of the input files, such as normals, from the results.
     ascii : bool, default False
-        Whether text is written instead of binary data, in formats that have both.
+        Whether to write text instead of binary data, in formats that support both.
     label_name, vertex_labels, force
         As for `write_mesh`.
     viewpoint : sequence of float, length 3, optional
-        Position from which all points were seen, for clouds without normals; as for
-        `estimate_normals`.
+        Position of the sensor, for point clouds without normals; as for `estimate_normals`.
     min_opacity : float, default 0.0
-        Gaussian splats with a lower opacity, 0 to 1, get the label -1. Opacities are the property
-        ``opacity``, a logit.
+        Minimum opacity of Gaussian splats, 0 to 1. Splats with a lower opacity get the label -1.
+        Opacities are the logits in the property ``opacity``.
     **options
-        Further options of `segment`, except arrays, `progress` and `on_stage`.
+        Other options of `segment`, except arrays, `progress` and `on_stage`.
 
     Returns
     -------
     BatchResult
+        Record of each file, and counts.
 
     Raises
     ------
     ValueError, TypeError
-        If a parameter is wrong, two files would have the same result, or another process is writing
-        to the folder.
+        If a parameter is wrong, if two files would have the same result, or if another process is
+        writing to the folder.
     OSError
-        If nothing is found, a folder cannot be read or written, or the disk is full. A
+        If no file is found, if a folder cannot be read or written, or if the disk is full. A
         ConnectionError if there is no scheduler or no worker, or if a worker has another version of
-        the package or does not see the folder. Results until then are kept.
+        the package or cannot access the folder. Results that are already complete are kept.
     MissingExtraError
-        If psutil is not installed for workers on this machine, or Dask for a scheduler.
+        If psutil is missing for workers on this machine, or Dask is missing for a scheduler.
 
     Notes
     -----
     Large files, and files whose workers were killed, are processed last. They are processed one at
     a time, with all memory of this machine or, on a cluster, of one worker. A file is large if its
-    estimated memory exceeds its share of a worker's memory.
+    estimated memory exceeds 80% of the memory of a worker per thread.
 
     Examples
     --------
@@ -222,7 +224,7 @@ def batch(
         force, viewpoint, min_opacity,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
-        raise ValueError("give scheduler or workers, not both: a scheduler has its own workers")
+        raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
     n_workers = checked_threads(None) if workers is None else checked_count(workers, "workers")
     checked_callable(progress, "progress")
     began = time.perf_counter()
@@ -248,11 +250,12 @@ def batch(
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> tuple[list[BatchJob], list[str]]:
-    """Return a job per file, whether it is done or not, and notes on positions."""
+    """Return one job per file, including finished ones, and notes about subtracted origins."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
-            raise ValueError(f"formats must be different names out of {known}; got {name!r}")
+            what = "an unknown name" if name not in ENDING_OF_FORMAT else "a repeated name"
+            raise ValueError(f"formats has {what}, {name!r}: use distinct names from {known}")
     endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
     sources = find_sources(inputs)
     options.form(endings or [result_ending(source.name) for source in sources])
@@ -275,7 +278,7 @@ def _plan(
 
 @contextlib.contextmanager
 def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
-    """Remove temporary files of killed processes before and after the block."""
+    """Remove temporary files left by killed processes, before and after the block."""
     files = [path for job in jobs for path in job.files]
     remove_leftovers(files, older_than=0.0)
     try:
@@ -285,7 +288,7 @@ def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
 
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """Return the jobs that have no valid record; files are hashed in several threads."""
+    """Return the jobs that have no valid result; files are hashed on several threads."""
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
@@ -310,7 +313,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # after a signal, threads stop early
+    finally:  # if the user interrupts, threads stop hashing
         stop.set()
         pool.shutdown(cancel_futures=True)
 
@@ -318,7 +321,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
 def _do(
     jobs: Sequence[BatchJob], scheduler: str | None, n_workers: int, folder: str
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Yield jobs with their records, in the order in which they end."""
+    """Run jobs on this process, on a pool, or on a cluster; yield each with its record."""
     if not jobs:
         return
     if scheduler is not None:
@@ -340,7 +343,7 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Run the jobs that fit into a worker's memory, largest first; then the others, one by one."""
+    """Run jobs that fit in a worker's memory, largest first; then run the others one at a time."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -366,7 +369,7 @@ def _do_in_teams(
 def _do_in_team(
     team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Yield jobs with their records as they end; an OSError if the batch cannot continue."""
+    """Run jobs, and yield each with its record; an OSError if the batch cannot continue."""
     calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
     for place, ending in team.run(calls, width):
         job = jobs[place]
@@ -374,9 +377,9 @@ def _do_in_team(
             yield job, ending
         elif isinstance(ending, Done):
             yield job, ending.value
-        elif isinstance(ending.error, OSError):  # the batch cannot continue
+        elif isinstance(ending.error, OSError):
             raise ending.error
-        else:  # for example, a record that cannot be pickled
+        else:  # for example, if the record cannot be pickled
             yield job, _failed(job, reason_of(ending.error))
 
 
@@ -385,7 +388,7 @@ def _failed(job: BatchJob, error: str) -> Record:
 
 
 class _Tally:
-    """Counts of ended jobs, and the remaining work, estimated from the sizes of files."""
+    """Counts of finished jobs, and the remaining work, estimated from the sizes of files."""
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = 0

@@ -1,4 +1,4 @@
-"""The team of the workers of a Dask scheduler."""
+"""`RemoteTeam`: a team with the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
-"""Seconds to wait while there is no worker. A worker restarts in about 2 seconds; a batch queue may
-need longer."""
+"""Maximum time without any worker, in seconds. A worker restarts in about 2 seconds, but starting a
+worker through a batch system may take longer."""
 
 TICK = 1.0
-"""Seconds between updates of the list of workers."""
+"""Interval between updates of the list of workers, in seconds."""
 
 GATHER_TIMEOUT = 10.0
-"""Seconds to wait for a result of a few kilobytes from a worker."""
+"""Maximum time to receive a result from a worker, in seconds. Results have a few kilobytes."""
 
 CONNECT_TIMEOUT = 10.0
-"""Seconds to wait for a scheduler."""
+"""Maximum time to connect to a scheduler, in seconds."""
 
 
 class RemoteTeam(Team):
-    """Workers of a Dask scheduler, reached by a `distributed.Client`."""
+    """Team of the workers of a Dask scheduler, controlled through a `distributed.Client`."""
 
     def __init__(self, client: Any) -> None:
         facts = sorted(client.run(_facts_of).items())
@@ -42,11 +42,12 @@ class RemoteTeam(Team):
         self.client = client
 
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Run calls as `Team` does: one per thread, and one more in the queue of each worker.
+        """Run calls as `Team.run` does: one call per thread, and one queued call per worker.
 
-        The scheduler never has thousands of calls. If a worker is killed, Dask therefore blames
-        only a few calls that had not begun. Calls are not tied to workers: Dask would never run the
-        calls of a worker again if it ended while no other worker was present.
+        Only a few calls are submitted at a time. If a worker is killed, Dask counts the failure for
+        all calls that were assigned to the worker, even if they had not started. Calls are not
+        pinned to workers: Dask would not restart the pinned calls of a worker that ended while
+        there was no other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}
@@ -78,9 +79,10 @@ class RemoteTeam(Team):
 
 @contextlib.contextmanager
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to a scheduler whose workers see the folder and have this version of the package.
+    """Connect to a Dask scheduler, and yield the team of its workers.
 
-    A ConnectionError if there is no scheduler or no worker, or if a worker is unsuitable.
+    Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access the
+    folder or has another version of the package.
     """
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
     with contextlib.ExitStack() as stack:
@@ -89,7 +91,7 @@ def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            raise ConnectionError(f"the scheduler at {address} has no workers") from None
+            raise ConnectionError(f"the scheduler at {address} has no workers: start one") from None
         _check_versions(client)
         _check_sees(client, folder)
         yield RemoteTeam(client)
@@ -100,15 +102,14 @@ def _connected(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         reason = reason_of(error)
-    # Garbage collection closes the failed client. During the start of another client, this would be
-    # a deadlock.
+    # Garbage collection closes the failed client now. Later, while another client starts, closing
+    # it would cause a deadlock.
     gc.collect()
-    raise ConnectionError(f"no scheduler at {address}: {reason}")
+    raise ConnectionError(f"cannot connect to a Dask scheduler at {address}: {reason}")
 
 
 def _check_versions(client: Any) -> None:
-    """Raise a ConnectionError if a worker has another version of the package."""
-    # Workers may lack this package, so the function is from the standard library.
+    # The function is from the standard library, because workers may not have this package.
     found = client.run(metadata.version, "superfacets", on_error="return")
     for address, version in sorted(found.items()):
         if isinstance(version, BaseException):
@@ -124,18 +125,18 @@ def _check_sees(client: Any, folder: str) -> None:
     for address, is_seen in sorted(client.run(os.path.isdir, folder).items()):
         if not is_seen:
             raise ConnectionError(
-                f"the worker at {address} does not see the folder {folder}: use a folder that has"
-                " the same path on all machines"
+                f"the worker at {address} cannot access the folder {folder}: use a shared folder"
+                " that has the same path on all machines"
             )
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Threads and memory of a worker; Dask calls this function on the worker."""
+    """Return the number of threads and the memory of a worker; Dask runs this on the worker."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 def _ending_of(future: Any) -> Ending | None:
-    """Ending of a call; None if the result was lost with its worker and is computed again."""
+    """Return the outcome of a call; None if its result was lost, so that Dask runs it again."""
     if future.cancelled():
         raise _scheduler_lost()
     killed = importlib.import_module("distributed").KilledWorker
@@ -149,18 +150,19 @@ def _ending_of(future: Any) -> Ending | None:
         raise _scheduler_lost() from None
     except killed as error:
         return Killed(error.allowed_failures + 1)
-    except Exception as error:  # raised by the call, or by pickling its result
+    except Exception as error:  # the call or the pickling of its result has failed
         return Failed(error)
 
 
 def _scheduler_lost() -> ConnectionError:
     return ConnectionError(
-        "the scheduler is gone: restart the scheduler and its workers, then run this command again"
+        "the connection to the Dask scheduler was lost: restart the scheduler and its workers, then"
+        " run again"
     )
 
 
 class _Presence:
-    """Number of threads of the current workers, updated at intervals."""
+    """Number of threads of all current workers, updated every `TICK` seconds."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -169,7 +171,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Number of threads; a ConnectionError if there was no worker for `PATIENCE` seconds."""
+        """Return this number; a ConnectionError if there was no worker for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads
@@ -181,17 +183,17 @@ class _Presence:
         if self._n_threads:
             self._seen = now
         elif now > self._seen + PATIENCE:
-            raise ConnectionError(f"there has been no worker for {PATIENCE:.0f} seconds: start one")
+            raise ConnectionError(f"there were no workers for {PATIENCE:.0f} seconds: start one")
         return self._n_threads
 
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Silence Dask's log messages, because errors are reported in one line here."""
+    """Suppress Dask's log messages, because errors are reported as exceptions."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]
-    loggers = [logging.getLogger(name) for name in names]  # Dask sets the levels of some itself
+    loggers = [logging.getLogger(name) for name in names]  # children may have levels of their own
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

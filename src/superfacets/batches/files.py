@@ -1,4 +1,4 @@
-"""Options for files, and the segmentation of one file."""
+"""Options for processing files, and the segmentation of one file."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ from ..mesh.point_cloud import PointCloud
 from ..pipeline import Options, segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Function that reads a file; its argument says whether attributes are read as well."""
+"""Function that reads a file. Its argument is whether to read attributes as well."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
-"""Parameters of `segment` that batches do not have. (Features are given by name.)"""
+"""Parameters of `segment` that are not options for files. Features are given by name instead."""
 
 _DEFAULTS = {
     name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
 }
 _OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
-"""Parameters of `segment` that batches have."""
+"""Parameters of `segment` that are options for files."""
 
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Options for processing each file, as for `batch`, checked before a file is read."""
+    """Options for processing each file. See `batch` for their meaning."""
 
     keywords: Mapping[str, Any]  # arguments of `segment`
     features: Sequence[str] = ()
@@ -80,7 +80,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Format options for these endings; a ValueError if an option applies to none of them."""
+        """Return the format options; a ValueError if an option has no effect for `endings`."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -88,7 +88,7 @@ class FileOptions:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """The options as keyword arguments of `batch`, in the types of JSON."""
+        """Options as keyword arguments of `batch`; tuples are replaced by lists, as in JSON."""
         own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
         return {
             name: list(value) if isinstance(value, tuple) else value
@@ -97,7 +97,7 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The options that affect results and are not at their defaults, for JSON."""
+        """Options that affect results and differ from their defaults, as values for JSON."""
         usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
@@ -107,27 +107,27 @@ class FileOptions:
 
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
-    """Check arguments of `segment`; an error if one is unknown, wrong or an array."""
+    """Check arguments of `segment`; an error if an argument is unknown, wrong or an array."""
     unknown = sorted(keywords.keys() - _OF_FILES)
     if unknown:
         names = ", ".join(_OF_FILES)
-        raise TypeError(f"{unknown[0]} is not an option for files: the options are {names}")
+        raise TypeError(f"{unknown[0]} is not an option for files; the options are {names}")
     for name in ("weights", "init"):
         given = keywords.get(name, _DEFAULTS[name])
         if not isinstance(given, str) and given is not _DEFAULTS[name]:
-            raise TypeError(f"{name} must be a name, because an array fits only one mesh")
+            raise TypeError(f"{name} must be a string, because an array would fit only one file")
     Options.checked({**_DEFAULTS, **keywords})
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The data to write for one file."""
+    """Data to write for one file."""
 
     mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: Longs | None = None  # labels of the file's own faces, if it was subdivided
-    listed_mesh: Cells | None = None  # the mesh of the file, if it was subdivided
+    listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
+    listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
 
 
 def segment_file(
@@ -143,9 +143,10 @@ def segment_file(
 ) -> Outcome:
     """Read, subdivide and segment one file; no output is written.
 
-    `holds_attributes` says whether an output can hold attributes of vertices and faces. The seconds
-    of "mesh" and "subdivide" are put into `timings`. `constraints` returns mask and barriers of the
-    cells, as keywords of `segment`. Edges that bend by `barrier_angle` degrees are barriers.
+    `holds_attributes` is whether an output can store attributes of vertices and faces. The times of
+    the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function of the
+    cells that returns the arguments ``mask`` and ``barriers`` of `segment`. Edges with an angle of
+    at least `barrier_angle` degrees between the normals of their faces become barriers.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
@@ -155,7 +156,9 @@ def segment_file(
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
             if not is_opaque.any():
-                raise MeshError(f"no splat has an opacity >= {options.min_opacity:g}: lower it")
+                raise MeshError(
+                    f"no splat has an opacity >= {options.min_opacity:g}: lower min_opacity"
+                )
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
         features = features_of(options.features, mesh, attributes, threads)
         if features is not None:
@@ -178,25 +181,26 @@ def segment_file(
 
 
 def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Opacity of each Gaussian splat, 0 to 1; a MeshError if an opacity is missing or NaN."""
+    """Return the opacity of each Gaussian splat, 0 to 1; a MeshError if one is missing or NaN."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
-        raise MeshError("min_opacity needs Gaussian splats: the file has no property opacity")
+        raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
     if np.isnan(stored["opacity"]).any():
-        raise MeshError(f"opacity[{np.flatnonzero(np.isnan(stored['opacity']))[0]}] is nan")
-    with np.errstate(over="ignore"):  # stored as logits
+        first = np.flatnonzero(np.isnan(stored["opacity"]))[0]
+        raise MeshError(f"opacity[{first}] is nan: min_opacity needs the opacity of all splats")
+    with np.errstate(over="ignore"):  # opacities are stored as logits
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
 def _seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint; a MeshError if the cells do not need a viewpoint."""
+    """Return the cloud with this viewpoint; a MeshError if the cells cannot have a viewpoint."""
     if not kind_of(cells).are_points or cells.normals is not None:
-        raise MeshError("a viewpoint needs a point cloud without normals: leave it out")
+        raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
-    """Subdivide a mesh; the default edge length depends on the size of regions."""
+    """Subdivide a mesh; the default maximum edge length depends on the size of regions."""
     mesh = as_mesh(source)
     get = options.keywords.get
     max_edge = options.max_edge
@@ -209,12 +213,12 @@ def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:  # fmt: skip
-    """Segment a mesh, into at most one region per cell."""
+    """Segment a mesh; `n_segments` is reduced to the number of cells if it is larger."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], n_kept)
-    with warnings.catch_warnings():  # the result contains the same information
+    with warnings.catch_warnings():  # the result contains the information of these warnings
         for kind in (IslandWarning, SliverWarning, BalanceWarning):
             warnings.simplefilter("ignore", kind)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
@@ -223,7 +227,7 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Attributes of a subdivided mesh: face properties and texture of the source, and comments."""
+    """Return attributes for a subdivided mesh: face properties, texture and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
@@ -234,6 +238,6 @@ def attributes_of_parts(
         face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
         texture = texture_of_parts(texture, as_mesh(source), parts.mesh, parts.sources)
         if texture is None:
-            left_out.append("the texture, because polygons are subdivided as triangles")
+            left_out.append("the texture, because subdivision replaces polygons by triangles")
     return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
                           texture=texture)  # fmt: skip

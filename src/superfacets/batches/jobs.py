@@ -1,4 +1,4 @@
-"""Jobs of a batch: one job per file, and estimates of its memory."""
+"""Jobs of a batch, one per file, and estimates of their memory."""
 
 from __future__ import annotations
 
@@ -25,28 +25,29 @@ from .files import FileOptions, segment_file
 from .sources import refuse_tileset
 
 BASE = 150 << 20
-"""Memory of a worker after imports, before it reads a file, in bytes."""
+"""Memory of a worker after its imports, in bytes."""
 
 PER_CELL = 200
-"""Bytes per cell in addition to the mesh: graph, weights, labels, and temporary arrays. With 1.4
-million faces in PLY, OFF and STL, processes took a third to a half of the estimate."""
+"""Memory per cell in addition to the mesh, in bytes: graph, weights, labels and temporary arrays.
+With 1.4 million faces in PLY, OFF and STL, workers used a third to a half of the estimate."""
 
 PER_BYTE = 3
-"""Memory per byte of the file: its content, the mesh, and the mesh to be written."""
+"""Memory per byte of the file, in bytes: its content, the mesh, and the mesh to be written."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
-"""Lower bound of the size of a file, in bytes per cell, by ending."""
+"""Minimum file size in bytes per cell, for each ending."""
 
 USUAL_FILE_BYTES = 12
+"""Minimum file size in bytes per cell, for endings that are not in `FILE_BYTES`."""
 
 
 def cells_of(path: str) -> int:
-    """Estimated number of cells in a file, from its size and ending; 0 if it is missing."""
+    """Estimate the number of cells in a file from its size and ending; 0 if it is missing."""
     return _size_of(path) // FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
 
 
 def memory_of(path: str) -> int:
-    """Cautious estimate of the peak memory of a process that segments a file, in bytes."""
+    """Estimate an upper bound of the memory of a process that segments a file, in bytes."""
     return BASE + PER_BYTE * _size_of(path) + PER_CELL * cells_of(path)
 
 
@@ -58,32 +59,29 @@ def _size_of(path: str) -> int:
 
 
 Record = dict[str, Any]
-"""A line of the manifest."""
+"""Content of one line of the manifest."""
 
 _STOPPING = (errno.ENOSPC, errno.EDQUOT)
-"""Errors of a full disk. They end the batch, because no file is their cause."""
+"""Error codes of a full disk, which stop the batch, because all other files would fail, too."""
 
 _CHUNK = 1 << 20
-"""Bytes per read when a file is hashed: less than a millisecond of work."""
+"""Number of bytes that are hashed at a time, which takes less than a millisecond."""
 
 
 @dataclass(frozen=True)
 class BatchJob:
-    """A file, its options and its results. Jobs are pickled for workers."""
+    """A file to segment, its options, and the paths of its results. Jobs can be pickled."""
 
-    head: Mapping[str, Any]
-    """First part of the record: name, input, version, params."""
+    head: Mapping[str, Any]  # first part of the record: name, input, version, params
     path: str
     folder: str
-    outputs: tuple[str, ...]
-    """Paths of the results relative to the output folder, with slashes."""
+    outputs: tuple[str, ...]  # paths of the results relative to `folder`, with slashes
     options: FileOptions
-    placement: Placement | None = None
-    """Position of the file in its tileset."""
+    placement: Placement | None = None  # position and orientation of the file in its tileset
 
     @property
     def name(self) -> str:
-        """Name of the record."""
+        """Name of the record of this job."""
         return str(self.head["name"])
 
     @property
@@ -92,16 +90,16 @@ class BatchJob:
         return [Path(self.folder, name) for name in self.outputs]
 
     def with_threads(self, n_threads: int) -> BatchJob:
-        """Return the job with this number of threads, unless the user has set the number."""
+        """Return the job with this number of threads, unless the options set another number."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
 
 def run_job(job: BatchJob) -> Record:
-    """Process one file and return its record, also if it failed.
+    """Process one file and return its record, even if the file failed.
 
-    An OSError if the batch cannot continue: the disk is full, or this process has another version
-    of the package.
+    Raises an OSError only if the whole batch must stop: the disk is full, or this process has
+    another version of the package.
     """
     check_version(job.head["version"])
     record = {**job.head, "sha256": None}
@@ -114,7 +112,7 @@ def run_job(job: BatchJob) -> Record:
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Do the job; return the rest of the record. The hash is put into `record` early."""
+    """Process the file, and return the other entries; ``sha256`` is added to `record` early."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)
@@ -126,7 +124,7 @@ def _done(job: BatchJob, record: Record) -> Record:
     def load(keep: bool) -> tuple[Cells, MeshAttributes | None]:
         try:
             content = read_content(path)
-        except MeshError:  # an empty file
+        except MeshError:  # the file is empty
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
@@ -143,9 +141,8 @@ def _done(job: BatchJob, record: Record) -> Record:
     result = outcome.result
     with timed(timings, "export"):
         write_outputs(
-            files, outcome.mesh, result.labels, attributes=outcome.attributes,
-            options=form, listed=outcome.listed,
-            listed_mesh=outcome.listed_mesh,
+            files, outcome.mesh, result.labels, attributes=outcome.attributes, options=form,
+            listed=outcome.listed, listed_mesh=outcome.listed_mesh,
         )  # fmt: skip
     seconds = {**result.timings, **timings}
     return {
@@ -157,7 +154,7 @@ def _done(job: BatchJob, record: Record) -> Record:
 
 
 def hash_of(path: StrPath, stop: threading.Event | None = None) -> str | None:
-    """SHA-256 of a regular file; None if it cannot be read, or if `stop` is set."""
+    """Return the SHA-256 of a regular file; None if it cannot be read, or once `stop` is set."""
     found = hashlib.sha256()
     try:
         with open_regular(Path(path)) as file:

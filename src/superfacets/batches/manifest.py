@@ -1,4 +1,4 @@
-"""The manifest of a batch: a line of JSON for each processed file."""
+"""Manifest of a batch: a file with one line of JSON per processed file."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .jobs import Record
 class Manifest:
     """Records in a file, for use in a `with` block by one process at a time.
 
-    `records` holds the last record of each name. Each record is on the disk before `append`
-    returns. Damaged lines are ignored, for example an incomplete last line of a killed process.
-    Ignored and replaced lines are removed when the manifest is next written or closed. `notes`
-    holds a message for each damaged line that ends in a newline.
+    `records` maps each name to its last record. Each record is on the disk before `append` returns.
+    Damaged lines are ignored, for example an incomplete last line written by a killed process.
+    Damaged and replaced lines are removed when the manifest is next written or closed. `notes` has
+    a message for each damaged line, except for an incomplete last line.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,7 +38,7 @@ class Manifest:
     def append(self, record: Record) -> None:
         """Add a record, which replaces an earlier record of the same name.
 
-        An OSError if the record cannot be written; the file is then unchanged.
+        Raises an OSError if the record cannot be written; the file is then unchanged.
         """
         line = json.dumps(record).encode() + b"\n"
         if self._file is None:
@@ -55,7 +55,6 @@ class Manifest:
         self.records[record["name"]] = record
 
     def _rewrite(self) -> None:
-        """Replace the file by a file with one line per name."""
         lines = (json.dumps(record) + "\n" for record in self.records.values())
         with atomic_outputs([self._path]) as (partial,), partial.open("wb") as file:
             file.write("".join(lines).encode())
@@ -65,14 +64,14 @@ class Manifest:
 
 
 def _write_all(file: int, data: bytes) -> None:
-    """Write all bytes to the disk; one system call may write only some of them."""
+    """Write all bytes to the disk; a single `os.write` may write only some of them."""
     while data:
         data = data[os.write(file, data) :]
     os.fsync(file)
 
 
 def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
-    """Return the last record of each name, and whether the file has no other lines."""
+    """Return the last record of each name, and whether the file has only these records."""
     records: dict[str, Record] = {}
     is_tidy = True
     for number, line in enumerate(_content(path).splitlines(keepends=True), 1):
@@ -82,7 +81,7 @@ def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
         if record is not None:
             records[record["name"]] = record
         elif line.endswith(b"\n"):
-            notes.append(f"{path}: line {number} is damaged; its file is processed again")
+            notes.append(f"{path}: line {number} is damaged: its input file is processed again")
     return records, is_tidy
 
 
@@ -96,7 +95,7 @@ def _content(path: Path) -> bytes:
 
 
 def _record_of(line: bytes) -> Record | None:
-    """The record in a line; None if the line is incomplete or damaged."""
+    """Parse the record in a line; None if the line is incomplete or damaged."""
     try:
         record = json.loads(line)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Map a function over tiles, on threads, on processes, or on workers of Dask."""
+"""Map a function over tiles, on threads, on processes, or on Dask workers."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from ..workers.threads import Job, in_turn, thread_team
 from .cluster import remote_team
 
 OnDone = Callable[[int, int], object]
-"""Called after each piece, with the number of pieces done and the number of all pieces."""
+"""Called after each job, with the number of finished jobs and the number of all jobs."""
 
 Work = Callable[..., Any]
 Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
-"""Calls ``work(store, *job)`` for each job, and yields (index of the job, result) when it ends."""
+"""Function that calls ``work(store, *job)`` for each job, and yields (job index, result)."""
 
 
 class Run:
-    """Calls a function for many jobs, in any process, and reports progress."""
+    """Calls a function for many jobs, possibly in other processes, and reports progress."""
 
     def __init__(self, each: Each, on_done: OnDone | None = None) -> None:
         self._each = each
@@ -29,9 +29,10 @@ class Run:
     def __call__(
         self, work: Work, store: Any, jobs: Sequence[Job], *, n_before: int = 0, n_after: int = 0
     ) -> list[Any]:
-        """Return ``work(store, *job)`` for each job, in order.
+        """Return ``work(store, *job)`` for each job, in the order of the jobs.
 
-        For progress bars, `n_before` jobs of the same pass are already done, and `n_after` follow.
+        For progress reports, `n_before` and `n_after` are the numbers of other jobs of the same
+        pass that run before and after these jobs.
         """
         results: dict[int, Any] = {}
         for place, result in self._each(work, store, jobs):
@@ -41,7 +42,7 @@ class Run:
         return [results[place] for place in range(len(jobs))]
 
     def all(self, work: Work, store: Any, n_pieces: int, *args: Any) -> list[Any]:
-        """Call ``work(store, piece, *args)`` for all pieces, with the same arguments."""
+        """Return ``work(store, piece, *args)`` for each piece from 0 to `n_pieces` - 1."""
         return self(work, store, [(piece, *args) for piece in range(n_pieces)])
 
 
@@ -52,11 +53,11 @@ def open_run(
 ) -> Iterator[Run]:  # fmt: skip
     """Yield a `Run` on `n_threads` threads of this process, on `workers` processes, or on Dask.
 
-    With one worker, this process does the work itself. With the address of a scheduler, `workers`
-    has no effect. If a worker is killed, its piece is run again; so `work` must only read the store
-    and write arrays of its piece. All workers must see `folder`, an absolute path. Raises the
-    errors of `remote_team` and `open_pool`; during a run, an OSError if all workers are gone, or
-    one piece has killed several workers.
+    If `workers` is 1, jobs run in this process. If the address of a scheduler is given, `workers`
+    has no effect. If a worker is killed, its job is run again. Therefore a job must only read the
+    store and write its own arrays. All workers must have access to `folder`, an absolute path.
+    Raises the errors of `remote_team` and `open_pool`. A run raises an OSError if no worker is
+    left, or if several workers were killed while running the same job.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

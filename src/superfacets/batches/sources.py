@@ -19,32 +19,29 @@ from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Endings of files that are found in folders. ``.csv``, ``.txt`` and ``.npy`` are excluded, because
-such files usually hold something else."""
+files with these endings are usually not point clouds."""
 
 MARK = ".superfacets"
-"""Part of the names of results. The search of a folder skips files with this mark."""
+"""Part of the names of results. Files with this part are skipped when a folder is searched."""
 
 
 @dataclass(frozen=True)
 class Source:
     """An input file."""
 
-    input: str
-    """Path of the file, as given or as found."""
-    name: str
-    """Path relative to the given folder, with slashes. Results have the same relative path."""
-    placement: Placement | None = None
-    """Position of the file in its tileset."""
+    input: str  # path of the file, as given or as found
+    name: str  # path relative to the input folder, with slashes; also the relative path of results
+    placement: Placement | None = None  # position and orientation of the file in its tileset
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
-    """Return the files given by `inputs`, without duplicates, as `batch` describes them.
+    """Return all files for the `inputs` of `batch`, without duplicates.
 
-    A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) stands for its
-    models; a tileset that cannot be read is returned itself, and its job fails. Links to folders
+    A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) is replaced by its
+    models. A tileset that cannot be read is returned as a file, and its job fails. Links to folders
     are not followed. Empty lines of a list (``@LIST``) and lines that begin with ``#`` are ignored.
-    An OSError if a folder or a list cannot be read, or nothing is found; a ValueError if no input
-    is given, or two files have the same relative path.
+    Raises an OSError if a folder or a list cannot be read, or if no file is found. Raises a
+    ValueError if no input is given, or if two files have the same relative path.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -53,18 +50,19 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
             other = found.setdefault(source.name, source)
             if os.path.realpath(other.input) != os.path.realpath(source.input):
                 raise ValueError(
-                    f"{other.input} and {source.input} are both called {source.name}: give their"
-                    " common folder or a quoted pattern instead, so that results have subfolders"
+                    f"{other.input} and {source.input} would have the same result name,"
+                    f" {source.name}: use their common folder or a quoted pattern as input, so that"
+                    " results are in different subfolders"
                 )
     if not found:
-        raise ValueError("no input was given")
+        raise ValueError("inputs must contain at least one file, folder, pattern or list")
     return list(found.values())
 
 
 def _expanded(text: str) -> Iterator[Source]:
     path = Path(text)
     if not text:
-        raise ValueError("'' is not a file")
+        raise ValueError("inputs must not contain an empty path")
     if text.startswith("@"):
         yield from _listed(Path(text[1:]))
     elif glob.has_magic(text) and not path.exists():
@@ -78,17 +76,17 @@ def _expanded(text: str) -> Iterator[Source]:
 
 
 def origin_notes(sources: Iterable[Source]) -> list[str]:
-    """Notes on the origins that are subtracted from positions in tilesets."""
+    """Return notes about the origins that are subtracted from positions of tilesets."""
     placements = [source.placement for source in sources if source.placement is not None]
     origins = dict.fromkeys(place.origin for place in placements if any(place.origin))
     return [
-        "positions in results are relative to " + ", ".join(f"{number:.0f}" for number in origin)
+        "positions in results are relative to the origin "
+        + ", ".join(f"{number:.0f}" for number in origin)
         for origin in origins
     ]
 
 
 def _listed(path: Path) -> Iterator[Source]:
-    """Yield the files in a list, one per line."""
     for line in path.read_text(encoding="utf-8").splitlines():
         text = line.strip()
         if not text or text.startswith("#"):
@@ -99,7 +97,7 @@ def _listed(path: Path) -> Iterator[Source]:
 
 
 def _named(path: Path, name: Path) -> Iterator[Source]:
-    """A file with this name, or the models of a tileset."""
+    """Yield a file under this name, or the models of a tileset."""
     if path.suffix.lower() == ".json":
         yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
     else:
@@ -107,7 +105,7 @@ def _named(path: Path, name: Path) -> Iterator[Source]:
 
 
 def _below(folder: Path) -> Iterator[Source]:
-    """The files with known endings in a folder and its subfolders, in order."""
+    """Yield the files with known endings in a folder and its subfolders, in sorted order."""
     n_found = 0
     for parent, folders, names in os.walk(folder, onerror=_fail):
         folders.sort()
@@ -122,16 +120,16 @@ def _below(folder: Path) -> Iterator[Source]:
                 n_found += 1
                 yield Source(str(path), path.relative_to(folder).as_posix())
     if not n_found:
-        raise FileNotFoundError(f"{folder} has no file that ends in {', '.join(FOUND_ENDINGS)}")
+        raise FileNotFoundError(f"{folder}: no file in it ends in {', '.join(FOUND_ENDINGS)}")
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """The models of a tileset, or its file if it cannot be read; names begin with `above`."""
+    """Yield a tileset's models, or its file if it cannot be read; names begin with `above`."""
     file = tileset_at(path)
     assert file is not None
     try:
         tiles = _models_of(file)
-    except (MeshError, OSError):  # the job of the file raises the error again
+    except (MeshError, OSError):  # the job of this file will raise the same error
         yield Source(str(file), above + file.name)
         return
     for tile in tiles:
@@ -139,19 +137,20 @@ def _shown_by(path: Path, above: str) -> Iterator[Source]:
 
 
 def refuse_tileset(file: Path) -> None:
-    """Raise the error of a tileset that `find_sources` could not read; nothing for other files."""
+    """If the file is a tileset, raise the error because of which it could not be read."""
     if file.suffix.lower() == ".json":
         _models_of(file)
 
 
 def _models_of(file: Path) -> tuple[Tile, ...]:
-    """Return the models of a tileset; a MeshError if it is damaged or shows a model twice."""
+    """Return the models of a tileset; a MeshError if it is damaged or contains a model twice."""
     tiles = read_tileset(file).tiles
     seen = set()
     for tile in tiles:
         if tile.path in seen:
             raise MeshError(
-                f"{file}: {tile.name} is shown twice: use segment --tiled, which joins all models"
+                f"{file}: the tileset contains {tile.name} more than once: use segment --tiled,"
+                " which joins all models"
             )
         seen.add(tile.path)
     return tiles
@@ -162,33 +161,33 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[Source]:
-    """The files that match a pattern; names start at the first folder with a wildcard."""
+    """Yield the files that match a pattern, with names relative to the part without wildcards."""
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])
     wanted = str(Path(*parts[n_plain:]))
     found = sorted(path for path in root.glob(wanted) if path.is_file())
     if not found:
-        raise FileNotFoundError(f"{pattern}: no file matches")
+        raise FileNotFoundError(f"{pattern}: no file matches this pattern")
     for path in found:
         yield from _named(path, path.relative_to(root))
 
 
 def result_ending(name: str) -> str:
-    """Default ending of the result of a file."""
+    """Return the default ending for the result of a file."""
     is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
     return usual_ending("tetrahedra" if is_of_tets else "triangles")
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Names of the results of an input, by default one with the default ending."""
+    """Return the names of the results of an input; without `endings`, one default name."""
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """The name that other readers of the format expect, or a name with `MARK`."""
+    """Return the name that programs for this format expect, or otherwise a name with `MARK`."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
@@ -204,6 +203,6 @@ def check_outputs_differ(sources: Iterable[Source], endings: Sequence[str]) -> N
             other = writers.setdefault(os.path.normcase(output), source)
             if other is not source:
                 raise ValueError(
-                    f"{other.input} and {source.input} would both be written to {output}:"
-                    " put them into different folders"
+                    f"the results of {other.input} and {source.input} would both be written to"
+                    f" {output}: move one of the files to another folder"
                 )

@@ -1,4 +1,4 @@
-"""Write cells, with labels and colors, to files of meshes and point clouds."""
+"""Write cells, with labels and colors, to mesh and point cloud files."""
 
 from __future__ import annotations
 
@@ -56,23 +56,24 @@ WRITERS: dict[str, Writers] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""Writers by name of the kind of cells, then by ending; the first ending is the default. Cells of
-other kinds have only files of labels."""
+"""Writers, keyed by kind of cells, then by file name ending. The first ending is the default. For
+other kinds of cells, only label files can be written."""
 
 MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
-"""Endings of files that hold only point clouds."""
+"""Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings of files for which attributes are read, to store attributes or to report their loss."""
+"""Endings for which attributes of the input are read, to write them or to warn about their loss."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
-"""Endings of files in which the array of labels can have any name."""
+"""Endings of formats that store labels in a named array."""
 
 CLASS_OUTPUTS = (".glb", ".stl", ".aggregation.json")
+"""Endings of formats that store a class per region."""
 
 COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
-"""Endings of files without colors."""
+"""Endings of formats that store no colors."""
 
 
 @dataclass(frozen=True)
@@ -98,9 +99,9 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
-        """Return the options; an error if a value is wrong or applies to none of `endings`."""
+        """Return the options; an error if a value is wrong, or has no effect for `endings`."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
-            raise ValueError(f"label_name must be a line of text, got {label_name!r}")
+            raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
         for name, is_given, fitting in (
             ("label_name", label_name != "label", NAMED_OUTPUTS),
             ("vertex_labels", vertex_labels, (".ply",)),
@@ -108,22 +109,22 @@ class FormatOptions:
             ("scores", scores is not None, (".aggregation.json",)),
         ):
             if is_given and not {*endings} & {*fitting}:
-                raise ValueError(
-                    f"{name} is only for {', '.join(fitting)}: no such file is written"
-                )
+                raise ValueError(f"{name} needs an output with the ending {' or '.join(fitting)}")
         names = None if classes is None else tuple(map(_checked_class, classes))
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if there are classes or scores, but not one per region."""
+        """Raise a MeshError if classes or scores are given, but not one per region."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
             if labels is None:
-                raise MeshError(f"{name} belong to regions, but there are no labels")
+                raise MeshError(f"{name} need labels, because there is one value per region")
             n_regions = len(np.unique(labels[labels >= 0]))
             if len(given) != n_regions:
-                raise MeshError(f"there are {len(given)} {name} for {n_regions} regions")
+                raise MeshError(
+                    f"{name} must have one value per region, {n_regions}, got {len(given)}"
+                )
 
 
 def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
@@ -131,19 +132,19 @@ def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
         return None
     scores = np.asarray(values, np.float64)
     if scores.ndim != 1 or not ((scores >= 0) & (scores <= 1)).all():
-        raise ValueError("scores must be a list of numbers from 0 to 1")
+        raise ValueError("scores must be a list of numbers from 0 to 1, one per region")
     return tuple(scores.tolist())
 
 
 def _checked_class(value: object) -> str:
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (str, int, np.integer)):
-        raise TypeError(f"classes must be names or whole numbers, got {value!r}")
+        raise TypeError(f"classes must be strings or integers, got {value!r}")
     return str(value)
 
 
 @dataclass(frozen=True)
 class CellWriter:
-    """Cells with labels, colors and attributes, for output in any format."""
+    """Writes cells with labels, colors and attributes in any mesh or point cloud format."""
 
     cells: Cells
     labels: Ints | None
@@ -152,7 +153,7 @@ class CellWriter:
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> CellWriter:
-        """Return a writer with checked colors; an error if such files cannot be written."""
+        """Return a writer with checked colors; an error if a format of `endings` cannot be used."""
         if not endings:
             return self
         kind = kind_of(self.cells)
@@ -161,7 +162,7 @@ class CellWriter:
         self.options.check_classes(self.labels)
         if not {*endings}.isdisjoint(TET_WRITERS):
             if self.given_colors is not None or self.attributes is not None:
-                raise ValueError("files of tetrahedra hold no colors and attributes: omit them")
+                raise ValueError("omit colors and attributes: .vtu and .vtk cannot store them")
             return self
         _check_attributes(self.attributes, self.cells)
         if self.options.vertex_labels and (self.labels is None or not kind.has_faces):
@@ -170,7 +171,7 @@ class CellWriter:
         return replace(self, given_colors=colors)
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file with this ending."""
+        """Write a file in the format of `ending`."""
         options, of_vertices = self.options, None
         if ending == ".ply" and options.vertex_labels:
             from ..regions.vertices import vertex_labels
@@ -178,7 +179,7 @@ class CellWriter:
             assert self.labels is not None
             of_vertices = vertex_labels(self.cells, self.labels)
         texture = None if self.attributes is None else self.attributes.texture
-        # Viewers multiply colors and texture, so a GLB with a texture gets no colors.
+        # Viewers multiply vertex colors with the texture, so a GLB with a texture gets no colors.
         is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
         colors = self.given_colors if is_plain else self._colors
         content = Content(
@@ -189,7 +190,7 @@ class CellWriter:
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """The given colors, else colors of the labels; None if there are no labels."""
+        """The given colors, or else colors of the labels; None if both are missing."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
         from ..pictures.colors import face_colors
@@ -198,20 +199,20 @@ class CellWriter:
 
 
 def usual_ending(kind: str) -> str:
-    """Return the default ending of labeled files for a kind of cells."""
+    """Return the default ending of mesh or point cloud files for a kind of cells."""
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
 def _writers_of(kind: Kind) -> Writers:
     if kind.name not in WRITERS:
         raise MeshError(
-            f"no format of meshes holds {kind.plural}: write their labels, as .npy, .seg or .txt"
+            f"{kind.plural} cannot be written as a mesh: write only their labels (.npy, .seg, .txt)"
         )
     return WRITERS[kind.name]
 
 
 def _check_kind(kind: Kind, ending: str) -> None:
-    """Raise a MeshError if files with this ending cannot hold cells of this kind."""
+    """Raise a MeshError if the format of `ending` cannot store cells of this kind."""
     fitting = tuple(_writers_of(kind))
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
@@ -227,12 +228,12 @@ def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
     if array.shape != (n_cells, 3):
         raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
     if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 255:
-        raise ValueError("colors must be integers from 0 to 255")
+        raise ValueError("colors must be integers from 0 to 255 (red, green, blue)")
     return array.astype(np.uint8)
 
 
 def _check_attributes(attributes: Any, cells: Any) -> None:
-    """Raise an error if `attributes` has a wrong type, or lengths that do not match the cells."""
+    """Raise an error if `attributes` has a wrong type, or arrays that do not match the cells."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):
@@ -249,7 +250,7 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
         for name, array in values.items():
             if len(array) != n_rows:
                 raise ValueError(
-                    f"the {owner} property {name} has {len(array)} values instead of {n_rows}"
+                    f"the {owner} property {name} must have {n_rows} values, got {len(array)}"
                 )
     if attributes.texture is not None:
         if not kind_of(cells).has_faces:

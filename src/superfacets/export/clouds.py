@@ -1,4 +1,4 @@
-"""Write point clouds with a label per point: CSV, LAS and LAZ."""
+"""Write point clouds with one label per point as CSV, LAS or LAZ."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .content import Content
 from .text import write_rows
 
 _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
-"""Point formats without wave packets, by the equivalent format with wave packets."""
+"""Maps each LAS point format with wave packets to the same format without wave packets."""
 
 _LAS_STEPS = 2.0**31 - 2
-"""Number of steps between the smallest and the largest coordinate: LAS stores 32-bit integers."""
+"""Maximum coordinate range in quantization steps, because LAS stores 32-bit integers."""
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:
-    """Write points as CSV: a line of names, then a line per point with x, y, z and the label."""
+    """Write points as CSV: a header line, then one line per point with x, y, z and the label."""
     cloud, labels = content.cells, content.labels
     names = ["x", "y", "z"] + ([] if labels is None else ["label"])
     file.write((",".join(names) + "\n").encode())
@@ -33,11 +33,11 @@ def write_csv(file: IO[bytes], content: Content) -> None:
 
 
 def write_las(file: IO[bytes], content: Content) -> None:
-    """Write points as LAS or LAZ, with attributes, and labels in a dimension `label`.
+    """Write points as LAS or LAZ, with attributes, and with labels in a dimension `label`.
 
-    Version, point format and steps of coordinates are as in the LAS file of the attributes if they
-    can hold the points. Otherwise the file is LAS 1.4, format 6, or 7 with colors. The coordinate
-    reference system is copied from the attributes.
+    If the attributes come from a LAS file whose quantization can represent the points, version,
+    point format and quantization are copied. Otherwise the file is LAS 1.4 with point format 6, or
+    with format 7 if there are colors. The coordinate reference system is copied from the attributes.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -62,17 +62,17 @@ def write_las(file: IO[bytes], content: Content) -> None:
         if name not in known:
             las.add_extra_dim(laspy.ExtraBytesParams(name=name[:31], type=values.dtype))
         las[name[:31]] = values
-    written = io.BytesIO()  # laspy seeks back to complete the header
+    written = io.BytesIO()  # laspy needs a seekable file to complete the header
     try:
         las.write(written, do_compress=content.ending == ".laz")
-    except Exception as error:  # laspy raises errors of many classes
+    except Exception as error:  # laspy raises exceptions of many classes
         reason = shortened(reason_of(error))
         raise MeshError(f"the cloud cannot be written as {content.ending}: {reason}") from None
     file.write(written.getbuffer())
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """The given frame, without waves, if it can hold the points, else a new frame."""
+    """Return the given frame, without wave packets, if it can store the points, or a new frame."""
     low, high = cloud.bounds
     scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))
@@ -89,6 +89,6 @@ def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
 
 
 def _round_step(least: Floats) -> Floats:
-    """Round steps up to powers of ten, at least 1e-6, which are usual in LAS."""
+    """Round quantization steps up to powers of ten, at least 1e-6, as is common in LAS."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))

@@ -1,4 +1,4 @@
-"""Input of the writers."""
+"""Input of the functions that write one format each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..io.textures import Texture
 
 @dataclass(frozen=True)
 class Content:
-    """Checked cells, with the labels, colors and attributes to write, and options of formats."""
+    """Checked cells to write, with labels, colors, attributes and format options."""
 
     cells: Any
     ending: str
@@ -25,9 +25,9 @@ class Content:
     classes: Sequence[str] | None = None
     label_name: str = "label"
     ascii: bool = False
-    path: Path | None = None  # of the file; None for a stream
+    path: Path | None = None  # path of the output file; None for a stream
 
     @property
     def texture(self) -> Texture | None:
-        """The texture of the attributes, if there is one."""
+        """Texture in the attributes, or None."""
         return None if self.attributes is None else self.attributes.texture

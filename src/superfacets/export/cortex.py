@@ -1,4 +1,4 @@
-"""Write labels of vertices for tools of the cortex: GIFTI, and annotations of FreeSurfer."""
+"""Write vertex labels of brain cortex meshes: GIFTI, and FreeSurfer annotation files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .._types import Array, Bytes
 from ..pictures.colors import PALETTE
 
 _UNKNOWN = (25, 5, 25)
-"""FreeSurfer's color of vertices in no region."""
+"""Color of vertices in no region, as in FreeSurfer."""
 
 _GIFTI = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -36,8 +36,8 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None) -> None:
     """Write labels of vertices, -1 for vertices in no region, as ``.label.gii`` or ``.annot``.
 
-    `colors`, (K, 3), are colors of the regions in ascending order of the labels; by default, the
-    colors of the palette, repeated.
+    `colors`, (K, 3), has the color of each region, in ascending order of the labels. By default the
+    colors of `PALETTE` are repeated.
     """
     regions = np.unique(labels[labels >= 0])
     if colors is None:
@@ -47,7 +47,7 @@ def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | No
 
 
 def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """The key of a region is its label + 1; key 0, with the usual name ``???``, is no region."""
+    """Write GIFTI: the key of a region is its label + 1; key 0, named ``???``, means no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
     rows = [row.format(0, 1, 1, 1, 0, "???")]
     for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
@@ -58,8 +58,8 @@ def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Regions are the rows of the color table from 1 on; row 0, ``unknown``, is no region."""
-    # Colors identify regions, so they must differ. Some readers do not allow gaps between rows.
+    """Write an annotation file: the color table has a row per region after row 0, ``unknown``."""
+    # Colors identify regions, so all must differ. Some readers allow no gaps in the row numbers.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]
     places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
@@ -72,7 +72,7 @@ def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
-    """Yield the colors, with low bits changed so that all are different and none is black."""
+    """Yield the colors; low bits of repeated colors are changed, and no color is black."""
     taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
     for color in map(tuple, colors.tolist()):
         changed = color

@@ -1,8 +1,8 @@
-"""Write GLB with the region of each vertex, textures, and a table of the regions.
+"""Write GLB files with the region of each vertex, textures, and a table of the regions.
 
-Viewers show the colors. `EXT_mesh_features` stores the id of the region of each vertex, and
-`EXT_structural_metadata` a table with a row per id. Ids in glTF belong to vertices, so vertices are
-duplicated on borders of regions.
+The extension `EXT_mesh_features` stores the region id of each vertex, and `EXT_structural_metadata`
+stores a table with one row per id. Ids in glTF belong to vertices, so vertices on the borders of
+regions are duplicated. Viewers without these extensions show the colors.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from .text import fits_single
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
-"""Values of `target` in buffer views: vertex attributes, and vertex indices."""
+"""Values of `target` in buffer views: buffer of vertex attributes, buffer of vertex indices."""
 
 MAX_BYTES = 2**32 - 1
-"""Largest size of a file in bytes: GLB stores the size in 32 bits."""
+"""Maximum file size in bytes, because GLB stores the size in 32 bits."""
 
 MAX_IDS = 2**24
-"""Upper bound of the number of ids, including the id for no region: ids are float32, which holds
-all integers up to this number."""
+"""Maximum number of ids, including the id for no region. Ids are stored as float32, which
+represents all integers up to 2**24 exactly."""
 
 ALIGNMENT = 8
-"""Alignment of buffer views in bytes, as property tables require."""
+"""Alignment of buffer views in bytes, which property tables require."""
 
 
 def write_glb(file: IO[bytes], content: Content) -> None:
-    """Write GLB. Polygons become triangles, and unused vertices are skipped.
+    """Write GLB. Polygons are triangulated, and unused vertices are skipped.
 
     Coordinates are float32. If float32 is not exact, coordinates are relative to the center of the
-    bounding box. Each material has its own primitive.
+    bounding box. The triangles of each material are a separate primitive.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()
@@ -74,10 +74,8 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    """The regions, with ids 0 to `count` - 1; the id `count` means no region."""
-
-    names: npt.NDArray[np.int32]  # distinct labels, perhaps with -1
-    ids: npt.NDArray[np.int64]  # of the faces
+    names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
+    ids: npt.NDArray[np.int64]  # region id of each face
     count: int
 
     @classmethod
@@ -86,8 +84,8 @@ class _Regions:
         n_regions = len(names) - int(names[0] < 0)
         if len(names) > MAX_IDS:
             raise MeshError(
-                f"GLB can hold the ids of {MAX_IDS} regions, but there are {n_regions}: write .ply"
-                " or .npy"
+                f"GLB can store the ids of at most {MAX_IDS} regions, but there are {n_regions}:"
+                " write .ply or .npy instead"
             )
         return cls(names, np.where(labels < 0, n_regions, ids - int(names[0] < 0)), n_regions)
 
@@ -95,7 +93,7 @@ class _Regions:
 def _add_primitive(
     scene: _Scene, split: _Split, content: Content, regions: _Regions | None
 ) -> dict[str, Any]:
-    """Append the arrays of some triangles, and return their primitive."""
+    """Append the arrays of the triangles in `split`, and return their glTF primitive."""
     attributes = {"POSITION": scene.positions(content.cells.vertices, split.vertices)}
     indices = scene.accessor(split.triangles.ravel().astype("<u4"), "SCALAR", INDICES)
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
@@ -120,16 +118,16 @@ def _add_primitive(
 
 @dataclass(frozen=True, eq=False)
 class _Split:
-    """Vertices of the file, whose faces have equal labels, colors and materials; and triangles."""
+    """Vertices and triangles of the file. A vertex has a single label, color and material."""
 
-    vertices: npt.NDArray[np.int64]  # of the mesh
-    face_of_vertex: npt.NDArray[np.int64]  # one of the faces around each vertex
-    pairs: npt.NDArray[np.int64]  # texture coordinates of each vertex; -1 for none
-    triangles: npt.NDArray[np.int64]  # (T, 3)
-    faces: npt.NDArray[Any]  # face of the mesh of each triangle
+    vertices: npt.NDArray[np.int64]  # mesh vertex of each vertex of the file
+    face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each vertex
+    pairs: npt.NDArray[np.int64]  # row of texture coordinates of each vertex, or -1
+    triangles: npt.NDArray[np.int64]  # (T, 3) vertices of the file
+    faces: npt.NDArray[Any]  # mesh face of each triangle
 
     def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
-        """Return some of the triangles, with their vertices."""
+        """Return the triangles where `is_here` is true, with their vertices."""
         used, triangles = np.unique(self.triangles[is_here], return_inverse=True)
         return _Split(
             self.vertices[used], self.face_of_vertex[used], self.pairs[used],
@@ -188,7 +186,7 @@ def _region_columns(
     names: npt.NDArray[np.int32],
     ids: npt.NDArray[np.int64],
 ) -> dict[str, npt.NDArray[Any]]:
-    """Label, area and mean normal of each region; undefined normals are 0."""
+    """Return label, area and mean normal of each region; undefined normals are 0."""
     graph = region_graph(mesh, np.where(labels < 0, -1, ids))
     return {
         "label": names.astype("<i4"),
@@ -206,7 +204,7 @@ _PROPERTIES = {
 
 
 def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
-    """The enumeration of class names, and the value of the class of each region."""
+    """Return the glTF enumeration of class names, and the enumeration value of each region."""
     names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
     values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
     return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
@@ -214,22 +212,21 @@ def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
 
 def _check_size(n_bytes: int) -> None:
     if n_bytes > MAX_BYTES:
-        raise MeshError("the mesh is too large for GLB, at most 4 GiB: write .ply or .obj")
+        raise MeshError("the mesh is too large, as GLB has at most 4 GiB: write .ply or .obj")
 
 
 @dataclass
 class _Scene:
-    """A glTF document, and the parts of its only buffer, to which arrays are appended."""
+    """A glTF document with one buffer, to which arrays are appended."""
 
     document: dict[str, Any] = field(default_factory=dict)
     views: list[dict[str, int]] = field(default_factory=list)
     accessors: list[dict[str, Any]] = field(default_factory=list)
-    parts: list[bytes] = field(default_factory=list)
-    n_bytes: int = 0
+    parts: list[bytes] = field(default_factory=list)  # consecutive pieces of the buffer
+    n_bytes: int = 0  # size of the buffer
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
-    used: set[str] = field(default_factory=set)
-    """Names of extensions of primitives and materials."""
-    middle: npt.NDArray[np.float64] | None = None
+    used: set[str] = field(default_factory=set)  # names of the extensions in use
+    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates if not (0, 0, 0)
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its view."""
@@ -275,7 +272,7 @@ class _Scene:
     def add_table(
         self, columns: dict[str, npt.NDArray[Any]], classes: Sequence[str] | None
     ) -> None:
-        """Add the table of regions, one row each."""
+        """Add a property table with one row per region."""
         count = len(columns["label"])
         schema: dict[str, Any] = {"id": "superfacets"}
         if classes is not None:
@@ -290,7 +287,7 @@ class _Scene:
         }
 
     def write(self, file: IO[bytes]) -> None:
-        """Write the header and the two chunks."""
+        """Write the GLB header, the JSON chunk and the binary chunk."""
         used = sorted({*self.used, *self.document.get("extensions", {})})
         if used:
             self.document["extensionsUsed"] = used

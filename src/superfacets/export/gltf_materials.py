@@ -13,10 +13,10 @@ from ..io.textures import Material, with_textures
 
 
 class GltfMaterials:
-    """Adds the materials of a texture to a glTF document, each image once."""
+    """Collects the materials of a texture for a glTF document; each image is embedded once."""
 
     def __init__(self, add_view: Any) -> None:
-        self.add_view = add_view  # appends bytes to the buffer, and returns the index of the view
+        self.add_view = add_view  # appends bytes to the buffer; returns the index of a buffer view
         self.lists: dict[str, list[dict[str, Any]]] = {
             name: [] for name in ("images", "samplers", "textures", "materials")
         }
@@ -44,7 +44,7 @@ class GltfMaterials:
         return len(self.lists["materials"]) - 1
 
     def _plain(self, material: Material) -> dict[str, Any]:
-        """A material without metallic reflection, with the color and the image."""
+        """Return a non-metallic glTF material with the color and the image of `material`."""
         shading: dict[str, Any] = {"metallicFactor": 0.0}
         if material.color != (1.0, 1.0, 1.0):
             shading["baseColorFactor"] = [*material.color, 1.0]
@@ -57,7 +57,7 @@ class GltfMaterials:
         return {"name": material.name, "pbrMetallicRoughness": shading}
 
     def _find_extensions(self, value: Any) -> None:
-        """Add the names of the extensions in a JSON value."""
+        """Add the names of all glTF extensions used in a JSON value."""
         nested = value if isinstance(value, list) else []
         if isinstance(value, dict):
             nested = list(value.values())
@@ -81,7 +81,7 @@ class GltfMaterials:
         return self._texture_of[key]
 
     def _reference(self, image: int) -> dict[str, Any]:
-        """A texture with an image; kinds of images other than PNG and JPEG need an extension."""
+        """Return a glTF texture with an image; WebP and KTX2 images need an extension."""
         kind = self.lists["images"][image]["mimeType"]
         name = {"image/webp": "EXT_texture_webp", "image/ktx2": "KHR_texture_basisu"}.get(kind)
         if name is None:
@@ -90,7 +90,7 @@ class GltfMaterials:
         return {"extensions": {name: {"source": image}}}
 
     def _image(self, image: TextureImage) -> int:
-        """Embed an image, converted to PNG if glTF does not support its kind."""
+        """Embed an image, converted to PNG if glTF does not support its format."""
         if image not in self._image_of:
             content = image.encoded()
             kind = kind_of_image(content)

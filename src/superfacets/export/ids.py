@@ -1,4 +1,4 @@
-"""Write files of labels: labels of cells, of vertices, of triangles."""
+"""Write label files, with labels of cells, vertices or triangles."""
 
 from __future__ import annotations
 
@@ -36,36 +36,36 @@ from .scannet import (
 from .text import write_rows
 
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
-"""Endings of files with a label per cell."""
+"""Endings of files with one label per cell."""
 
 VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
-"""Endings of files with an id >= 0 per vertex."""
+"""Endings of files with one id per vertex, 0 or greater."""
 
 RENUMBERED_OUTPUTS = (".bin", "_sp_label.npy", ".pth")
-"""Endings of files whose ids have no gaps."""
+"""Endings of files whose ids are renumbered from 0, without gaps."""
 
 CORTEX_OUTPUTS = (".label.gii", ".annot")
-"""Endings of files with a label per vertex, or -1, and a table of colors and names."""
+"""Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
 
 @dataclass(frozen=True)
 class IdWriter:
-    """Labels of cells, for files of labels and of graphs of regions."""
+    """Writes labels of cells, or the graph of their regions, to label files and graph files."""
 
     cells: Cells
     labels: Ints | None
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
-        """Return self; a MeshError if files with these endings cannot be written."""
+        """Return self; a MeshError if files with these endings cannot store the labels."""
         for ending in endings:
             if self.labels is None:
-                raise MeshError(f"there are no labels to write as {ending}")
+                raise MeshError(f"a {ending} file needs labels, but none are given")
             _check_labels(self.labels, ending)
             if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
-                raise MeshError("a graph needs a region, but all labels are -1")
+                raise MeshError("a graph needs at least one region, but all labels are -1")
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
             if ending == ".aggregation.json":
@@ -73,7 +73,7 @@ class IdWriter:
         return self
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file with this ending; the name of the scene is taken from its path."""
+        """Write a file in the format of `ending`; `path` determines the name of the scene."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
             ranks, _ = ranked_labels(self.labels)
@@ -85,7 +85,6 @@ class IdWriter:
             _write(file, ending, path, labels, self.options)
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        """Write labels of vertices, in the colors of the regions."""
         from ..pictures.colors import face_colors
         from ..regions.vertices import vertex_labels
 
@@ -97,7 +96,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions without a vertex in files of vertex labels."""
+        """Number of regions that contain no vertex, so that files of vertex labels omit them."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
@@ -112,7 +111,7 @@ class IdWriter:
 def write_given_labels(
     labels: npt.ArrayLike, ending: str
 ) -> Callable[[IO[bytes], str, Path | None], None]:
-    """Check labels for the format of an ending; return the function that writes them."""
+    """Check labels for the format of `ending`, and return a function that writes these labels."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)
@@ -129,7 +128,6 @@ def _write(
     labels: npt.NDArray[np.integer[Any]],
     options: FormatOptions,
 ) -> None:
-    """Write checked labels of the elements of the format."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":
@@ -152,17 +150,18 @@ def _check_triangles(cells: Cells) -> None:
     kind = kind_of(cells)
     if kind.name == "polygons":
         raise MeshError(
-            ".sstk.json holds labels of triangles: label the triangles of PolygonMesh.triangulate()"
+            ".sstk.json needs labels of triangles, not polygons: segment the result of"
+            " PolygonMesh.triangulate()"
         )
     if kind.name != "triangles":
-        raise MeshError(f".sstk.json holds labels of triangles, but these are {kind.noun}s")
+        raise MeshError(f".sstk.json needs labels of triangles, but the cells are {kind.noun}s")
 
 
 def _check_labels(labels: Ints, ending: str) -> None:
-    """Raise an error if the format cannot hold the labels, or needs a package that is missing."""
+    """Raise an error if the format cannot store the labels, or needs a missing package."""
     if ending in VERTEX_OUTPUTS and labels.min() < 0:
         first = int(np.argmin(labels))
-        raise MeshError(f"labels[{first}] is {labels[first]}; ids in {ending} must be 0 or more")
+        raise MeshError(f"labels[{first}] is {labels[first]}: {ending} needs labels of 0 or more")
     if ending == ".pth":
         check_torch()
     if ending in CORTEX_OUTPUTS:

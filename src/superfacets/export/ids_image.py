@@ -1,4 +1,4 @@
-"""Write images of region ids in the layout of a texture, and a table of the ids."""
+"""Write texture images that store region ids, and a table of the ids."""
 
 from __future__ import annotations
 
@@ -18,20 +18,21 @@ from .content import Content
 from .textures import write_beside
 
 PLAIN_SIZE = (2048, 2048)
-"""Width and height of an image of ids if there is no image of colors."""
+"""Width and height of an id image if the texture has no color image."""
 
 
 def write_ids(file: IO[bytes], content: Content) -> None:
-    """Write an image of region ids in the layout of the texture, and a table of ids beside it.
+    """Write an image with a region id per texel, and a table of ids to the same folder.
 
-    The id of a region is its label + 1, encoded as red + 256 green + 65,536 blue; 0 means no
-    region. If the texture has several images, further images of ids are written beside the first.
+    The texture coordinates of the mesh apply to the image. The id of a region is its label + 1,
+    encoded as red + 256 green + 65,536 blue; 0 means no region. If the texture has several images,
+    one id image is written for each.
     """
     texture, labels = content.texture, content.labels
     if texture is None or labels is None:
-        raise MeshError("an image of ids needs faces with labels and texture coordinates")
+        raise MeshError("a .ids.png file needs faces with labels and texture coordinates")
     if labels.max(initial=0) >= 2**24 - 1:
-        raise MeshError("an image of ids can hold 16,777,215 regions at most")
+        raise MeshError("a .ids.png file can store labels up to 16,777,214: renumber the labels")
     n_texels = np.zeros(int(labels.max(initial=-1)) + 1, np.int64)
     for number, (material, is_here, size) in enumerate(_layouts(texture)):
         ids = ids_in_layout(content.cells, texture, labels, is_here, material.wrap, size)
@@ -49,7 +50,7 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """A material with each image, its faces, and the size of the image; one layout if no image."""
+    """Yield a material, a mask of its faces, and the image size, for each image of the texture."""
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:
@@ -65,7 +66,7 @@ def _as_colors(ids: Ints) -> Bytes:
 
 
 def _table_of_ids(content: Content, labels: Ints, n_texels: Array) -> bytes:
-    """Id, label, number of texels and area of each region, as CSV."""
+    """Return a CSV table with id, label, number of texels and area of each region."""
     measures = kind_of(content.cells).measures(content.cells, 1)
     kept = labels >= 0
     areas = np.bincount(labels[kept], measures[kept], len(n_texels))

@@ -1,4 +1,4 @@
-"""Write labels to one file, or to one file per file of the source."""
+"""Write labels to one file, or to a separate file for each file of the source."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .scannet import write_array
 def label_files(source: object, out: StrPath) -> list[Path]:
     """Return the paths of the label files of a source, and create their folder if it is missing.
 
-    `out` is a ``.npy`` file. If the source is a folder, `out` may be a folder, too: an existing
-    folder, or a name without an ending or with a slash at the end. A ValueError if `out` has
-    another form or is a file of the source, or if two files of the source have the same stem; an
+    `out` is a ``.npy`` file. If the source is a folder, `out` may also be a folder: an existing
+    folder, or a name without a suffix, or with a trailing slash. Raises a ValueError if `out` is
+    something else or a file of the source, or if two files of the source have the same stem; an
     OSError if a file cannot be written.
     """
     if not _is_folder(out):
@@ -30,15 +30,15 @@ def label_files(source: object, out: StrPath) -> list[Path]:
         writable_folder(Path(out))
     else:
         raise ValueError(
-            f"out must end in .npy, got {os.fspath(out)!r}: only the labels of a folder of files"
-            " are written to a folder"
+            f"out must end in .npy, got {os.fspath(out)!r}: out can be a folder only if the source"
+            " is a folder"
         )
     checked_targets(files)
     if isinstance(source, (str, os.PathLike)) and Path(source).exists():
         inputs = {file.path.resolve() for file in files_of(Path(source))}
         for file in files:
             if file.resolve() in inputs:
-                raise ValueError(f"{file}: the labels would overwrite a file of the source")
+                raise ValueError(f"{file}: out is a file of the source: choose another name")
     return files
 
 
@@ -51,10 +51,10 @@ def _is_folder(out: StrPath) -> bool:
 
 
 def label_names(folder: Path) -> list[str]:
-    """Return names of label files for the files in a folder: ``a.npy`` for ``a.ply``.
+    """Return the name of the label file for each file in a folder: ``a.npy`` for ``a.ply``.
 
-    Slashes in the names of a tileset's files become ``_``. A ValueError if two names are equal; an
-    OSError if the folder has neither meshes nor clouds.
+    For a tileset, slashes in file names are replaced by ``_``. Raises a ValueError if two names are
+    equal, and an OSError if the folder has neither meshes nor clouds.
     """
     found: dict[str, SourceFile] = {}
     names = []
@@ -64,8 +64,8 @@ def label_names(folder: Path) -> list[str]:
         other = found.setdefault(os.path.normcase(name), file)
         if other is not file:
             raise ValueError(
-                f"{other.name} and {file.name} in {folder} would both have their labels in {name}:"
-                " rename one of them, or write one .npy for all"
+                f"the labels of {other.name} and {file.name} in {folder} would both be written to"
+                f" {name}: rename one of the two files, or write all labels to a single .npy file"
             )
     return names
 
@@ -73,20 +73,21 @@ def label_names(folder: Path) -> list[str]:
 def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
     """Return offsets that split the labels among the output files, shape (n_files + 1,).
 
-    An OSError if the number of files in the folder has changed.
+    Raises an OSError if the number of files in the folder has changed.
     """
     starts = pieces.starts
     if n_files <= 1:
         return starts[0], starts[-1]
     if len(starts) != n_files + 1:
         raise OSError(
-            f"the folder had {n_files} files when the run began, but now has {len(starts) - 1}"
+            f"the folder had {n_files} files when the run began, but now has {len(starts) - 1}:"
+            " run again"
         )
     return starts
 
 
 def save_labels(files: Sequence[Path], starts: Sequence[int], labels: Ints) -> None:
-    """Write a range of labels to each ``.npy`` file: all files, or none."""
+    """Write consecutive ranges of labels to ``.npy`` files; writes all files, or none."""
     with atomic_outputs(files) as temporaries:
         for temporary, file, (begin, end) in zip(temporaries, files, pairwise(starts), strict=True):
             try:

@@ -1,4 +1,4 @@
-"""Write OBJ with a group for each region, and OFF with a color for each face."""
+"""Write OBJ with one group per region, and OFF with one color per face."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 from .textures import library_lines, material_names
 
 NO_MATERIAL = "no_material"
-"""Name of the material of faces without a material, if they follow faces with a material."""
+"""Material name for faces without a material that follow faces with a material."""
 
 
 def write_obj(file: IO[bytes], content: Content) -> None:
-    """Write OBJ with a group per region; faces keep their order within a group.
+    """Write OBJ with one group per region; faces keep their order within a group.
 
-    Materials of a texture are in an MTL file beside the output. The format cannot store colors and
-    attributes of faces.
+    Materials are written to an MTL file in the same folder. OBJ cannot store colors and attributes
+    of faces.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     lines_of = partial(face_lines, mesh, begin="f ", first=1)
@@ -41,7 +41,7 @@ def write_obj(file: IO[bytes], content: Content) -> None:
             file.write(b"".join(lines))
         return
     order = np.argsort(labels, kind="stable")
-    begin, last = 0, -2  # no label is below -1
+    begin, last = 0, -2  # -2 differs from every label
     for lines in lines_of(faces=order):
         regions = labels[order[begin : begin + len(lines)]]
         for place in np.flatnonzero(np.diff(regions, prepend=last)).tolist():
@@ -55,7 +55,7 @@ def write_obj(file: IO[bytes], content: Content) -> None:
 def _textured_lines(
     mesh: FaceMesh, texture: Texture, faces: npt.NDArray[np.intp]
 ) -> Iterator[list[bytes]]:
-    """Yield lines of faces with texture coordinates, and a line where the material changes."""
+    """Yield face lines with texture coordinates, and ``usemtl`` lines where materials change."""
     names = material_names(texture)
     offsets = corners_of(mesh).offsets
     firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
@@ -80,10 +80,10 @@ def face_lines(
     first: int = 0,
     ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
-    """Yield lists of at most `ROWS_AT_ONCE` lines, one per face: `begin`, corners, `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines. Each line has `begin`, the corners, and `ends`.
 
-    The number of corners replaces a ``#`` in `begin`. Vertices are counted from `first`. Each array
-    of `ends` holds a number per face of the mesh.
+    A ``#`` in `begin` is replaced by the number of corners. The first vertex has index `first`.
+    Each array in `ends` has one number per face of the mesh.
     """
     for place in range(0, len(faces), ROWS_AT_ONCE):
         yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)
@@ -93,7 +93,7 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Lines of faces; `pairs` are texture coordinates of corners, and first corners of faces."""
+    """Return face lines; `pairs` has texture coordinate indices and the first corner of faces."""
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)
@@ -103,7 +103,8 @@ def _lines_of(
             np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
         ]
         is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
-        kinds = np.where(is_whole, sizes, -sizes)  # negative: some corners have no coordinates
+        # Faces in which a corner has no texture coordinates get a negative kind.
+        kinds = np.where(is_whole, sizes, -sizes)
     for kind in np.unique(kinds).tolist():
         alike = np.flatnonzero(kinds == kind)
         places = [offsets[alike] + place for place in range(abs(kind))]
@@ -123,8 +124,8 @@ def _lines_of(
 def write_off(file: IO[bytes], content: Content) -> None:
     """Write OFF, with red, green and blue, 0 to 255, after the corners of each face.
 
-    The file begins with OFF, because COFF would declare colors of vertices. The format cannot store
-    labels and attributes.
+    The first line is OFF, because COFF would declare vertex colors. OFF cannot store labels and
+    attributes.
     """
     mesh, colors = content.cells, content.colors
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))

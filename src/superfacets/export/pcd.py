@@ -16,10 +16,10 @@ _FORMATS = {"f4": "%.9g", "f8": "%.17g"}
 
 
 def write_pcd(file: IO[bytes], content: Content) -> None:
-    """Write points as binary PCD or as text: x, y, z, normals, packed colors, label, attributes.
+    """Write points as binary or text PCD: x, y, z, normals, packed colors, label, attributes.
 
-    Coordinates are float32 if that is exact, else float64. Labels are unsigned, unless a point is
-    in no region.
+    Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers
+    unless a label is -1.
     """
     columns = _columns_of(content)
     kinds = [values.dtype.str[1:].upper() for values in columns.values()]
@@ -57,7 +57,7 @@ def write_pcd(file: IO[bytes], content: Content) -> None:
 
 
 def _columns_of(content: Content) -> dict[str, Array]:
-    """Fields by name; attributes whose name is taken are skipped."""
+    """Return the fields by name; attributes with the name of another field are skipped."""
     cloud, labels, colors = content.cells, content.labels, content.colors
     dtype = np.float32 if fits_single(cloud.points) else np.float64
     columns: dict[str, Array] = dict(zip("xyz", cloud.points.T.astype(dtype), strict=True))
@@ -68,7 +68,7 @@ def _columns_of(content: Content) -> dict[str, Array]:
     taken = set()
     if colors is not None:
         packed = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
-        # Other programs expect floats with these bits in binary files, and integers in text.
+        # Other programs expect these bits as a float in binary files, and as an integer in text.
         columns["rgb"] = packed if content.ascii else packed.view(np.float32)
         taken = {"red", "green", "blue"}
     if labels is not None:

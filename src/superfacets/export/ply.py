@@ -1,4 +1,4 @@
-"""Write PLY files of meshes, with labels and colors per face, and of point clouds."""
+"""Write PLY files of meshes, with a label and a color per face, and of point clouds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
 }
-"""Names of properties of a file with labels; attributes with these names are skipped."""
+"""Properties that `write_ply` itself writes; attributes with these names are skipped."""
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
@@ -44,7 +44,7 @@ def write_ply(file: IO[bytes], content: Content) -> None:
     if content.vertex_labels is not None:
         vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
     if attributes is not None:
-        # Vertex labels among the attributes are skipped if other labels of faces are written.
+        # Vertex labels among the attributes are outdated if new face labels are written.
         labels = attributes.face.get("label", ())
         are_other = content.labels is not None and not np.array_equal(labels, content.labels)
         left_out = ("label",) if are_other else ()
@@ -60,7 +60,7 @@ def write_ply(file: IO[bytes], content: Content) -> None:
 
 
 def write_cloud_ply(file: IO[bytes], content: Content) -> None:
-    """Write a point cloud as PLY, with labels of points."""
+    """Write a point cloud as PLY, with one label per point."""
     cloud = content.cells
     points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
     if content.attributes is not None:
@@ -72,7 +72,6 @@ def write_cloud_ply(file: IO[bytes], content: Content) -> None:
 def _write_elements(
     file: IO[bytes], elements: list[_Element], comments: Sequence[str], *, ascii: bool
 ) -> None:
-    """Write the header, and the rows of all elements."""
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0", *comments]
     for element in elements:
         lines += [f"element {element.name} {element.n_rows}"]
@@ -86,20 +85,20 @@ def _write_elements(
 
 @dataclass(frozen=True)
 class _Column:
-    """A property: its values, or one value for all rows, and its type."""
+    """A property of a PLY element."""
 
     name: str
     dtype: str
-    values: Any  # or the mesh, if lists are faces that differ in size
-    length: int | None = None  # length of the list in every row; None for a single number
-    longest: int = 0  # length of the longest list, if lists differ in length
+    values: Any  # array; or one value for all rows; or the mesh, if its faces differ in size
+    length: int | None = None  # length of the list in every row; None if rows have one number
+    longest: int = 0  # length of the longest list if lists differ in length, otherwise 0
 
     @property
     def length_dtype(self) -> str:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return the column of some rows; if lists differ in length, those rows have `size`."""
+        """Select rows of a column; lists in these rows have length `size` if lengths differ."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -110,14 +109,14 @@ class _Column:
 
 @dataclass(frozen=True)
 class _Element:
-    """An element of a PLY file: a table of columns."""
+    """An element of a PLY file: a named table."""
 
     name: str
     n_rows: int
     columns: list[_Column]
 
     def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
-        """Append attributes as columns, except names that are taken or in `left_out`."""
+        """Append attributes as columns, except those whose name is in use or in `left_out`."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}
@@ -134,7 +133,7 @@ def _vertex_columns(vertices: Floats) -> list[_Column]:
 
 
 def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
-    """Columns of positions, normals, labels and colors; the default is the cloud's colors."""
+    """Return columns of positions, normals, labels, and the given or the cloud's own colors."""
     colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:
@@ -171,7 +170,7 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Encode rows of the file: as one piece, or one piece per row if faces differ in size."""
+    """Encode rows of the file as one item, or as one item per row if faces differ in size."""
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)
@@ -189,12 +188,11 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
 
 
 def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
-    """Pack columns into an array of binary rows."""
     fields: list[Any] = []
     for column in columns:
         if column.length is None:
             fields.append((column.name, column.dtype))
-        else:  # names of attributes have no spaces
+        else:  # attribute names have no spaces, so the names below are unique
             fields.append((f"length of {column.name}", column.length_dtype))
             fields.append((column.name, column.dtype, (column.length,)))
     rows = np.empty(n_rows, dtype=fields)
@@ -206,7 +204,6 @@ def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
 
 
 def _declaration(column: _Column) -> str:
-    """The line of the header that declares a property."""
     kind = PLY_TYPES[column.dtype[-2:]]
     if column.length is not None or column.longest:
         kind = f"list {PLY_TYPES[column.length_dtype[-2:]]} {kind}"
@@ -214,7 +211,7 @@ def _declaration(column: _Column) -> str:
 
 
 def _as_text(rows: Array) -> bytes:
-    """Format rows as text that is parsed to the same numbers."""
+    """Format rows as text with enough digits to restore the same numbers."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
     formats = {"f4": "%.9g", "f8": "%.17g"}
     words = [formats.get(column.dtype.str[1:], "%d") for column in columns for _ in column.T]

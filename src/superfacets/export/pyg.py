@@ -1,4 +1,4 @@
-"""Write graphs of regions for PyTorch Geometric, as plain arrays in one .npz file."""
+"""Write region graphs for PyTorch Geometric, as arrays in an .npz file."""
 
 from __future__ import annotations
 
@@ -21,37 +21,38 @@ Graph = Mapping[str, npt.ArrayLike]
 
 
 def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
-    """Write a graph of regions, or nested graphs, as arrays for PyTorch Geometric.
+    """Write a region graph, or a sequence of nested graphs, as arrays for PyTorch Geometric.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.npz``. An existing file is replaced when the new one is complete, and its
-        permissions are kept.
-    graphs : mapping of str to array_like, or a sequence of such mappings
-        Arrays by name. ``edge_index``, (2, E), holds the regions at the ends of each edge, in both
-        directions. ``edge_attr``, (E, n), has a row per edge. ``pos``, (K, 3), and all other arrays
-        have a row per region. ``super_index`` holds the region that contains each cell, or each
-        region of the next finer graph; -1 if there is none. A sequence begins with the finest
-        graph.
+        Output file; the name must end in ``.npz``. An existing file is replaced when the new file
+        is complete, and its permissions are kept.
+    graphs : mapping of str to array_like, or a sequence of mappings
+        Arrays of a graph, by name. ``edge_index``, (2, E), has the regions at the two ends of each
+        edge; each edge is listed in both directions. ``edge_attr``, (E, n), has a row per edge.
+        ``pos``, (K, 3), and all other arrays have a row per region. ``super_index`` has the region
+        that contains each cell, or each region of the next finer graph, or -1. The finest graph of
+        a sequence is first.
 
     Raises
     ------
     ValueError
-        If the ending is wrong, if there is no graph, if an array does not hold numbers, if an edge
-        or a ``super_index`` refers to a region that does not exist, or if nested graphs do not fit
-        together.
+        If `path` does not end in ``.npz``, if there is no graph, if an array is not numeric, if an
+        edge or a ``super_index`` refers to a region that does not exist, or if the sizes of nested
+        graphs do not match.
     OSError
         If the file cannot be written.
 
     Notes
     -----
-    Indices are written as int64, and other numbers in their types. The arrays of one graph keep
-    their names. Nested graphs become levels, numbered as in superpoint networks. Level 0 is the
-    cells: the file holds only ``level0_super_index``, with regions of level 1. Level 1 is the first
-    graph: ``level1_edge_index``, ``level1_pos`` and so on, and ``level1_super_index``, with regions
-    of level 2. The last level has no ``super_index``. Writing and reading do not need torch:
-    ``torch_geometric.data.Data(**tensors)`` accepts the arrays of a level.
+    Indices are written as int64, and other arrays with their own data type. The arrays of a single
+    graph keep their names. Nested graphs are numbered as levels, as in superpoint networks. Level 0
+    consists of the cells, and has only ``level0_super_index``, the region of level 1 of each cell.
+    Level 1 is the first graph: ``level1_edge_index``, ``level1_pos`` and so on, and
+    ``level1_super_index``, with regions of level 2. The last level has no ``super_index``. Writing
+    does not need torch. The arrays of a level, converted to tensors, can be passed to
+    ``torch_geometric.data.Data(**tensors)``.
 
     Examples
     --------
@@ -79,20 +80,20 @@ def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
 
 
 def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:
-    """Arrays of all graphs, by their names in the file."""
+    """Check all graphs, and return their arrays, keyed by array name in the file."""
     if isinstance(graphs, Mapping):
         graph = {name: _checked(values, name) for name, values in graphs.items()}
         _check_graph(graph, "", None)
         return graph
     if not len(graphs):
-        raise MeshError("there are no graphs")
+        raise MeshError("graphs must contain at least one graph")
     n_below: int | None = None
     arrays: dict[str, Array] = {}
     for place, given in enumerate(graphs):
         what = f"graphs[{place}]: "
         graph = {name: _checked(values, what + name) for name, values in given.items()}
         if "super_index" not in graph:
-            raise MeshError(f"{what}nested graphs need super_index")
+            raise MeshError(f"{what}super_index is missing; nested graphs need it")
         n_below = _check_graph(graph, what, n_below)
         for name, values in graph.items():  # a super_index is stored with the next finer level
             level = place if name == "super_index" else place + 1
@@ -123,14 +124,14 @@ def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -
     if edges.ndim != 2 or len(edges) != 2:
         raise MeshError(f"{prefix}edge_index must have shape (2, E), got {edges.shape}")
     if "edge_attr" in graph and len(graph["edge_attr"]) != edges.shape[1]:
-        raise MeshError(f"{prefix}edge_attr must have a row for each of {edges.shape[1]} edges")
+        raise MeshError(f"{prefix}edge_attr must have one row per edge, {edges.shape[1]} rows")
     members = graph.get("super_index", np.empty(0, np.int64))
     if n_below is not None and len(members) != n_below:
         raise MeshError(
-            f"{prefix}super_index must have one entry for each of the {n_below} regions below,"
+            f"{prefix}super_index must have one entry per region of the previous graph, {n_below},"
             f" got {len(members)}"
         )
     for name, indices, lowest in (("edge_index", edges, 0), ("super_index", members, -1)):
         if indices.size and not lowest <= indices.min() <= indices.max() < n_regions:
-            raise MeshError(f"{prefix}{name} must be regions, {lowest} to {n_regions - 1}")
+            raise MeshError(f"{prefix}{name} must be regions from {lowest} to {n_regions - 1}")
     return n_regions

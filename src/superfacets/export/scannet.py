@@ -19,22 +19,22 @@ from ..io.atomic import StrPath
 from .text import write_list
 
 MAX_ID = 1 << 24
-"""Upper bound of ids: some readers store ids as float32, which cannot hold larger odd integers."""
+"""Exclusive upper bound of ids. Some readers store ids as float32, which is exact up to 2**24."""
 
 NO_CLASS = "unknown"
-"""Label of a group without a class, as in ScanNet's labeling tool."""
+"""Label of groups without a class; ScanNet's labeling tool uses the same label."""
 
 SEGMENTS = ".segs.json"
 GROUPS = ".aggregation.json"
 
 APP_ID = "superfacets"
-"""The ``appId`` of groups that this package makes from regions."""
+"""Value of ``appId`` in files written by this package."""
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
-"""Suffix of the name of a scene in the names of its mesh files."""
+"""Suffix that ScanNet appends to the scene name in the names of mesh files."""
 
 _THRESHOLD = re.compile(r"\.\d+\.\d+$")
-"""Threshold in the names of segment files: ``.0.010000``."""
+"""Threshold that ScanNet appends to the names of segment files, for example ``.0.010000``."""
 
 
 def scene_of(path: Path | None, ending: str) -> str:
@@ -47,18 +47,18 @@ def scene_of(path: Path | None, ending: str) -> str:
 
 
 def check_truth_stays(paths: Iterable[StrPath]) -> None:
-    """Raise a FileExistsError if ground truth would be replaced.
+    """Raise a FileExistsError if writing to `paths` would destroy ground truth.
 
-    Ground truth is an ``.aggregation.json`` from another program, and a ``.segs.json`` whose
-    segments an ``.aggregation.json`` in the same folder groups: its ``segmentsFile``, or the file
-    of the same scene. With other segments the groups would be invalid.
+    Ground truth is an ``.aggregation.json`` file from another program, or a ``.segs.json`` file to
+    whose segments an ``.aggregation.json`` file in the same folder refers, either by its entry
+    ``segmentsFile`` or by an equal scene name. New segments would make these groups invalid.
     """
     outputs = [Path(path) for path in paths]
     for path in outputs:
         if path.name.endswith(GROUPS) and path.exists() and not _is_ours(path):
             raise FileExistsError(
-                f"{path}: holds objects from another program, which would be lost: write to another"
-                " folder, or overwrite it (force=True, --force)"
+                f"{path}: this file was written by another program, and its objects would be lost:"
+                " write to another folder, or overwrite the file (force=True, --force)"
             )
         if not (path.name.endswith(SEGMENTS) and path.exists()):
             continue
@@ -66,12 +66,12 @@ def check_truth_stays(paths: Iterable[StrPath]) -> None:
             if groups not in outputs and path.name in _segment_files_of(groups, path):
                 raise FileExistsError(
                     f"{path}: {groups.name} refers to the segments in this file, and would become"
-                    " invalid: write to another folder, or overwrite it (force=True, --force)"
+                    " invalid: write to another folder, or overwrite the file (force=True, --force)"
                 )
 
 
 def _is_ours(groups: Path) -> bool:
-    """Whether this package wrote a file of groups."""
+    """Whether this package wrote the ``.aggregation.json`` file `groups`."""
     try:
         return bool(json.loads(groups.read_bytes())["appId"] == APP_ID)
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
@@ -79,7 +79,7 @@ def _is_ours(groups: Path) -> bool:
 
 
 def _segment_files_of(groups: Path, segments: Path) -> set[str]:
-    """Names of files of segments that a file of groups may refer to."""
+    """Return the names of segment files to which an ``.aggregation.json`` file may refer."""
     names = set()
     if scene_of(groups, GROUPS) == scene_of(segments, SEGMENTS):
         names.add(segments.name)
@@ -87,12 +87,12 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
         named = json.loads(groups.read_bytes())["segmentsFile"]
         names |= {named, named.removeprefix("scannet.")}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        pass  # only the name of the file counts
+        pass  # an unreadable file can refer to segments only by its scene name
     return names
 
 
 def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
-    """Write the segment of each vertex, in one line without spaces."""
+    """Write the segment id of each vertex as a ``.segs.json`` file."""
     check_ids(ids)
     params = f'{{"params":{{"software":"superfacets","nSegments":{len(np.unique(ids))}}},"sceneId":'
     file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
@@ -104,7 +104,7 @@ def write_aggregation(
     file: IO[bytes], ids: npt.NDArray[np.integer], scene: str,
     classes: Sequence[str] | None, scores: Sequence[float] | None = None,
 ) -> None:  # fmt: skip
-    """Write a group for each segment, with its class and score, if given."""
+    """Write one group per segment, with a class and a score if they are given."""
     check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes
@@ -119,9 +119,10 @@ def write_aggregation(
 def write_groups(
     file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str, segments_file: str | None = None
 ) -> None:
-    """Write groups of segments, which are objects with ``segments``, ``label`` and other entries.
+    """Write groups of segments as an ``.aggregation.json`` file.
 
-    `segments_file` is the name of the file of segments; None for its usual name in ScanNet.
+    Each group has the entries ``segments`` and ``label``, and may have others. `segments_file` is
+    the name of the segment file; by default the name that ScanNet uses for the scene.
     """
     document = {
         "sceneId": f"scannet.{scene}",
@@ -136,14 +137,14 @@ def check_ids(ids: npt.NDArray[np.integer]) -> None:
     """Raise a MeshError if an id is 2**24 or more."""
     highest = int(ids.max())
     if highest >= MAX_ID:
-        raise MeshError(f"label {highest} is too high: readers of these files need ids below 2**24")
+        raise MeshError(f"labels must be below 2**24 in this format, got {highest}: renumber them")
 
 
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
-    """Write the regions of triangles on each level, finest first, for the Scene Toolkit (SSTK).
+    """Write the region of each triangle in each level, for the Scene Toolkit (SSTK).
 
-    SSTK finds the segmentations of a hierarchy by name, and expects levels from fine to coarse.
-    Triangles with negative labels are in no segment.
+    Levels are ordered from fine to coarse. SSTK finds the levels of a hierarchy by name. Triangles
+    with negative labels are in no segment.
     """
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
     for level, labels in enumerate(levels):
@@ -156,10 +157,10 @@ def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> No
 
 
 def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str) -> None:
-    """Write an id per vertex, without gaps, for OneFormer3D and UniDet3D.
+    """Write one id per vertex for OneFormer3D (``.bin``) or UniDet3D (``_sp_label.npy``).
 
-    Ids are renumbered from 0 in ascending order, and written as little-endian 64-bit integers. A
-    ``.bin`` file holds only the numbers; ``_sp_label.npy`` also has a header.
+    Ids are renumbered from 0 without gaps, in ascending order, and written as little-endian 64-bit
+    integers. A ``.bin`` file has no header.
     """
     numbers = _without_gaps(ids)
     if ending == ".bin":
@@ -175,10 +176,10 @@ def check_torch() -> None:
 
 
 def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
-    """Write an id per vertex, without gaps, for ISBNet and Open3DIS: an int64 tensor of torch.
+    """Write one id per vertex, renumbered without gaps, as an int64 tensor for ISBNet and Open3DIS.
 
-    All versions of torch load a tensor. The scripts of these networks write a NumPy array, which
-    new versions of torch do not load by default.
+    The scripts of these networks write a NumPy array, but new versions of torch do not load arrays
+    by default.
     """
     import torch
 
@@ -192,12 +193,12 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:
 
 
 def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy; `numpy.save` would not report a full disk."""
+    """Write an array as .npy; unlike `numpy.save`, this reports an error if the disk is full."""
     with path.open("wb") as file:
         write_npy(file, np.ascontiguousarray(array))
 
 
 def write_npy(file: IO[bytes], array: Array) -> None:
-    """Write an array to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
+    """Write an array as .npy to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
     file.write(array.data)

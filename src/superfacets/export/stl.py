@@ -1,4 +1,4 @@
-"""Write STL as text, with a solid per region or class: named patches for CFD."""
+"""Write STL as text, with one solid per region or class, for example as patches for CFD."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from .text import coordinate_format, write_rows
 def write_stl(file: IO[bytes], content: Content) -> None:
     """Write one solid per region, in ascending order of labels, or one per class.
 
-    The names of solids are ``region_0``, ..., and ``unlabeled`` for label -1, or classes with
-    underscores instead of spaces. Programs for meshing and flow use them as names of patches. The
-    file is text because binary STL has only one solid. Undefined normals are 0.
+    Solids are named ``region_0``, ``region_1``, ..., and ``unlabeled`` for label -1, or after the
+    classes, with underscores instead of spaces. Meshing and flow simulation programs use these
+    names for patches. The file is text because binary STL has only one solid. Undefined normals
+    are 0.
     """
     mesh, labels = content.cells, content.labels
     normals = area_vectors(mesh, checked_threads(None))
@@ -41,7 +42,7 @@ def write_stl(file: IO[bytes], content: Content) -> None:
 
 
 def _names_of(values: Array, classes: Sequence[str] | None) -> Array:
-    """Names of the solids of the distinct labels, in ascending order."""
+    """Return the name of the solid for each distinct label; `values` are the ascending labels."""
     regions = [f"region_{value}" for value in values.tolist() if value >= 0]
     if classes is not None:
         regions = ["_".join(name.split()) or "unnamed" for name in classes]

@@ -1,4 +1,4 @@
-"""Write tables of numbers as CSV, JSON or Parquet, and lines along edges of a mesh as OBJ."""
+"""Write tables of numbers as CSV, JSON or Parquet, and polylines along mesh edges as OBJ."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
 Columns = Mapping[str, Array]
-"""Columns of a table by name, all of the same length."""
+"""Columns of a table by name; all columns have the same length."""
 
 TABLE_ENDINGS = (".csv", ".json", ".parquet")
 LINE_ENDINGS = (".obj",)
 
 
 def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
-    """Write each table to its path, ``.csv``, ``.json`` or ``.parquet``: all files appear, or none.
+    """Write each table to its path, in the format of its ending. Writes all files, or none.
 
-    NaN becomes an empty field in CSV, and null in JSON. A JSON file holds a list with one object
-    per row. Numbers are written with all digits. Parquet needs pandas and pyarrow.
+    The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
+    null in JSON. A JSON file has a list with one object per row. Numbers are written with all
+    digits. Parquet needs pandas and pyarrow.
     """
     endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
@@ -46,14 +47,14 @@ def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
 
 
 def print_csv(file: IO[str], columns: Columns) -> None:
-    """Write CSV: a line of names, then a line per row."""
+    """Write CSV: a line with the column names, then one line per row."""
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(_rows(columns))
 
 
 def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
-    """Rows of Python numbers, None for NaN."""
+    """Return rows of Python numbers; NaN is replaced by None."""
     lists = []
     for column in columns.values():
         values = column.tolist()
@@ -64,7 +65,7 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
-    import_extra("pyarrow", "a .parquet file", "graph")  # pandas would raise another error
+    import_extra("pyarrow", "a .parquet file", "graph")  # otherwise pandas raises an ImportError
     pandas = import_extra("pandas", "a .parquet file", "graph")
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
@@ -72,7 +73,7 @@ def _write_parquet(path: Path, columns: Columns) -> None:
 def write_lines(
     path: StrPath, vertices: Floats, lines: Iterable[tuple[str, npt.NDArray[np.integer]]]
 ) -> None:
-    """Write lines with their vertices as OBJ, in named groups; closed lines repeat a vertex."""
+    """Write polylines as OBJ, each in a named group; closed polylines repeat the first vertex."""
     known_ending(Path(path), LINE_ENDINGS)
     named = list(lines)
     rows = [line for _, line in named]

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from .._types import Array, Floats
 
 ROWS_AT_ONCE = 1 << 14
-"""Number of rows that are formatted at a time, small enough for the cache."""
+"""Number of rows that are formatted at a time; small enough to fit in the processor cache."""
 
 
 def text_rows(row: str, columns: Sequence[Array]) -> bytes:
-    """Format rows of text in one operation; `row` is the format string of one row."""
+    """Format all rows with a single format operation; `row` is the format string of one row."""
     lists = [column.tolist() for column in columns]
     n_rows = len(lists[0])
     flat: list[Any] = [None] * (n_rows * len(lists))
@@ -40,13 +40,13 @@ def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
 
 
 def coordinate_format(values: Floats) -> str:
-    """Return the shortest format from which the same numbers are parsed."""
+    """Return the shortest number format that preserves all values exactly."""
     return "%.9g" if fits_single(values) else "%.17g"
 
 
 def fits_single(values: Floats) -> bool:
-    """Whether float32 holds all of the values exactly."""
-    with np.errstate(over="ignore"):  # overflow gives an infinity, which is not equal
+    """Whether float32 represents all values exactly."""
+    with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
         return all(
             np.array_equal(part.astype(np.float32), part)
             for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))

@@ -1,4 +1,4 @@
-"""Textures of written meshes: names and copies of images, MTL files, and properties for PLY."""
+"""Write textures of meshes: image names and copies, MTL files, and texture properties of PLY."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from ..io.textures import Texture
 def notes_on_texture(
     texture: Texture, endings: Collection[str], *, has_polygons: bool = False
 ) -> list[str]:
-    """Return notes on the parts of a texture that files with these endings cannot hold."""
+    """Return notes on parts of the texture that files with these endings cannot store."""
     notes = []
     lacking = sorted({ending for ending in endings if ending in (".off", ".vtp")})
     if ".ply" in endings and has_polygons and not texture.is_of_ply:
         lacking.append(".ply of polygons")
     if lacking:
-        notes.append(f"no texture in {' and '.join(lacking)}: the format cannot hold textures")
+        notes.append(f"no texture in {' and '.join(lacking)}: the format cannot store textures")
     for ending, format in ((".obj", "mtl"), (".glb", "gltf"), (".ply", "none")):
         others = [
             material.name for material in texture.materials
@@ -35,31 +35,32 @@ def notes_on_texture(
             and {*material.source.images} - {material.image}
         ]  # fmt: skip
         if ending in endings and others:
-            notes.append(f"{ending} holds only the color of {counted(len(others), 'material')}")
+            materials = counted(len(others), "material")
+            notes.append(f"{ending} can store only the color and color image of {materials}")
     if ".obj" in endings and any("mirror" in material.wrap for material in texture.materials):
-        notes.append("OBJ cannot mirror images: they repeat")
+        notes.append("OBJ cannot store mirrored images: images are repeated instead")
     return notes
 
 
 @dataclass
 class Placer:
-    """Finds names of images for an output, and copies images from other folders."""
+    """Chooses names of images for an output file, and copies images from other folders."""
 
-    path: Path | None  # the output; None for standard output, beside which nothing is written
+    path: Path | None  # output file; None for standard output, for which no image is copied
     names: dict[TextureImage, str | None] = field(default_factory=dict)
 
     def name_of(self, image: TextureImage) -> str | None:
-        """Return the name of an image in the output; None if there is none.
+        """Return the name of an image in the output; None if the image cannot be referenced.
 
-        An image in the folder of the output, or below it, is not copied. Another image is copied
-        beside the output. A missing image keeps its name.
+        Images in the folder of the output, or in its subfolders, are not copied. Other images are
+        copied to the folder of the output. A missing image keeps its name.
         """
         if image not in self.names:
             self.names[image] = self._placed(image)
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return a path relative to the folder of the output; None if it is outside of it."""
+        """Return a path relative to the output's folder; None if it is outside this folder."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -83,18 +84,18 @@ class Placer:
 
 
 def write_beside(path: Path, name: str, content: bytes) -> None:
-    """Write a file beside an output."""
+    """Write a file to the folder of an output file."""
     with atomic_outputs([path.with_name(name)]) as (temporary,):
         temporary.write_bytes(content)
 
 
 def _plain(name: str) -> str:
-    """Replace characters of a name other than letters, digits, points and dashes."""
+    """Replace characters of a name other than letters, digits, dots, dashes and underscores."""
     return re.sub(r"[^\w.-]+", "_", name).lstrip(".") or "image"
 
 
 def material_names(texture: Texture) -> list[str]:
-    """Return names of materials for an OBJ file: names from MTL unchanged, others made unique."""
+    """Return unique material names for an OBJ file; names from an MTL file are not changed."""
     names: list[str] = []
     for number, material in enumerate(texture.materials):
         name = material.name
@@ -107,10 +108,11 @@ def material_names(texture: Texture) -> list[str]:
 
 
 def library_lines(texture: Texture, path: Path | None) -> bytes:
-    """Return the lines ``mtllib`` of an OBJ file; write MTL file and images beside it if needed."""
+    """Return the ``mtllib`` lines of an OBJ file; write an MTL file and images if necessary."""
     placer = Placer(path)
     known = [placer.relative(library) for library in texture.libraries]
-    # If the MTL file is in another folder than the OBJ file, readers look for images in either.
+    # MTL files are reused only if they are in the folder of the OBJ file. For other folders,
+    # programs disagree on the folder to which image names are relative.
     if known and all(name is not None and "/" not in name for name in known):
         names = [name for name in known if name is not None]
     elif path is not None and texture.materials:
@@ -136,7 +138,7 @@ def _mtl_lines(texture: Texture, placer: Placer) -> Iterator[str]:
 
 
 def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> str:
-    """Lines of a material, with names of images instead of their indices."""
+    """Return the MTL lines of a material, with image indices replaced by image names."""
     pieces = text.split("\0")
     for place in range(1, len(pieces), 2):
         image = images[int(pieces[place])]
@@ -147,9 +149,10 @@ def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> 
 def ply_texture(
     texture: Texture, placer: Placer, *, has_triangles: bool
 ) -> tuple[list[str], dict[str, Array]]:
-    """Return comments with names of images for a PLY file, and new properties of faces.
+    """Return comments with image names for a PLY file, and new face properties.
 
-    A texture from a PLY file is already in its properties. Other textures need triangles.
+    A texture from a PLY file needs no new properties. Other textures are written only for
+    triangles.
     """
     names = [(image, placer.name_of(image)) for image in texture.images]
     comments = [f"comment TextureFile {name}" for _, name in names if name is not None]

@@ -19,10 +19,10 @@ from .content import Content
 from .text import write_rows
 
 Arrays = Mapping[str, Array]
-"""Arrays, (N,) or (N, n), by name."""
+"""Arrays of shape (N,) or (N, n), by name."""
 
 _BLOCK = 1 << 20
-"""Bytes per compressed block; the last block may be shorter."""
+"""Number of bytes per block before compression; the last block may be shorter."""
 
 
 def write_vtk_xml(
@@ -33,7 +33,7 @@ def write_vtk_xml(
     *,
     ascii: bool,
 ) -> None:
-    """Write a file of one piece with these counts and sections; names of arrays are escaped."""
+    """Write a VTK XML file with a single piece, and escape the names of arrays."""
     order = f"{sys.byteorder.capitalize()}Endian"
     numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
     file.write(
@@ -53,7 +53,7 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
     table = values.reshape(len(values), -1)
     form = "ascii" if ascii else "binary"
-    # Without NumberOfComponents, meshio reads a one-dimensional array; with 1, an (N, 1) array.
+    # If NumberOfComponents is missing, meshio reads an (N,) array; if it is 1, an (N, 1) array.
     width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""
     file.write(
         f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"{width}'
@@ -73,7 +73,7 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
 
 
 def number_format(values: Array) -> str:
-    """Return the format string from which numbers of this type are parsed to the same values."""
+    """Return a format string with enough digits to restore values of this type exactly."""
     return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
 
 
@@ -100,7 +100,7 @@ def write_vtp(file: IO[bytes], content: Content) -> None:
 
 
 _TETRA = 10
-"""VTK's cell type of tetrahedra."""
+"""VTK's code for tetrahedra."""
 
 
 def write_vtu(file: IO[bytes], content: Content) -> None:

@@ -1,4 +1,4 @@
-"""Write a mesh with its labels, or labels only; an output is complete or does not appear."""
+"""Write a mesh with its labels, or only labels; incomplete output files never appear."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .pyg import GRAPH_OUTPUTS
 from .scannet import check_truth_stays
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
-"""Endings of files that are derived from a mesh and its labels but contain neither."""
+"""Endings of files with data derived from a mesh and its labels, such as labels of vertices."""
 
 OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
 
 ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
-"""Endings by name of the format, such as ``ply``, ``segs.json``, ``sp_label.npy``."""
+"""Maps format names, such as ``ply``, ``segs.json`` or ``sp_label.npy``, to endings."""
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
@@ -52,66 +52,66 @@ def write_mesh(
 ) -> None:
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
-    In PLY, vertices are ``float`` if that is exact for every coordinate, else ``double``. Faces are
-    ``list uchar int vertex_indices``, or ``list int int`` if one has more than 255 corners. Labels
-    add ``int label``, and for MeshLab ``float quality``, which is the same number, exact below
-    2**24. Labels or colors add ``uchar red green blue alpha``. VTP has double vertices, and cell
-    data ``label`` and ``colors``. The user guide (Export) describes the other formats.
+    In PLY, vertices are ``float`` if float is exact for all coordinates, and otherwise ``double``.
+    Faces are ``list uchar int vertex_indices``, or ``list int int`` if a face has more than 255
+    corners. Labels add the property ``int label``, and for MeshLab ``float quality`` with the same
+    numbers. Labels or colors add ``uchar red green blue alpha``. VTP has vertices of type double,
+    and cell data ``label`` and ``colors``. The user guide (Export) describes the other formats.
 
     Parameters
     ----------
     path : path-like
-        The ending selects the format:
+        Output file. The ending selects the format:
 
-        - faces: ``.ply``, ``.vtp``, ``.obj`` (a group per region), ``.stl`` (triangles only; a
-          solid per region, or per class with `classes`), ``.off`` (colors) or ``.glb`` (ids and a
-          table of regions);
-        - tetrahedra: ``.vtu`` or ``.vtk``, which hold labels but no colors and attributes;
-        - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (these two
-          need the extra ``las``);
-        - an id per vertex of a mesh, as of `vertex_labels` with ``method="creases"`` and
-          ``min_vertices=20``, or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; one
+          solid per region, or per class with `classes`), ``.off`` (colors) or ``.glb`` (region ids
+          and a table of regions);
+        - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
+        - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
+          LAZ need the extra ``las``);
+        - one id per vertex of a mesh (the result of `vertex_labels` with ``method="creases"`` and
+          ``min_vertices=20``) or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
           (which needs torch);
-        - a label per vertex for the cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer). In
-          their tables of colors and names, region i is entry i + 1, and entry 0 means no region;
-        - ``.sstk.json`` (a label per triangle), ``.aggregation.json`` (a group per region), or
-          ``.npz`` (the graph of `region_graph`, as of `write_graphs`).
+        - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
+          Region i is entry i + 1 in their tables of colors and names, and entry 0 means no region;
+        - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
+          ``.npz`` (the result of `region_graph`, written by `write_graphs`).
 
-        An existing file is replaced when the new one is complete, and its permissions are kept.
+        An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`. Polygons stay polygons, except in GLB. Labels and colors of a cloud are
         properties of its points; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
-        0 and above; -1 where a face is in no region.
+        Region of each face, 0 or greater; -1 if a face is in no region.
     colors : array_like of uint8, shape (F, 3), optional
         Red, green, blue. If there are labels, the default is `face_colors`.
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or created by you. A property
-        is skipped if the file has its own property with the same name, as described above. Only
-        PLY, VTP, PCD and LAS store attributes.
+        is skipped if the format itself has a property of this name, such as ``label`` or ``red`` in
+        PLY. Only PLY, VTP, PCD and LAS store attributes.
     ascii : bool, default False
-        Write text instead of binary numbers, for readers that need text.
+        Whether to write text instead of binary numbers, for programs that read only text.
     label_name : str, default "label"
-        Name of the array of labels in VTP, VTU and VTK; dental tools expect ``Label``.
+        Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY file also stores the labels of its vertices, see `superfacets.vertex_labels`,
+        Whether a PLY file also stores labels of vertices, computed by `superfacets.vertex_labels`,
         as a vertex property ``label``.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels. GLB stores classes as a column of
-        the table, STL as names of solids, ``.aggregation.json`` as labels of groups.
+        the table, STL as names of solids, and ``.aggregation.json`` as labels of groups.
     scores : array_like of float, length K, optional
-        Score of each region, 0 to 1, in the same order, for example
+        Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores; the studio sorts
-        suggestions by them.
+        suggestions by score.
     force : bool, default False
-        Whether to replace a ``.segs.json`` if an ``.aggregation.json`` beside it groups its
-        segments: the groups become invalid with other segments. See `regroup_segments`.
+        Whether to replace a ``.segs.json`` file even if an ``.aggregation.json`` file in the same
+        folder refers to its segments and becomes invalid. See `regroup_segments`.
 
     Raises
     ------
     ValueError
         If the ending, a shape or a dtype is wrong, if a label is below -1, or is -1 in a format
-        whose ids begin at 0, or if the format cannot hold the cells, their number, or the data of
+        whose ids begin at 0, or if the format cannot store the cells, their number, or the value of
         an option.
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None.
@@ -120,8 +120,9 @@ def write_mesh(
 
     Notes
     -----
-    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written in blocks, but GLB,
-    LAS and LAZ are built in memory. GLB needs about 200 bytes per face, and has at most 4 GiB.
+    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written block by block, but
+    GLB, LAS and LAZ files are built in memory. GLB needs about 200 bytes of memory per face, and
+    the file has at most 4 GiB.
 
     Examples
     --------
@@ -158,24 +159,24 @@ def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
-    r"""Write labels to a file, in their order.
+    r"""Write labels to a file, in the given order.
 
     Parameters
     ----------
     path : path-like
-        The ending selects the format:
+        Output file. The ending selects the format:
 
         - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
         - labels of vertices: ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64,
           renumbered without gaps); ``.label.gii`` or ``.annot`` (with a table of colors and names);
         - labels of triangles: ``.sstk.json``;
-        - labels of segments: ``.aggregation.json`` (a group per label).
+        - labels of segments: ``.aggregation.json`` (one group per label).
 
-        An existing file is replaced when the new one is complete, and its permissions are kept.
+        An existing file is replaced when the new file is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
-        0 and above; -1 where a cell is in no region. Labels of vertices must be 0 and above, except
-        in ``.label.gii`` and ``.annot``. ``.sstk.json`` also takes (n, F): nested levels, the
-        finest first.
+        Region of each cell, 0 or greater; -1 if a cell is in no region. Labels of vertices cannot
+        be -1, except in ``.label.gii`` and ``.annot``. For ``.sstk.json`` the shape may be (n, F):
+        n nested levels, the finest first.
     force : bool, default False
         As for `write_mesh`.
 
@@ -183,7 +184,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     ------
     ValueError
         If the ending, the shape or the dtype is wrong, if a label is negative but the format does
-        not allow this, if an id for ``.segs.json`` is 2**24 or more, or if levels are not nested.
+        not allow negative labels, if a label in ``.segs.json`` is 2**24 or greater, or if levels
+        are not nested.
     OSError
         If the file cannot be written.
 
@@ -218,40 +220,40 @@ def write_regions(
     ending: str | None = None,
     ascii: bool = False,
 ) -> list[Path]:
-    """Write one file per region with the cells of the region: all files, or none.
+    """Write the cells of each region to a separate file. Writes all files, or none.
 
     Parameters
     ----------
     folder : path-like
-        The folder of the files, which is created if missing. Files are named after the labels:
-        ``region_17.ply``.
+        Folder for the files, which is created if it is missing. Files are named after the labels,
+        for example ``region_17.ply``.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
-        0 and above; cells labeled -1 are in no file.
+        Region of each cell, 0 or greater. Cells with label -1 are not written.
     ending : str, optional
-        Ending of the files, which selects a format of `write_mesh` for these cells. By default
-        ``.vtu`` for tetrahedra, and ``.ply`` for other cells.
+        Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
+        tetrahedra, and ``.ply`` for other cells.
     ascii : bool, default False
         As for `write_mesh`.
 
     Returns
     -------
     list of Path
-        The files, in the order of the labels.
+        Paths of the files, in ascending order of the labels.
 
     Raises
     ------
     ValueError
-        If the ending or a label is wrong, if no cell is in a region, or if all faces of a region
-        are at one point.
+        If the ending or a label is wrong, if all labels are -1, or if all vertices of a region are
+        at one point.
     OSError
         If a file cannot be written.
 
     Notes
     -----
     Cells keep their order. A file contains only the vertices of its cells, in the order of the
-    mesh. Files of earlier calls with other labels are not removed.
+    mesh. Files of previous calls are not removed.
 
     Examples
     --------
@@ -296,14 +298,15 @@ def write_outputs(
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
 ) -> int:
-    """Write several files, in the formats of their endings: all files appear, or none.
+    """Write several files in the formats of their endings. Writes all files, or none.
 
-    Endings are as for `write_mesh` and `write_labels`. `streams` are open binary files, by the
-    ending of their format; they need not be seekable, and are written when all files of `paths` are
-    complete. If writing to a stream fails, no file appears at `paths`. If files of labels belong to
-    another mesh, `listed` are its labels, and `listed_mesh` is the mesh. Returns the number of
-    regions that have no vertex in files of vertex labels. Raises the errors of `write_mesh`, and a
-    ValueError if a file is given twice, or if a file needs labels and there are none.
+    Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
+    binary files, which need not be seekable. Streams are written after all files of `paths` are
+    complete. If writing to a stream fails, no file appears at `paths`. If label files belong to
+    another mesh, `listed_mesh` is this mesh, and `listed` has its labels. Returns the number of
+    regions that are missing in files of vertex labels because they contain no vertex. Raises the
+    errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs labels
+    but there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -330,7 +333,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """The function that writes files of each ending; an error if it cannot write them."""
+    """Return the write function for each ending; an error if a format cannot store the data."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
@@ -341,8 +344,8 @@ def _writers(
 def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
     """Check, before a long computation, whether `write_outputs` can write these files.
 
-    A ValueError if an ending is unknown or a file is given twice; an OSError if a folder is missing
-    or not writable, if a path is not a regular file, or if `force` is needed.
+    Raises a ValueError if an ending is unknown or a path is given twice. Raises an OSError if a
+    folder is missing or not writable, if a path is not a regular file, or if `force` is needed.
     """
     if not force:
         check_truth_stays(paths)
@@ -358,7 +361,7 @@ def writer_of(
     form: FormatOptions,
     attributes: MeshAttributes | None = None,
 ) -> CellWriter | IdWriter:
-    """Return the writer of files with this ending; an error if the files cannot hold the cells."""
+    """Return the writer for files with this ending; an error if they cannot store the cells."""
     if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
         return CellWriter(cells, labels, None, attributes, form).checked([ending])
     return IdWriter(cells, labels, form).checked([ending])
@@ -367,9 +370,9 @@ def writer_of(
 def check_fit(
     cells: Cells, labels: Ints | None, endings: Iterable[str], form: FormatOptions
 ) -> None:
-    """Raise an error, before a long computation, if files with these endings cannot hold the cells.
+    """Raise an error, before a long computation, if a format of `endings` cannot store the cells.
 
-    `labels` are preliminary labels; if None, every cell will be in a region.
+    `labels` are preliminary labels; None means that every cell will be in a region.
     """
     likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
     for ending in endings:

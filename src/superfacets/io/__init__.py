@@ -1,1 +1,1 @@
-"""Files: reading and writing of meshes and labels, with numpy alone."""
+"""Read meshes, point clouds and labels from files, and write files atomically."""

@@ -1,4 +1,4 @@
-"""Output files in users' folders: complete before they replace existing files; and file locks."""
+"""Atomic output files, which replace existing files only when they are complete; file locks."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pathlib import Path
 StrPath = str | os.PathLike[str]
 
 STEM_SIZE = 40
-"""Number of characters of an output's name in the name of its temporary file. File systems allow
-255 bytes for a name."""
+"""Maximum number of characters of an output's name that the name of its temporary file contains.
+File systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Minimum age, in seconds, of a temporary file that is removed: no writer needs that much time."""
+"""Minimum age of temporary files that are removed, in seconds. No file takes longer to write."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
@@ -31,21 +31,21 @@ not wait for a writer."""
 def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     """Yield a temporary path for each of `paths`; rename all to `paths` if the block succeeds.
 
-    The temporary files are created empty, in the folders of `paths`. If the block raises any
-    exception, the temporary files are removed, and existing files at `paths` are unchanged. A file
-    that replaces another gets its permissions. A symbolic link at one of `paths` is replaced, and
-    its target is unchanged: a folder from somebody else may hold a link with the name of an output.
+    The temporary files are created empty, in the folders of `paths`. If the block raises an
+    exception, the temporary files are removed, and existing files at `paths` are unchanged. A new
+    file gets the permissions of the file that it replaces. A symbolic link at one of `paths` is
+    replaced, and its target is unchanged, because the link may have been created by somebody else.
 
-    All files are complete before the first one is renamed, but several renames are not one atomic
-    step: if a later rename fails, for example because its folder was removed, the earlier ones
-    remain. A process that is killed leaves its temporary files behind. The next process that writes
+    All files are complete before the first file is renamed, but several renames are not one atomic
+    step. If a rename fails, for example because its folder was removed, previous renames are not
+    undone. A process that is killed leaves its temporary files behind. The next process that writes
     to the same path removes these files if they are at least a day old.
 
     Raises the errors of `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
-    # All names are known before a file is created, so that an interrupt leaves no file behind.
+    # All names are chosen before a file is created, so that an interrupt leaves no file behind.
     temporaries = [
         target.with_name(f".{target.name[:STEM_SIZE]}.{secrets.token_hex(6)}.tmp")
         for target in targets
@@ -56,7 +56,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
-    except OSError as error:  # the message names the output instead of its temporary file
+    except OSError as error:  # replace the name of the temporary file by the name of the output
         names = dict(zip(temporaries, map(str, paths), strict=True))
         name = ", ".join(names.values()) if error.filename is None else error.filename
         if error.errno is not None:
@@ -64,15 +64,15 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         raise
     finally:
         for temporary in temporaries:
-            with contextlib.suppress(OSError):  # it was renamed, or never created
+            with contextlib.suppress(OSError):  # the file was renamed or was never created
                 temporary.unlink()
 
 
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
-    """Remove temporary files of these outputs that are at least `older_than` seconds old.
+    """Remove temporary files of the outputs `targets` that are at least `older_than` seconds old.
 
     The name of a temporary file contains the first `STEM_SIZE` characters of its output's name.
-    Folders and links are kept.
+    Folders and links are not removed.
     """
     stems: dict[Path, set[str]] = {}
     for target in targets:
@@ -88,7 +88,7 @@ def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> Non
 
 
 def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
-    with contextlib.suppress(OSError):  # another process may have removed it
+    with contextlib.suppress(OSError):  # another process may have removed the file
         if entry.stat(follow_symlinks=False).st_mtime <= newest:
             Path(entry.path).unlink()
 
@@ -96,9 +96,9 @@ def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     """Return the path that each output creates or replaces, with links to folders resolved.
 
-    A link at the path of an output itself is not resolved. Raises an OSError if a folder is missing
-    or not writable, or if an existing file is write-protected or not a regular file. Raises a
-    ValueError if two paths are the same file.
+    If the output itself is a link, the link is not resolved. Raises an OSError if a folder is
+    missing or not writable, or if an existing file is write-protected or not a regular file. Raises
+    a ValueError if two paths refer to the same file.
     """
     targets: dict[Path, None] = {}  # an ordered set
     for path in paths:
@@ -112,7 +112,7 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
 
 
 def writable_folder(folder: Path) -> None:
-    """Create a folder for outputs if it is missing; an OSError if it is not writable."""
+    """Create a folder for outputs if it is missing; an OSError if the folder is not writable."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: is a file, not a folder")
     folder.mkdir(parents=True, exist_ok=True)
@@ -122,9 +122,10 @@ def writable_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """Create a folder for the outputs of the block, and remove the folder again if it stays empty.
+    """Create a folder for the outputs of the block, and remove it afterwards if it is empty.
 
-    Missing parent folders are created and removed, too. An OSError if the folder is not writable.
+    Missing parent folders are created and removed in the same way. Raises an OSError if the folder
+    is not writable.
     """
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     writable_folder(folder)
@@ -153,7 +154,7 @@ def _check_target(path: StrPath, target: Path) -> None:
 
 
 def _create(temporary: Path, target: Path) -> None:
-    """Create an empty file, with the permissions of the target if the target is a regular file."""
+    """Create an empty file, with the permissions of the target if the target exists."""
     temporary.touch(exist_ok=False)
     if target.exists() and not target.is_symlink():
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))
@@ -162,7 +163,7 @@ def _create(temporary: Path, target: Path) -> None:
 def open_own(path: Path, flags: int) -> int:
     """Open a lock file and return its descriptor; an OSError if it is not a regular file.
 
-    Links are refused: the folder may come from somebody else, with a link to any file of the user.
+    Links are refused, because somebody else may have created a link to an important file.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode
@@ -175,18 +176,19 @@ def open_own(path: Path, flags: int) -> int:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Create a folder and lock it for the block; a ValueError if another process has locked it."""
+    """Create a folder, and lock it during the block; a ValueError if it is already locked."""
     writable_folder(folder)
-    with held(folder / ".lock", f"{folder}: another run is writing there"):
+    with held(folder / ".lock", f"{folder}: another run is writing to this folder"):
         yield
 
 
 @contextlib.contextmanager
 def held(path: Path, message: str) -> Iterator[None]:
-    """Lock a file during the block; a ValueError if another process holds the lock.
+    """Lock a file during the block; a ValueError with `message` if it is already locked.
 
-    A missing file is created, and the file is not removed. The system releases the lock when this
-    process ends, even if it is killed. Child processes that run another program do not inherit it.
+    A missing file is created. The file is not removed. The operating system releases the lock when
+    this process ends, even if it is killed. Child processes that run another program do not inherit
+    the lock.
     """
     file = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
@@ -197,7 +199,7 @@ def held(path: Path, message: str) -> Iterator[None]:
 
 
 def is_left_behind(path: Path) -> bool:
-    """Whether the lock file exists and no process holds it."""
+    """Whether the lock file exists but no process has locked it."""
     try:
         file = open_own(path, os.O_RDWR)
     except OSError:

@@ -1,4 +1,4 @@
-"""Attributes of vertices and faces other than positions and corners, and textures."""
+"""Attributes of vertices and faces in mesh files, for example normals, and textures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .textures import Texture
 
 PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint",
              "f4": "float", "f8": "double"}  # fmt: skip
-"""PLY's name of each property type, by numpy's type code."""
+"""Names of types in PLY, keyed by NumPy's type code."""
 
 
 PROJECTION = "LASF_Projection"
@@ -25,9 +25,9 @@ PROJECTION = "LASF_Projection"
 
 
 class LasFrame(NamedTuple):
-    """How a LAS file stores points, and the coordinate reference system of the file."""
+    """Version, point format, quantization and coordinate reference system of a LAS file."""
 
-    minor: int  # of version 1
+    minor: int  # minor version: LAS 1.minor
     point_format: int
     scales: tuple[float, float, float]
     offsets: tuple[float, float, float]
@@ -40,27 +40,28 @@ class LasFrame(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeshAttributes:
-    """Colors, normals and all other properties that a PLY file stores with a mesh, and textures.
+    """Properties of a mesh file other than positions and corners, such as colors, and textures.
 
     `read_attributes` reads attributes from a file, and `write_mesh` writes them. You can also
-    create them yourself, to store your own numbers with vertices or faces.
+    create attributes yourself, to store your own numbers with vertices or faces.
 
     Parameters
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
-        Properties of the vertices other than x, y and z, by name: a number per vertex, or a list of
-        n numbers (n the same for all vertices). Copied to read-only arrays of a type that PLY has:
-        bool becomes uint8, int64 becomes int32 or uint32, float16 becomes float32.
+        Properties of the vertices other than x, y and z, by name: one number, or n numbers, per
+        vertex. They are copied to read-only arrays of a type that PLY supports: bool becomes uint8,
+        int64 becomes int32 or uint32, and float16 becomes float32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
         Properties of the faces other than their corners.
     comments : sequence of str, optional
-        Lines of the header that begin with ``comment`` or ``obj_info``, in their order.
+        Lines of the PLY header that begin with ``comment`` or ``obj_info``, in their order.
     left_out : sequence of str, optional
-        Descriptions of the parts of the file that are not kept: elements other than vertices and
-        faces, lists that differ in length from row to row, and properties whose name is repeated or
-        is not one word of ASCII.
+        Descriptions of the parts of the file that were not read: elements other than vertices and
+        faces, lists of varying length, and properties whose name is repeated or is not one word of
+        ASCII.
     las : LasFrame, optional
-        Storage of points in the LAS file that was read. Written LAS files use the same storage.
+        Version, point format and quantization of the LAS file that was read. Written LAS files use
+        the same values.
     texture : Texture, optional
         Texture coordinates and materials.
 
@@ -68,10 +69,10 @@ class MeshAttributes:
     ------
     ValueError
         If a name is not one word of printable ASCII, if an array does not have one or two
-        dimensions, if an integer fits in no type of PLY, or if a comment is not one line that
+        dimensions, if no type of PLY can store an integer, or if a comment is not one line that
         begins with ``comment`` or ``obj_info``.
     TypeError
-        If an array does not hold real numbers.
+        If an array is not an array of real numbers.
 
     Examples
     --------
@@ -102,7 +103,6 @@ class MeshAttributes:
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
-        """Rebuild copies and pickles by the constructor, which checks the values again."""
         vertex, face = dict(self.vertex), dict(self.face)
         others = self.comments, self.left_out, self.las, self.texture
         return MeshAttributes, (vertex, face, *others)
@@ -115,10 +115,10 @@ class MeshAttributes:
 
 
 def _checked(values: Any, name: str, owner: str) -> Array:
-    """Return the values as a read-only (N,) or (N, n) array of a PLY type."""
+    """Return the values as a read-only (N,) or (N, n) array of a type that PLY supports."""
     what = f"{owner} property {reprlib.repr(name)}"
     if not is_word(name):
-        raise ValueError(f"{what}: a name must be one word of printable ASCII")
+        raise ValueError(f"{what}: the name must be one word of printable ASCII")
     refuse_mask(values, what)
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
@@ -136,13 +136,13 @@ def _stored_type(array: Array, what: str) -> npt.DTypeLike:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":
         return np.uint8
-    if array.dtype.kind == "f":  # float16, or long double
+    if array.dtype.kind == "f":  # float16 or long double
         return np.float32 if array.dtype.itemsize < 4 else np.float64
     for kind in (np.int32, np.uint32):
         limits = np.iinfo(kind)
         if not array.size or limits.min <= array.min() <= array.max() <= limits.max:
             return kind
-    raise ValueError(f"{what} holds integers that do not fit in 32 bits")
+    raise ValueError(f"{what} must fit in 32-bit integers, got {array.min()} to {array.max()}")
 
 
 def is_word(name: object) -> bool:
@@ -156,7 +156,7 @@ def _checked_comment(line: object) -> str:
     is_line = isinstance(line, str) and not {"\n", "\r"} & set(line) and is_encodable(line)
     if not is_line or str(line).split(" ")[0] not in ("comment", "obj_info"):
         raise ValueError(
-            f"expected one line that begins with comment or obj_info, got {reprlib.repr(line)}"
+            f"comments must be lines that begin with comment or obj_info, got {reprlib.repr(line)}"
         )
     return str(line)
 

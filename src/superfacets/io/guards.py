@@ -1,4 +1,4 @@
-"""File access, checks and conversions that several readers share."""
+"""File access, checks and conversions used by several readers."""
 
 from __future__ import annotations
 
@@ -22,34 +22,34 @@ from .._validate import checked_threads
 from ..errors import MeshError
 
 TriangleArrays = tuple[Floats, Array]
-"""Vertices (V, 3) and faces (F, 3), in the order of the file."""
+"""Vertices, (V, 3), and faces, (F, 3), in the order of the file."""
 
 MAX_GROWTH = 100
-"""Largest allowed ratio of array bytes to file bytes in formats that repeat or compress arrays."""
+"""Maximum ratio of array bytes to file bytes, in formats that repeat or compress arrays."""
 
 ALWAYS_ALLOWED = 64 << 20
-"""Size in bytes that the arrays of a file may always have, even if the file is small."""
+"""Size of arrays, in bytes, that is accepted even if `MAX_GROWTH` is exceeded."""
 
 
 class Polygons(NamedTuple):
-    """Faces that differ in their number of corners, or have more than three."""
+    """Faces with different numbers of corners, or with more than three corners."""
 
-    offsets: Longs  # (F + 1,) start of each face in `indices`, and the end of the last
+    offsets: Longs  # (F + 1,) start of each face in `indices`, then the length of `indices`
     indices: Array  # (C,) vertex of each corner
 
 
 Arrays = tuple[Floats, Array | Polygons]
-"""Vertices (V, 3), and faces in the order of the file: an (F, 3) array if all are triangles. `Mesh`
-and `PolygonMesh` check indices and coordinates."""
+"""Vertices, (V, 3), and faces in the order of the file; an (F, 3) array if all faces are triangles.
+`Mesh` and `PolygonMesh` check indices and coordinates."""
 
 Content = bytes | mmap.mmap
-"""Content of a file. A slice of either type is bytes, and numpy reads either type in place."""
+"""Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
 
 
 def known_ending(path: Path, endings: Sequence[str]) -> str:
-    """Return the longest of `endings` that the file name has; a MeshError if it has none.
+    """Return the longest of `endings` with which the file name ends; a MeshError if none matches.
 
-    Letter case is ignored. An ending may have several parts, such as ``.segs.json``.
+    Letter case is ignored. An ending may have several parts, for example ``.segs.json``.
     """
     name = path.name.lower()
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
@@ -60,7 +60,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a regular file into memory; if a memory-mapped file shrank, the process would crash."""
+    """Read a regular file into memory, because shrinking of a mapped file crashes the process."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -72,7 +72,7 @@ def read_content(path: Path) -> mmap.mmap:
 
 @contextlib.contextmanager
 def named_errors(path: object) -> Iterator[None]:
-    """Put `path` before the message of a MeshError that the block raises."""
+    """Add `path` to the beginning of the message of a MeshError that the block raises."""
     try:
         yield
     except MeshError as error:
@@ -80,16 +80,16 @@ def named_errors(path: object) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """Return the JSON in a regular file; a MeshError if the file is not JSON."""
+    """Parse a JSON file; a MeshError if the file is not valid JSON."""
     check_regular(path)
     try:
         return json.loads(path.read_bytes())
     except (ValueError, RecursionError):
-        raise MeshError(f"{path}: is not JSON: the file may be truncated") from None
+        raise MeshError(f"{path}: is not valid JSON: the file may be truncated") from None
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a regular file for reading; an OSError for devices, pipes and folders."""
+    """Open a regular file for reading; an OSError if it is a device, pipe or folder."""
     check_regular(path)
     return path.open("rb", buffering=0)
 
@@ -97,22 +97,22 @@ def open_regular(path: Path) -> io.FileIO:
 def check_regular(path: Path) -> None:
     """Raise an OSError if this is not a regular file that can be read.
 
-    Other kinds of files must not be opened: a pipe would block, and a device may have no end.
+    Other kinds of files are not opened, because a pipe may block and a device may be endless.
     """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
         raise FileNotFoundError(f"{path}: no such file") from None
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(f"{path}: is a folder, not a file: name the files in it")
+        raise IsADirectoryError(f"{path}: is a folder, not a file: pass the files in it")
     if not stat.S_ISREG(mode):
-        raise OSError(f"{path}: is not a regular file")
+        raise OSError(f"{path}: is not a regular file, but a device or a pipe")
     if not os.access(path, os.R_OK):
         raise PermissionError(f"{path}: you have no permission to read the file")
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Allocate memory in huge pages where possible; filling `bytes` takes 5 times as long."""
+    """Allocate memory in huge pages if possible. Filling a bytes object takes 5 times as long."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
@@ -123,7 +123,7 @@ def _new_memory(size: int) -> mmap.mmap:
 
 
 def fill(buffer: Any, file: io.FileIO) -> None:
-    """Fill a buffer from a file in several calls: some systems read at most 2 GB per call."""
+    """Fill a buffer from a file; several calls are needed, because one call reads at most 2 GB."""
     view = memoryview(buffer)
     while view:
         n_bytes = file.readinto(view)
@@ -134,10 +134,10 @@ def fill(buffer: Any, file: io.FileIO) -> None:
 
 @contextlib.contextmanager
 def temporary_file(data: Content, name: str) -> Iterator[str]:
-    """Yield the name of a temporary file with this content, for libraries that read only files.
+    """Yield the path of a temporary file with this content, for libraries that read only files.
 
-    On POSIX systems the file has no name in a folder and is opened by its descriptor, so a process
-    that is killed leaves nothing behind. Elsewhere `name` is its name.
+    On POSIX systems the file is not in any folder and its path refers to its descriptor, so that a
+    killed process leaves no file behind. On other systems the file is called `name`.
     """
     if os.name == "posix":
         with TemporaryFile() as file:
@@ -151,7 +151,7 @@ def temporary_file(data: Content, name: str) -> Iterator[str]:
 
 
 def side_by_side(rows: Array) -> Array:
-    """Return an (N, n) field of records as a contiguous array; numpy copies such fields slowly."""
+    """Copy an (N, n) field of records to a contiguous array; NumPy copies these fields slowly."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -159,13 +159,13 @@ def side_by_side(rows: Array) -> Array:
 
 
 def as_doubles(values: Array) -> Floats:
-    """Convert values to float64, without numpy's warning about signaling NaNs."""
+    """Convert values to float64, without NumPy's warning about signaling NaNs."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64, copy=False)
 
 
 def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
-    """Join columns to an (N, n) array, without numpy's warning about signaling NaNs."""
+    """Stack columns into an (N, n) array, without NumPy's warning about signaling NaNs."""
     rows = np.empty((len(columns[0]), len(columns)), dtype)
     with np.errstate(invalid="ignore"):
         for place, column in enumerate(columns):
@@ -174,7 +174,7 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
 
 
 def narrowed(column: Array) -> Array:
-    """Convert 64-bit integers to int32 if they fit, else to float64: PLY has no 64-bit integers."""
+    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64."""
     if column.dtype.kind not in "iu" or column.itemsize < 8:
         return column
     fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
@@ -182,14 +182,14 @@ def narrowed(column: Array) -> Array:
 
 
 def rotation_of(quaternion: Floats) -> Floats:
-    """Rotation matrix of a unit quaternion (w, x, y, z)."""
+    """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
     w, axis = quaternion[0], quaternion[1:]
-    crossed = np.cross(np.eye(3), axis)  # crossed @ vector is the cross product of axis and vector
+    crossed = np.cross(np.eye(3), axis)  # crossed @ vector equals np.cross(axis, vector)
     return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
-    """Build faces from their flat corners; a MeshError if a face has fewer than three corners."""
+    """Build faces from a flat array of corners; a MeshError if a face has fewer than three."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)
@@ -199,26 +199,26 @@ def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
 
 
 def check_corner_counts(corner_counts: Array) -> None:
-    """Raise a MeshError that names the first face with fewer than three corners."""
+    """Raise a MeshError that reports the first face with fewer than three corners."""
     if corner_counts.min(initial=3) < 3:
         first = int(np.argmax(corner_counts < 3))
         raise MeshError(
-            f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}:"
-            " the file may be truncated or damaged"
+            f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}, expected at least"
+            " 3: the file may be truncated or damaged"
         )
 
 
 def counted(n: int, thing: str) -> str:
-    """Return a number with its noun: "1 face", "2 faces"."""
+    """Return a number and a noun, in the plural if necessary: "1 face", "2 faces"."""
     return f"{n} {thing}" if n == 1 else f"{n} {'vertices' if thing == 'vertex' else thing + 's'}"
 
 
 def most_bytes_of(n_bytes: int) -> int:
-    """Upper bound, in bytes, of the arrays that a file of this size may repeat or compress."""
+    """Return the maximum size of arrays, in bytes, that a file of `n_bytes` bytes may expand to."""
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
 
 
 def shortened(message: str) -> str:
-    """The message as one line of at most 200 characters."""
+    """Shorten a message to one line of at most 200 characters."""
     line = " ".join(message.split())
     return line if len(line) <= 200 else f"{line[:197]}..."

@@ -1,4 +1,4 @@
-"""Images of textures: found beside a mesh or in its file, and decoded by Pillow."""
+"""Images of textures, which are in the folder of a mesh or in its file; Pillow decodes them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from ..errors import MeshError, import_extra
 from .guards import open_regular, read_content, shortened
 
 MAX_PIXELS = 1 << 28
-"""Largest number of pixels of an image: 16,384 x 16,384."""
+"""Maximum number of pixels of an image, 16,384 x 16,384."""
 
 ALWAYS_ALLOWED_PIXELS = 1 << 24
 MAX_PIXELS_PER_BYTE = 1032
-"""Largest allowed number of pixels per byte of the file, for images of more than
-`ALWAYS_ALLOWED_PIXELS`: the highest compression that deflate, as in PNG, reaches."""
+"""Maximum number of pixels per byte of the file, for images with more than `ALWAYS_ALLOWED_PIXELS`.
+This is the maximum compression ratio of deflate, which PNG uses."""
 
 _PLUGINS = {"png": "Png", "jpeg": "Jpeg", "webp": "WebP", "bmp": "Bmp", "tiff": "Tiff",
             "tga": "Tga"}  # fmt: skip
-"""Names of Pillow's readers. `PIL.Image.open` would refuse more than 179 million pixels."""
+"""Names of Pillow's readers, which are called directly, because `PIL.Image.open` refuses images
+with more than 179 million pixels."""
 
 _MAGIC = {
     "png": re.compile(rb"\x89PNG\r\n\x1a\n"),
@@ -37,12 +38,12 @@ _MAGIC = {
     "bmp": re.compile(rb"BM.{12}[\x0c-\x7f]\0\0\0", re.DOTALL),
     "tiff": re.compile(rb"II\*\0|MM\0\*"),
     "ktx2": re.compile(rb"\xabKTX 20\xbb\r\n\x1a\n"),
-    # TGA has no signature: no color map or one of 256 entries, and a known type of image.
+    # TGA has no signature. Expect a known image type, and either no color map or 256 entries.
     "tga": re.compile(
         rb".(\0[\x02\x03\x0a\x0b]\0\0\0\0\0|\x01[\x01\x09]....[\x18\x20])", re.DOTALL
     ),
 }
-"""First bytes of each kind of image; the most distinctive kinds come first."""
+"""Pattern of the first bytes of each image format. The least specific pattern is last."""
 
 UNKNOWN = "has an unknown format"
 
@@ -50,22 +51,22 @@ ENDING_OF_IMAGE = {kind: f".{kind}" for kind in _PLUGINS} | {"jpeg": ".jpg", "ti
 
 
 def kind_of_image(content: bytes) -> str | None:
-    """Return the kind of an image from its first bytes; None if the kind is unknown."""
+    """Return the format of an image, determined by its first bytes; None if it is unknown."""
     return next((kind for kind, magic in _MAGIC.items() if magic.match(content)), None)
 
 
 @dataclass(frozen=True, eq=False)
 class TextureImage:
-    """An image of a texture, which is read and decoded on demand.
+    """Image of a texture, which is read and decoded on demand.
 
     Parameters
     ----------
     name : str
-        Name of the image in messages, and name of its copies.
+        Name of the image, used in messages and for copies of the image.
     path : path-like, optional
-        The file of the image.
+        File of the image.
     content : bytes, optional
-        The encoded image, if it is stored in the file of the mesh.
+        Encoded image, if it is stored in the file of the mesh.
     problem : str, optional
         Reason why the image cannot be used, for example ``"is missing"``.
     """
@@ -76,7 +77,7 @@ class TextureImage:
     problem: str | None = None
 
     def encoded(self) -> bytes:
-        """Return the encoded image; a MeshError if its file or its format cannot be read."""
+        """Return the encoded image; a MeshError if it cannot be read or has an unknown format."""
         problem, content = self.problem, self.content or b""
         if problem is None and self.path is not None:
             try:
@@ -90,7 +91,7 @@ class TextureImage:
         return content
 
     def size(self) -> tuple[int, int]:
-        """Return width and height, without decoding the pixels."""
+        """Return width and height without decoding the pixels."""
         size: tuple[int, int] = self._open(self.encoded()).size
         return size
 
@@ -102,9 +103,9 @@ class TextureImage:
         Raises
         ------
         MeshError
-            If the image is missing or damaged, or is not PNG, JPEG, WebP, BMP, TIFF or TGA; if it
-            has more than 2**28 pixels, or more than 2**24 pixels and more than 1,032 pixels per
-            byte of its file.
+            If the image is missing or damaged; if its format is not PNG, JPEG, WebP, BMP, TIFF or
+            TGA; or if it has more than 2**28 pixels, or both more than 2**24 pixels and more than
+            1,032 pixels per byte of its file.
         MissingExtraError
             If Pillow is not installed.
         """
@@ -120,7 +121,7 @@ class TextureImage:
         return reprlib.repr(self.name)
 
     def _open(self, content: bytes) -> Any:
-        """Open the image with Pillow, which reads only the header."""
+        """Open the image with Pillow, which reads only its header at first."""
         kind = kind_of_image(content)
         if kind == "ktx2":
             raise MeshError(f"the image {self._shown} is KTX2: convert it to PNG or JPEG")
@@ -132,15 +133,15 @@ class TextureImage:
         most = max(ALWAYS_ALLOWED_PIXELS, MAX_PIXELS_PER_BYTE * len(content))
         if width * height > min(most, MAX_PIXELS):
             raise MeshError(
-                f"the image {self._shown} declares {width} x {height} pixels in {len(content)}"
-                " bytes, which is too many"
+                f"the image {self._shown} declares {width} x {height} pixels, but at most"
+                f" {min(most, MAX_PIXELS)} are allowed for its {len(content)} bytes"
             )
         return image
 
 
 @contextlib.contextmanager
 def _reading(name: str) -> Iterator[None]:
-    """Turn any error of Pillow into a MeshError that names the image."""
+    """Convert any exception of Pillow to a MeshError with the name of the image."""
     try:
         yield
     except Exception as error:
@@ -154,10 +155,10 @@ def import_pillow(module: str) -> Any:
 
 
 def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
-    """Return the file at a path relative to `folder`; None if it is outside of `top`.
+    """Return the file at a path relative to `folder`; None if the file is outside `top`.
 
-    By default `top` is the folder itself. A mesh file must not be able to refer to files elsewhere
-    on the machine: ``..`` and symbolic links are resolved before the path is compared with `top`.
+    By default `top` is the folder itself. For security, a mesh file cannot refer to other files of
+    the machine: ``..`` and symbolic links are resolved before the path is compared with `top`.
     """
     if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
         return None
@@ -166,19 +167,18 @@ def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path
 
 
 def image_beside(name: str, folder: Path | None) -> TextureImage:
-    """Return the image at a path relative to `folder`, with its problem if it cannot be used."""
+    """Return the image at a path relative to `folder`, with `problem` set if it cannot be used."""
+    problem: str | None = "is not in the folder of the mesh"
     try:
-        path = file_beside(name, folder)
-        problem = None if path is not None else "is not beside the mesh"
-        if path is not None:
+        if (path := file_beside(name, folder)) is not None:
             problem = _problem_with(path)
     except (OSError, ValueError):
-        path, problem = None, "is not beside the mesh"
+        path = None
     return TextureImage(name, path if problem is None else None, problem=problem)
 
 
 def _problem_with(path: Path) -> str | None:
-    """Return the problem with the file of an image, from its first bytes; None if there is none."""
+    """Return the reason why the file cannot be used as an image; None if it can be used."""
     if not path.is_file():
         return "is missing"
     with open_regular(path) as file:
@@ -186,6 +186,6 @@ def _problem_with(path: Path) -> str | None:
 
 
 def problems_of(images: Sequence[TextureImage]) -> list[str]:
-    """Describe the images that cannot be used, each once."""
+    """Return one description for each image that cannot be used."""
     found = [f"image {image._shown}, which {image.problem}" for image in images if image.problem]
     return list(dict.fromkeys(found))

@@ -1,4 +1,4 @@
-"""Color spaces: sRGB, linear light and OKLab."""
+"""Conversion between color spaces: sRGB, linear light and OKLab."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _CONES_TO_OKLAB = np.array(
 
 
 def linear_of_srgb(shares: npt.ArrayLike) -> Floats:
-    """Convert sRGB, 0 to 1, to linear light, 0 to 1."""
+    """Convert sRGB values, 0 to 1, to linear light, 0 to 1."""
     given = np.asarray(shares, np.float64)
     return np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
 
 
 def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
-    """Convert linear light to sRGB, 0 to 255, with clipping."""
+    """Convert linear light, 0 to 1, to sRGB values, 0 to 255; other values are clipped."""
     given = np.clip(light, 0, 1)
     shares = np.where(given <= 0.0031308, given * 12.92, 1.055 * given ** (1 / 2.4) - 0.055)
     return np.asarray(np.rint(shares * 255), np.uint8)
@@ -39,14 +39,14 @@ def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
 def oklab_of_linear(light: Floats) -> Floats:
     """Convert linear light, (N, 3), to OKLab: lightness 0 to 1, green-red, blue-yellow.
 
-    Euclidean distances in OKLab approximate perceived differences. Matrices: Ottosson, "A
-    perceptual color space for image processing", 2020.
+    Euclidean distances in OKLab approximate perceived differences. The matrices are from Ottosson,
+    "A perceptual color space for image processing", 2020.
     """
     return _times(_CONES_TO_OKLAB, np.cbrt(_times(_LINEAR_TO_CONES, light)))
 
 
 def _times(matrix: Floats, rows: Floats) -> Floats:
-    """Multiply each row by a matrix; the order of additions is fixed, so all machines agree."""
+    """Multiply a matrix by each row, in a fixed order of additions, equal on all machines."""
     r, g, b = rows.T
     columns = [(line[0] * r + line[1] * g) + line[2] * b for line in matrix]
     return np.stack(columns, axis=1)

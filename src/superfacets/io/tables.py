@@ -1,4 +1,4 @@
-"""Tables that are read in ranges of rows: arrays, binary files, several files."""
+"""Tables of which ranges of rows can be read: arrays, binary files, and joined files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """A table that is read in ranges of rows. All classes except `ArrayRows` can be pickled."""
+    """A table of which ranges of rows can be read. All classes but `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:
@@ -33,7 +33,7 @@ class Rows(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ArrayRows:
-    """The rows of an array, which may be a memory map."""
+    """A table in an array, which may be a memory map."""
 
     array: Array
 
@@ -49,17 +49,17 @@ class ArrayRows:
 
 @dataclass(frozen=True)
 class RecordRows:
-    """Columns of a binary file of records of equal size."""
+    """A table in a binary file of records of equal size."""
 
     path: Path
-    begin: int  # offset of the first record
+    begin: int  # offset of the first record, in bytes
     n_rows: int
     record: np.dtype[Any]
-    columns: tuple[str, ...]  # fields of one number each, or a single field of several numbers
-    length: str | None = None  # field with the number of corners, which must be 3 in every record
+    columns: tuple[str, ...]  # fields with one number each, or a single field with all numbers
+    length: str | None = None  # field with the number of corners, which must be 3 in all records
 
     def read(self, begin: int, end: int) -> Array:
-        """Return rows `begin` to `end` - 1; a MeshError if a row does not have three corners."""
+        """Return rows `begin` to `end` - 1; a MeshError if the field `length` is not 3."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)
@@ -67,8 +67,8 @@ class RecordRows:
         if self.length is not None and np.any(records[self.length] != 3):
             first = int(np.argmax(records[self.length] != 3))
             raise MeshError(
-                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners"
-                " where 3 were expected: the file may be damaged"
+                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners,"
+                " expected 3: the file may be damaged"
             )
         if len(self.columns) == 1:
             return np.ascontiguousarray(records[self.columns[0]])
@@ -79,7 +79,7 @@ class RecordRows:
 class ConvertedRows:
     """A table whose rows are converted by ``convert(rows, index of the first row)``.
 
-    `convert` must be a function of a module, so that the table can be pickled.
+    `convert` must be a module-level function, so that the table can be pickled.
     """
 
     rows: Rows
@@ -91,16 +91,16 @@ class ConvertedRows:
         return self.rows.n_rows
 
     def read(self, begin: int, end: int) -> Array:
-        """Return rows `begin` to `end` - 1, converted."""
+        """Return the converted rows `begin` to `end` - 1."""
         return self.convert(self.rows.read(begin, end), begin)
 
 
 @dataclass(frozen=True)
 class JoinedRows:
-    """Concatenated tables. `shifts`, if given, holds one number per table, added to its rows."""
+    """Concatenation of tables."""
 
     parts: tuple[Rows, ...]
-    shifts: tuple[int, ...] | None = None
+    shifts: tuple[int, ...] | None = None  # number to add to all rows of each table
 
     @property
     def starts(self) -> tuple[int, ...]:
@@ -124,11 +124,11 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Return rows by index, in any order; about `most` rows are read at a time."""
+    """Return the rows with the indices `wanted`, in this order; reads about `most` at a time."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:
             return np.asarray(rows.array[wanted])
-        return np.asarray(rows.array.take(wanted, axis=0))  # faster; would copy strided arrays
+        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but copies strided arrays
     low, high = int(wanted.min()), int(wanted.max()) + 1
     if high - low <= most:
         return rows.read(low, high).take(wanted - low, axis=0)
@@ -150,7 +150,7 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
 
 
 def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
-    """Return rows of the given blocks; consecutive blocks are read at once."""
+    """Return the wanted rows, which are in the blocks `used`; reads consecutive blocks together."""
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
     slots[used] = np.arange(len(used)) << BLOCK_BITS

@@ -1,4 +1,4 @@
-"""Textures: coordinates of corners, and materials of faces."""
+"""Textures: texture coordinates of corners, and materials of faces."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from .guards import counted
 from .images import TextureImage
 
 WRAPS = ("repeat", "clamp", "mirror")
-"""How an image continues outside of [0, 1]; the core numbers these ways in this order."""
+"""Wrap modes: how an image continues outside [0, 1]. The core numbers the modes in this order."""
 
 
 @dataclass(frozen=True, eq=False)
 class MaterialSource:
-    """The full description of a material in its file, for output in the same format.
+    """Complete description of a material in its file, for output in the same format.
 
-    In the text of MTL, an index between zero bytes replaces the name of an image. In the JSON of
-    glTF, ``index`` is the index of an image and of its sampler.
+    In MTL text, an index between two zero bytes replaces the name of each image. In glTF JSON,
+    ``index`` is the index of an image and of its sampler.
     """
 
     format: str  # "mtl" or "gltf"
     text: str
     images: tuple[TextureImage, ...] = ()
-    samplers: tuple[str, ...] = ()  # of glTF, as JSON, one per image
+    samplers: tuple[str, ...] = ()  # glTF only: JSON text of the sampler of each image
 
 
 def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> Any:
-    """Copy the JSON of a glTF material with converted references to textures; None removes one."""
+    """Copy a glTF material; ``convert(key, value)`` replaces or, with None, removes textures."""
     if isinstance(value, list):
         return [with_textures(each, convert) for each in value]
     if not isinstance(value, dict):
@@ -50,19 +50,21 @@ def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> 
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A material: an image, or one color.
+    """A material: a color, which is multiplied by an image if there is one.
 
     Parameters
     ----------
     name : str
+        Name of the material.
     color : tuple of three floats
-        Red, green and blue in linear light, 0 to 1. The colors of the image are multiplied by them.
+        Red, green and blue in linear light, 0 to 1.
     image : TextureImage, optional
+        Image whose colors are multiplied by `color`.
     wrap : tuple of two str
-        How the image continues for u and v outside of [0, 1]: ``"repeat"``, ``"clamp"`` or
+        How the image continues for u and for v outside [0, 1]: ``"repeat"``, ``"clamp"`` or
         ``"mirror"``.
     source : MaterialSource, optional
-        The full description of the material in its file.
+        Complete description of the material in its file.
     """
 
     name: str = ""
@@ -73,7 +75,7 @@ class Material:
 
     def __post_init__(self) -> None:
         if not {*self.wrap} <= {*WRAPS} or len(self.wrap) != 2:
-            raise ValueError(f"wrap must be two of {', '.join(WRAPS)}, got {self.wrap!r}")
+            raise ValueError(f"wrap must be two values from {', '.join(WRAPS)}, got {self.wrap!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,17 +87,18 @@ class Texture:
     Parameters
     ----------
     coordinates : array_like, shape (T, 2)
-        Pairs u, v. In [0, 1], u goes from the left to the right side of the image, and v from its
-        lower to its upper side.
+        Texture coordinates u and v. From 0 to 1, u goes from the left to the right side of the
+        image, and v from its lower to its upper side.
     corners : array_like of integers, shape (C,)
-        Index of a pair for each corner of each face, one face after the other; -1 for no pair.
+        Row of `coordinates` for each corner of each face, one face after the other, or -1.
     materials : sequence of Material
+        Materials of the mesh.
     face_materials : array_like of integers, shape (F,)
-        Index of a material for each face; -1 for no material.
+        Index of the material of each face, or -1.
     libraries : sequence of path-like, optional
-        MTL files that describe these materials.
+        MTL files that describe the materials.
     format : str, optional
-        ``"ply"`` if the attributes of a PLY file also hold the coordinates.
+        ``"ply"`` if the coordinates are also stored as attributes of faces, read from a PLY file.
 
     Raises
     ------
@@ -127,18 +130,17 @@ class Texture:
         object.__setattr__(self, "libraries", tuple(map(Path, self.libraries)))
 
     def __reduce__(self) -> tuple[type[Texture], tuple[Any, ...]]:
-        """Rebuild copies and pickles by the constructor, which checks the values again."""
         arrays = self.coordinates, self.corners, self.materials, self.face_materials
         return Texture, (*arrays, self.libraries, self.format)
 
     @property
     def is_of_ply(self) -> bool:
-        """Whether the attributes of a PLY file also hold the coordinates."""
+        """Whether the coordinates are also stored as attributes of faces from a PLY file."""
         return self.format == "ply"
 
     @property
     def images(self) -> list[TextureImage]:
-        """The color images of the materials, each once."""
+        """Color images of the materials, without duplicates."""
         images = [material.image for material in self.materials]
         return list(dict.fromkeys(image for image in images if image is not None))
 
@@ -152,7 +154,8 @@ def _numbers(values: npt.ArrayLike, name: str, kinds: str) -> Array:
     refuse_mask(values, name)
     array = np.asarray(values)
     if array.dtype.kind not in kinds and array.size:
-        raise ValueError(f"{name} must be {'integers' if 'f' not in kinds else 'numbers'}")
+        what = "integers" if "f" not in kinds else "numbers"
+        raise ValueError(f"{name} must be {what}, got {array.dtype}")
     return array
 
 

@@ -1,1 +1,1 @@
-"""Stage 7: colors, pictures and pages."""
+"""Stage 7: colors of regions, pictures, and HTML pages."""

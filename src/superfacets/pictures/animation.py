@@ -1,4 +1,4 @@
-"""GIF and video files of a turning mesh."""
+"""GIF and video files of a rotating mesh."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from .scene import Picture
 
 MOVING_ENDINGS = (".gif", ".mp4")
 
-_SECONDS = 4.8  # per turn
+_SECONDS = 4.8  # duration of one full rotation
 
-# Constant rate factor of H.264: 0 is lossless, 51 is the worst quality. Flat colors and thin lines
+# Constant rate factor of H.264, from 0 (lossless) to 51 (worst quality). Flat colors and thin lines
 # need high quality.
 _CRF = 18
 
@@ -25,7 +25,7 @@ _N_COLORS = 256
 
 
 def gif_of(frames: list[Picture]) -> bytes:
-    """Encode pictures as a GIF that repeats forever, with one palette for all."""
+    """Encode pictures as a GIF that repeats forever; all pictures share one palette."""
     image = import_pillow("Image")
     sample = np.concatenate(frames[:: max(1, len(frames) // 6)])
     palette = image.fromarray(sample).quantize(_N_COLORS, dither=image.Dither.NONE)
@@ -42,7 +42,7 @@ def gif_of(frames: list[Picture]) -> bytes:
 
 
 def _milliseconds(n_frames: int) -> int:
-    """Milliseconds per picture: GIF stores multiples of 10, and browsers slow down below 20."""
+    """Duration of each picture, a multiple of 10 ms as in GIF; browsers slow down below 20 ms."""
     return max(20, round(100 * _SECONDS / n_frames) * 10)
 
 
@@ -57,7 +57,7 @@ def check_video() -> Any:
 
 
 def write_video(frames: list[Picture], path: Path) -> None:
-    """Write the pictures as an H.264 video; an odd height or width is increased by 1."""
+    """Write pictures as an H.264 video; an odd height or width is increased by 1 pixel."""
     height, width = frames[0].shape[:2]
     margin = ((0, height % 2), (0, width % 2), (0, 0))
     writer = check_video().write_frames(

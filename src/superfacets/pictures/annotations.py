@@ -1,4 +1,4 @@
-"""Text around pictures: titles and the color scale."""
+"""Titles above pictures, and the color scale below them."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
 """Heights of the title strip and of the scale strip, as fractions of the height of the picture."""
 
 # Heights of the text and of the color bar, as fractions of the height of the scale strip; width of
-# the bar, as a fraction of the width of the strip.
+# the color bar, as a fraction of the width of the strip.
 _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 
-# Largest number of intervals between ticks. The interval is 1, 2 or 5 times a power of ten.
+# Maximum number of intervals between ticks. The interval is 1, 2 or 5 times a power of ten.
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
-_TINY = 1e-290
+_TINY = 1e-290  # smaller ranges get no intermediate ticks, because their steps would underflow
 
 Color = tuple[int, int, int]
 
 
 def title_strip(titles: Sequence[str], width: int, height: int, background: Color) -> Picture:
-    """A strip of titles side by side, each centered above a picture of width `width`."""
+    """Draw a strip of titles, each centered above a picture of width `width`."""
     image, pen = _canvas(width * len(titles), height, background)
     for i, title in enumerate(titles):
         font = _fitting_font(title, 0.55 * height, 0.96 * width)
@@ -39,7 +39,7 @@ def title_strip(titles: Sequence[str], width: int, height: int, background: Colo
 
 
 def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Picture:
-    """A strip with title, colors and ticks of the scale, and a gray box if values are missing."""
+    """Draw the title, color bar and ticks of a scale, and a gray box if values are missing."""
     image, pen = _canvas(width, height, background)
     ink, font = _ink(background), _font(_TEXT * height)
     left, right = round(width * (0.5 - _BAR_WIDTH / 2)), round(width * (0.5 + _BAR_WIDTH / 2))
@@ -63,31 +63,31 @@ def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Pic
 
 
 def _canvas(width: int, height: int, background: Color) -> tuple[Any, Any]:
-    """An image, and an object that draws on it."""
+    """Create an image; return the image, and an object that draws on the image."""
     image = import_pillow("Image").new("RGB", (width, height), background)
     return image, import_pillow("ImageDraw").Draw(image)
 
 
 def _ink(background: Color) -> Color:
-    """Text color: nearly black, or white on a dark background."""
+    """Return the text color: white on a dark background, otherwise nearly black."""
     is_dark = 0.299 * background[0] + 0.587 * background[1] + 0.114 * background[2] < 128
     return (255, 255, 255) if is_dark else (28, 28, 32)
 
 
 def _font(size: float) -> Any:
-    """The default font of Pillow; sizes are in pixels."""
+    """Return Pillow's default font in a size given in pixels."""
     return import_pillow("ImageFont").load_default(max(1.0, size))
 
 
 def _fitting_font(text: str, size: float, width: float) -> Any:
-    """The font in the largest size, up to `size`, for which the text fits into the width."""
+    """Return the font in the largest size, at most `size`, for which the text fits the width."""
     font = _font(size)
     length = font.getlength(text)
     return font if length <= width else _font(size * width / length)
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers from low to high; only low and high if their range is tiny or infinite."""
+    """Return round numbers between low and high, or only low and high for an extreme range."""
     if not _TINY < high - low < math.inf:
         return sorted({low, high})
     least = (high - low) / _MAX_TICKS

@@ -1,4 +1,4 @@
-"""Libraries for drawing: VTK with OpenGL, and Pillow."""
+"""Access to the drawing libraries: VTK with OpenGL, and Pillow."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from typing import Any
 
 from ..errors import MissingExtraError, RenderError, import_extra
 
-# Silences Mesa's EGL, which otherwise writes to stderr if a device does not start.
+# Suppresses messages on stderr that Mesa's EGL writes if a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 
 
 @contextlib.contextmanager
 def quiet_vtk() -> Iterator[None]:
-    """Let VTK draw off screen without messages; restore its settings and environment at the end."""
+    """Within the block, let VTK draw off screen without messages; then restore its settings."""
     window = ensure_gl()
     wanted = dict(_QUIET_EGL)
     if window is not None:
@@ -37,7 +37,7 @@ def quiet_vtk() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
-    """Set variables for the duration of a block, unless the user has set them."""
+    """Set environment variables during the block, except variables that the user has set."""
     missing = [name for name in wanted if name not in os.environ]
     os.environ.update({name: wanted[name] for name in missing})
     try:
@@ -48,12 +48,12 @@ def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
 
 
 def ensure_gl() -> str | None:
-    """Return the class of window that VTK must create here, or None if VTK may choose.
+    """Return the window class that VTK must use on this machine, or None for VTK's default.
 
-    VTK ends the process if it finds no OpenGL, so this function looks for OpenGL first. A display
-    is preferred to EGL: where a user's own windows are open on the display, mixing it with EGL in
-    one process is not safe. A RenderError says what to install if there is no display, EGL or
-    OSMesa.
+    VTK terminates the process if it finds no OpenGL, so this function looks for OpenGL first. A
+    display is preferred to EGL, because it is not safe to use EGL in a process that has windows
+    open on a display. Raises a RenderError that says what to install if neither a display, EGL nor
+    OSMesa is available.
     """
     if not sys.platform.startswith("linux"):
         return None
@@ -75,7 +75,7 @@ def ensure_gl() -> str | None:
 
 
 def _load_library(name: str) -> Any:
-    """Shared library, or None if it cannot be loaded."""
+    """Load a shared library; return None if the library cannot be loaded."""
     try:
         return ctypes.CDLL(name)
     except OSError:
@@ -102,8 +102,8 @@ def _has_display() -> bool:
 
 def _has_egl() -> bool:
     """Whether EGL has a device that can be initialized, which VTK needs."""
-    # Without a vendor library, EGL has no devices; without a driver, it cannot initialize them. The
-    # device is not terminated here, because other code in this process may use the device.
+    # EGL has no devices if no vendor library is installed, and cannot initialize its devices if no
+    # driver is installed. The device stays initialized, because other code may be using it.
     egl = _load_library("libEGL.so.1")
     if egl is None:
         return False
@@ -130,7 +130,7 @@ def _has_osmesa() -> bool:
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
 
 
-# vtkRenderingOpenGL2 holds the rendering classes that VTK looks up when it creates a window.
+# vtkRenderingOpenGL2 registers the classes with which VTK creates a window.
 _VTK_MODULES = (
     "vtkCommonCore", "vtkCommonDataModel", "vtkFiltersCore", "vtkRenderingCore",
     "vtkRenderingOpenGL2", "util.numpy_support",
@@ -140,7 +140,7 @@ _VTK_MODULES = (
 def import_vtk() -> Any:
     """Return the required parts of VTK as one namespace, without loading OpenGL.
 
-    A MissingExtraError if VTK is not installed, a RenderError if VTK cannot be loaded.
+    Raises a MissingExtraError if VTK is not installed, and a RenderError if it cannot be loaded.
     """
     members: dict[str, Any] = {}
     try:

@@ -11,13 +11,13 @@ import numpy as np
 from .._types import Floats
 from .._validate import checked_choice, checked_number
 
-# Half of the vertical field of view in degrees. A narrow field of view has little distortion.
+# Half of the vertical field of view, in degrees. A narrow field of view causes little distortion.
 _HALF_VIEW_ANGLE = 10.0
 
-# Width of the empty margin, as a fraction of the height or width of the picture.
+# Width of the empty margin on each side, as a fraction of the height or width of the picture.
 _MARGIN = 0.03
 
-# For each up axis: the directions to the right and toward the viewer at azimuth 0.
+# For each up axis, the directions to the right and toward the viewer at azimuth 0.
 _FRAMES = {
     "x": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
@@ -26,9 +26,9 @@ _FRAMES = {
 
 Up = Literal["auto", "x", "y", "z"]
 UP_CHOICES: tuple[str, ...] = get_args(Up)
-"""Choices of `View.up`."""
+"""Allowed values of `View.up`."""
 
-# Azimuth and elevation of named views. "iso" shows three sides of a box at equal angles.
+# Azimuth and elevation of named views, in degrees. "iso" shows three sides of a box equally.
 _NAMED_VIEWS = {
     "front": (0.0, 0.0),
     "back": (180.0, 0.0),
@@ -39,9 +39,9 @@ _NAMED_VIEWS = {
     "iso": (45.0, math.degrees(math.atan(math.sqrt(0.5)))),
 }
 VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
-"""Choices of `View.named`."""
+"""Allowed names for `View.named`."""
 
-# Resolution of the solid that a turning mesh sweeps: number of rings, and points per ring.
+# Resolution of the solid of revolution of a rotating mesh: number of rings, and points per ring.
 _N_RINGS, _N_AROUND = 200, 90
 
 
@@ -52,14 +52,15 @@ class View:
     Parameters
     ----------
     azimuth : float, default 30.0
-        Angle in degrees from the front of the mesh to the viewer, to the viewer's right.
+        Horizontal angle of the viewer in degrees: 0 is in front of the mesh, and positive angles
+        are to the right of the front.
     elevation : float, default 15.0
-        Angle in degrees above the horizon, from -90 (below) to 90 (above).
+        Angle of the viewer above the horizon in degrees, from -90 (below) to 90 (above).
     up : {"auto", "y", "z", "x"}
-        Axis that points up. The front is +z, or -y if z points up. ``"auto"`` guesses z if the mesh
+        Axis that points up. The front is +z, or -y if z points up. ``"auto"`` chooses z if the mesh
         would stand much more stably with z up than with y up, and otherwise y.
     zoom : float, default 1.0
-        Magnification of the middle of the picture, > 0.
+        Magnification of the center of the picture, > 0.
 
     Raises
     ------
@@ -82,10 +83,10 @@ class View:
 
     @staticmethod
     def named(name: str, *, up: Up = "auto", zoom: float = 1.0) -> View:
-        """Return the view from one side: front, back, left, right, top, bottom or iso.
+        """Return a named view: front, back, left, right, top, bottom or iso.
 
-        "Left" and "right" are for a viewer who faces the front. ``"iso"`` shows the front, the
-        right and the top at equal angles.
+        "left" and "right" are the sides of the mesh as seen from the front. "iso" shows the front,
+        right and top sides at equal angles.
 
         Raises
         ------
@@ -104,18 +105,18 @@ class Camera:
     position: Floats
     target: Floats
     up: Floats
-    half_slope: float  # half of the visible height, divided by the distance
+    half_slope: float  # tangent of half the vertical field of view
 
 
 def place_camera(points: Floats, view: View, aspect: float) -> Camera:
-    """The camera for which the points fill the frame; the up axis must not be "auto"."""
+    """Return a camera for which the points fill the frame; `view.up` must not be "auto"."""
     right, toward, up = view_axes(view)
     across, height, depth = points @ right, points @ up, points @ toward
     across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
     slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
     distance = 0.0
-    # In perspective, the middle of the bounding box is not the middle of the picture. Each
-    # iteration divides this error by more than five.
+    # In perspective, the center of the bounding box does not project to the center of the picture.
+    # Each iteration reduces this error by a factor of more than 5.
     for _ in range(4):
         x, y, z = across - across_middle, height - height_middle, depth - depth_middle
         reach = np.maximum(np.abs(y), np.abs(x) / aspect) / (slope * (1 - _MARGIN))
@@ -127,10 +128,10 @@ def place_camera(points: Floats, view: View, aspect: float) -> Camera:
 
 
 def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Camera]:
-    """Return n cameras on a circle around the up axis; all points fit into each of their frames.
+    """Return n cameras on a circle around the up axis. Each camera shows all points.
 
     The first camera has the azimuth of the view, and each next camera is further to the right. All
-    have the same height and distance.
+    cameras have the same height and the same distance.
     """
     start = replace(view, azimuth=0.0)
     camera = place_camera(_swept(points, start), start, aspect)
@@ -139,7 +140,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
     for turn in range(n):
         angle = math.radians(view.azimuth) + 2 * math.pi * turn / n
         ahead = math.cos(angle) * front + math.sin(angle) * right
-        # Rotation from the axes at azimuth 0 to the axes of this turn.
+        # Rotation matrix from the axes at azimuth 0 to the axes at this angle.
         turned = np.stack([np.cross(up, ahead), ahead, up]).T @ np.stack([right, front, up])
         place, target = turned @ camera.position, turned @ camera.target
         cameras.append(Camera(place, target, turned @ camera.up, camera.half_slope))
@@ -147,7 +148,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
 
 
 def _swept(points: Floats, view: View) -> Floats:
-    """Points on rings around the solid that the points sweep when they turn about the up axis."""
+    """Return points on rings that enclose the points when they rotate about the up axis."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
     levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)
@@ -165,12 +166,11 @@ def _swept(points: Floats, view: View) -> Floats:
 
 
 def _midrange(values: Floats) -> float:
-    """Middle of the range of values."""
     return float(values.min() + values.max()) / 2
 
 
 def view_axes(view: View) -> tuple[Floats, Floats, Floats]:
-    """Unit vectors to the right, toward the viewer and up, for the viewer."""
+    """Return unit vectors to the right, toward the viewer, and up, in the viewer's frame."""
     right, front = (np.array(axis) for axis in _FRAMES[view.up])
     azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
     outward = math.cos(azimuth) * front + math.sin(azimuth) * right

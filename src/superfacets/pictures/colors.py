@@ -1,4 +1,4 @@
-"""Colors of regions and values, and perceived differences of colors, also with color blindness."""
+"""Colors of regions and values, and perceived color differences, including color blindness."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..mesh.cells import Cells
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)
-"""Normal vision, and vision without cones for long, middle or short wavelengths."""
+"""Normal vision, and color blindness from missing long, medium or short wavelength cones."""
 
 # Matrices for linear sRGB at severity 1: Machado, Oliveira and Fernandes, "A physiologically-based
 # model for simulation of color vision deficiency", 2009, table 1.
@@ -35,15 +35,15 @@ _SIMULATIONS = {
 
 
 def oklab(colors: Array) -> Floats:
-    """Return sRGB colors, (N, 3), 0 to 255, in OKLab: lightness 0 to 1, green-red, blue-yellow.
+    """Convert sRGB colors, (N, 3), 0 to 255, to OKLab: lightness 0 to 1, green-red, blue-yellow.
 
-    Euclidean distances are close to perceived distances.
+    Euclidean distances in OKLab approximate perceived color differences.
     """
     return oklab_of_linear(_linear(colors))
 
 
 def seen_as(colors: Array, vision: Vision) -> Floats:
-    """Return sRGB colors, (N, 3), 0 to 255, as perceived with this vision, in OKLab."""
+    """Convert sRGB colors, (N, 3), 0 to 255, to OKLab as perceived with this kind of vision."""
     linear = _linear(colors)
     if vision != "normal":
         linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
@@ -51,13 +51,13 @@ def seen_as(colors: Array, vision: Vision) -> Floats:
 
 
 def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
-    """Return distances in OKLab between all colors of two sets, (N, M); the minimum of visions."""
+    """Return OKLab distances between two sets of colors, (N, M), minimized over `visions`."""
     apart = [seen_as(colors, v)[:, np.newaxis] - seen_as(others, v) for v in visions]
     return np.asarray(np.linalg.norm(apart, axis=3).min(axis=0))
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Return OKLab colors, (N, 3), in sRGB, clipped to its range."""
+    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255, with clipping."""
     return srgb_of_linear(linear_of_oklab(places))
 
 
@@ -66,11 +66,11 @@ def _linear(colors: Array) -> Floats:
     return linear_of_srgb(np.asarray(colors, dtype=np.float64) / 255.0)
 
 
-# Colors that are far from each other, and from the gray of cells without region, in OKLab for all
-# `VISIONS`. They were found by farthest-point search with exchanges, among colors of lightness 0.65
-# to 0.95 (shading does not make them black) and chroma up to 0.14 (they do not glare). Distances
-# for normal vision counted a third less. With 12 colors, the smallest distance would be below 0.08.
-# Regions of a surface need 6 colors, and regions of a volume up to 10.
+# Colors with large OKLab distances for all `VISIONS`, to each other and to the gray of cells that
+# are in no region. A farthest-point search with exchanges found them among colors of lightness 0.65
+# to 0.95, which shading does not turn black, and of chroma up to 0.14, which are not glaring.
+# Distances for normal vision were multiplied by 2/3. With 12 colors, the smallest distance would be
+# below 0.08. Regions of a surface need 6 colors, and regions of a volume up to 10.
 PALETTE = np.array(
     [
         (245, 195, 170), (150, 180, 250), (110, 170, 120), (250, 140, 180), (250, 240, 130),
@@ -78,22 +78,22 @@ PALETTE = np.array(
     ],
     dtype=np.uint8,
 )  # fmt: skip
-"""The colors of regions, sRGB, (10, 3)."""
+"""Colors of regions, sRGB, (10, 3)."""
 
 MIN_COLOR_DISTANCE = 0.09
-"""Smallest distance in OKLab between two colors of the palette for normal vision, protanopia,
-deuteranopia and tritanopia; 0.02 is just noticeable."""
+"""Smallest OKLab distance between two colors of the palette for normal vision, protanopia,
+deuteranopia and tritanopia. A distance of 0.02 is just noticeable."""
 
-# Preferred smallest distance between colors of neighbors. For most colors, at least half of the
-# palette is this far away.
+# Preferred minimum OKLab distance between colors of neighbors. For most colors, at least half of
+# the palette has this distance.
 _CLEAR_DISTANCE = 0.1
 
-# Every planar graph has a vertex with at most this many neighbors.
+# Every planar graph has a vertex with at most 5 neighbors.
 _PLANAR_DEGREE = 5
 
 
 def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
-    """Return the color of each face, by region; adjacent regions have clearly different colors.
+    """Return a color per face; adjacent regions have clearly different colors.
 
     Parameters
     ----------
@@ -105,12 +105,12 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
     Returns
     -------
     ndarray of uint8, shape (F, 3)
-        Red, green and blue, 0 to 255, sRGB. Color-blind people can also distinguish neighbors.
+        Red, green and blue, 0 to 255, sRGB. The colors are suitable for color-blind people.
 
     Raises
     ------
     ValueError, TypeError
-        If there is not one label per face, or the labels are not integers.
+        If the number of labels differs from the number of faces, or labels are not integers.
 
     Examples
     --------
@@ -125,12 +125,11 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
 
 
 def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
-    """Colors of cells, (N, 3), given the colors of their regions; gray for label -1."""
+    """Return the color of each cell, (N, 3), from the colors of regions; gray for label -1."""
     return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
 
 
 def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
-    """Color of each region of any kind of cells."""
     arcs, of_cells = kind_of(cells).border_arcs(cells, labels, checked_threads(None))
     n_regions = int(labels.max()) + 1
     return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
@@ -139,12 +138,13 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
 def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
     """Return the color of each region, (K, 3); adjacent regions have clearly different colors.
 
-    `graph` has undirected arcs in CSR form. `labels` are 0 to K - 1, or -1 for no region. Colors of
-    adjacent regions differ by at least `MIN_COLOR_DISTANCE` in OKLab, for all `VISIONS`, wherever
-    `PALETTE` suffices, for example on a surface. Regions with few neighbors are removed repeatedly,
-    and regions are colored in the opposite order. Each region gets the least used color that is far
-    from the colors of its neighbors. If the neighbors have all 10 colors of the palette, the region
-    gets the farthest color among further colors. Time and memory are linear in arcs.
+    `graph` has each arc in both directions, in CSR form. `labels` are 0 to K - 1, or -1 for no
+    region. As long as `PALETTE` has enough colors, as on a surface, the OKLab distance between
+    colors of adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`. Regions with few
+    neighbors are removed repeatedly, and regions are colored in the reverse order of removal. Each
+    region gets the least used color that is far from the colors of its neighbors. If the neighbors
+    use all 10 colors of the palette, the region gets the most different of additional colors. Time
+    and memory are linear in arcs.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -152,16 +152,15 @@ def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
 
 
 def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
-    """Colors of regions, given their neighbors in CSR form."""
     order = _peeled_order(starts, touching)
     return _choices()[_color_greedily(order.tolist(), starts.tolist(), touching.tolist())]
 
 
 def _peeled_order(starts: Longs, touching: Longs) -> Longs:
-    """An order in which few neighbors of a region precede it; at most 5 in planar graphs."""
-    # Each round removes the regions with at most 5 remaining neighbors, or those with the fewest.
-    # The regions of the last round come first.
-    n_left = np.diff(starts)  # remaining neighbors of each region
+    """Return an order in which few neighbors precede each region; at most 5 in planar graphs."""
+    # Each round removes the regions with at most 5 remaining neighbors, or if there are none, the
+    # regions with the fewest remaining neighbors. The last round is first in the order.
+    n_left = np.diff(starts)  # number of remaining neighbors of each region
     left = np.arange(len(n_left))
     rounds = [left[:0]]
     while len(left):
@@ -176,12 +175,12 @@ def _peeled_order(starts: Longs, touching: Longs) -> Longs:
 
 
 def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Longs, Longs]:
-    """Neighbors of each region in CSR form: starts, (K + 1,), and regions."""
+    """Return the neighbors of each region in CSR form: offsets, (K + 1,), and neighbors."""
     offsets, neighbors = arcs
     sources = np.repeat(labels, np.diff(offsets))
     targets = labels[neighbors]
     crossing = (sources != targets) & (sources >= 0) & (targets >= 0)
-    # numpy.unique imports numpy.ma, which takes longer than this function on a small mesh.
+    # np.unique is not used: importing numpy.ma, which it needs, takes longer than this function.
     pairs = np.sort(sources[crossing].astype(np.int64) * n_regions + targets[crossing])
     pairs = pairs[np.diff(pairs, prepend=-1) > 0]
     starts = np.searchsorted(pairs, np.arange(n_regions + 1) * n_regions)
@@ -189,7 +188,7 @@ def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Lon
 
 
 def _color_greedily(order: list[int], starts: list[int], touching: list[int]) -> list[int]:
-    """Index into `_choices` for each region. Sets of colors are bit masks."""
+    """Return the index into `_choices` for each region. Sets of colors are bit masks."""
     near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
     colors = [-1] * len(order)  # -1: not yet colored
     n_uses = [0] * len(PALETTE)
@@ -201,7 +200,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
             same |= 1 << color
         free = (whole_palette & ~close) or (whole_palette & ~same)
         if not free:
-            # The color that is farthest from the nearest color of a neighbor.
+            # Use the color with the largest distance to the colors of all neighbors.
             colors[region] = int(_distances()[:, sorted(taken)].min(axis=1).argmax())
             continue
         candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
@@ -213,7 +212,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 
 @cache
 def _choices() -> Bytes:
-    """The palette, then further colors, (C, 3), that are not dark, white or nearly gray."""
+    """Return the palette followed by additional colors, (C, 3), not dark, white or nearly gray."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]
@@ -224,22 +223,22 @@ def _choices() -> Bytes:
 
 @cache
 def _distances() -> Floats:
-    """Distances in OKLab between all choices, the minimum over visions."""
+    """Return OKLab distances between all colors of `_choices`, minimized over `VISIONS`."""
     return color_distances(_choices(), _choices())
 
 
 @cache
 def _near_colors() -> list[int]:
-    """For each choice, the bit mask of palette colors that are too similar."""
+    """Return, for each color of `_choices`, a bit mask of the palette colors too similar to it."""
     near = _distances()[:, : len(PALETTE)] < _CLEAR_DISTANCE
     return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
 
 
 def scale_colors(n: int = 256) -> Bytes:
-    """Return n colors for values from low to high, (n, 3), sRGB.
+    """Return n colors of the color scale, from the lowest to the highest value, (n, 3), sRGB.
 
     The colors range from blue through green to yellow, in steps of about equal length in OKLab.
-    Lightness increases evenly, so the order is also visible without colors. Dark border lines are
+    Lightness increases evenly, so the order is also visible in grayscale. Dark border lines are
     visible on all colors.
     """
     at = np.linspace(0, len(_SCALE) - 1, n)
@@ -247,7 +246,7 @@ def scale_colors(n: int = 256) -> Bytes:
     return from_oklab(places)
 
 
-# Control points of the scale in OKLab: lightness, green-red, blue-yellow.
+# Control points of the color scale in OKLab: lightness, green-red, blue-yellow.
 _SCALE = np.array(
     [
         (0.40, 0.0, -0.18), (0.535, -0.05, -0.11), (0.67, -0.10, -0.015),
@@ -262,18 +261,18 @@ _N_COLORS = 256
 def checked_values(
     given: Any, name: str, n_cells: int, n_regions: int | None
 ) -> tuple[Floats, Literal["cell", "region"]]:
-    """Return values, finite or NaN, and whether there is one value per cell or per region.
+    """Return values as float64, and whether there is one value per cell or one per region.
 
-    `n_regions` is None if values per region are not allowed.
+    `n_regions` is None if values per region are not allowed. Values must be finite or NaN.
     """
     refuse_mask(given, name)
     array = np.asarray(given)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers, got {array.dtype}")
     if array.shape not in {(n_cells,), (n_regions,)}:
-        regions = "" if n_regions is None else f" or per region, {n_regions}"
+        regions = "" if n_regions is None else f", or one value per region, ({n_regions},)"
         raise ValueError(
-            f"{name} must have a value per cell, {n_cells}{regions}, got shape {array.shape}"
+            f"{name} must have one value per cell, ({n_cells},){regions}; got shape {array.shape}"
         )
     values = array.astype(np.float64)
     if np.isinf(values).any():
@@ -288,16 +287,16 @@ class Scale:
     low: float
     high: float
     title: str
-    has_missing: bool
+    has_missing: bool  # whether some values are NaN
 
     def shares(self, values: Floats) -> Floats:
-        """Positions of values on the scale, 0 to 1; 0.5 if all are equal."""
-        # Halves, because the difference of two numbers may overflow.
+        """Return positions of values on the scale, 0 to 1; 0.5 if `low` equals `high`."""
+        # Values are halved, because the difference of two large numbers may overflow.
         span = self.high / 2 - self.low / 2
         return (values / 2 - self.low / 2) / span if span > 0 else values * 0 + 0.5
 
     def colors(self, values: Floats) -> Bytes:
-        """Color of each value, (N, 3); gray for NaN."""
+        """Return the color of each value, (N, 3); gray for NaN."""
         shares = self.shares(values)
         is_missing = np.isnan(shares)
         steps = np.where(is_missing, 0, np.rint(shares * (_N_COLORS - 1))).astype(np.int64)
@@ -307,7 +306,7 @@ class Scale:
 
 
 def scale_of(values: list[Floats], title: str) -> Scale:
-    """The common scale of the values of several pictures; from 0 to 0 without values."""
+    """Return a common scale for the values of several pictures; 0 to 0 if all values are NaN."""
     everything = np.concatenate(values)
     known = everything[~np.isnan(everything)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Drawing of scenes with VTK, without a display."""
+"""Draw scenes with VTK, without a display."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ from .camera import Camera
 from .scene import Picture, Scene
 
 MAX_SIDE = 8192
-"""Largest width and height of a picture in pixels. Pictures are drawn at twice their size, and
-graphics drivers allow twice this size."""
+"""Maximum width and height of a picture in pixels. Pictures are drawn at twice their size, and
+graphics drivers support twice this size."""
 
-# Samples per pixel in each direction, averaged for smooth borders and outlines.
+# Number of samples per pixel in each direction. Samples are averaged for antialiasing.
 _SAMPLES = 2
 
-# Angle in degrees above which edges are shaded as sharp. It is larger than between facets of a
-# coarse sphere (14 with 500 faces), and smaller than at creases of machine parts.
+# Angle between faces, in degrees, above which edges are shaded as sharp. It is larger than on a
+# coarse sphere (14 degrees with 500 faces), and smaller than at creases of machine parts.
 _CREASE_ANGLE = 40.0
 
-# Distance of border lines in front of the surface, in line widths. The whole line is visible on
-# surfaces that are tilted by up to 70 degrees (tan 70 / 2).
+# Distance of border lines in front of the surface, in line widths. With tan(70 degrees) / 2, lines
+# are completely visible on surfaces tilted by up to 70 degrees.
 _LINE_LIFT = 1.4
 
-# Ambient occlusion, which darkens concave creases: radius as a fraction of the diagonal, and the
-# smallest depth of a shadowed surface as a fraction of the radius.
+# Parameters of ambient occlusion, which darkens concave creases: radius as a fraction of the
+# diagonal, and minimum depth of an occluded surface as a fraction of the radius.
 _SHADOW_REACH = 0.05
 _SHADOW_BIAS = 0.06
 
-# Samples per pixel for ambient occlusion; the remaining noise is blurred.
+# Number of samples per pixel for ambient occlusion; a blur removes the remaining noise.
 _SHADOW_SAMPLES = 64
 
-# Longest side, in pixels, of the drawing of soft shadows, within 0.4 to 2 times the longest side of
-# the picture. Shadows vary slowly, so they are drawn small, to save time, and then magnified.
+# Longest side, in pixels, of the image of ambient occlusion, limited to 0.4 to 2 times the longest
+# side of the picture. Occlusion varies slowly, so a small image saves time, and is then magnified.
 _SHADOW_SIDE = 480
 
 _LINE_COLOR = (28, 28, 32)
 
-# Direction of each light (right, up, toward the viewer) and its strength: a key light from the
-# upper left, and fill lights from the right, the viewer and below. Their maximum is white.
+# Direction (right, up, toward the viewer) and intensity of each light: a key light from the upper
+# left, and fill lights from the right, from the viewer and from below. No surface is overexposed.
 _LIGHTS = (
     ((-0.5, 0.9, 1.0), 0.60),
     ((0.9, 0.2, 0.7), 0.22),
@@ -56,12 +56,12 @@ _LIGHTS = (
 
 @dataclass(frozen=True)
 class _Stage:
-    """A hidden window and its contents."""
+    """An off-screen VTK window and its contents."""
 
     window: Any
     renderer: Any
-    surface: Any  # actor
-    lines: _Lines | None  # None without border lines
+    surface: Any  # actor of the faces
+    lines: _Lines | None  # border lines, or None if the scene has none
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class _Lines:
     """Border lines, which are moved in front of the surface for each camera."""
 
     actor: Any
-    places: Any  # points of VTK, which are moved for each camera
-    ends: Floats  # (P, 3), positions of the points on the surface
-    lift: float  # shift toward the camera, as a fraction of the distance to it
+    places: Any  # vtkPoints of the moved ends of lines
+    ends: Floats  # (P, 3) ends of lines on the surface
+    lift: float  # shift toward the camera, as a fraction of the distance to the camera
 
 
 def draw(
@@ -81,7 +81,7 @@ def draw(
     line_width: float,
     background: tuple[int, int, int],
 ) -> list[Picture]:
-    """Return a picture, (height, width, 3), for each camera; the frame is (width, height)."""
+    """Return a picture, (height, width, 3), for each camera; `frame` is (width, height)."""
     vtk = import_vtk()
     width, height = frame
     pictures = []
@@ -101,7 +101,6 @@ def draw(
 
 
 def _set_stage(vtk: Any, scene: Scene, half_slope: float, height: int, line_width: float) -> _Stage:
-    """Put surface, lines and lights into a window."""
     window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
@@ -121,7 +120,6 @@ def _set_stage(vtk: Any, scene: Scene, half_slope: float, height: int, line_widt
 
 
 def _surface(vtk: Any, scene: Scene) -> Any:
-    """Actor of the faces, with normals smoothed except across creases."""
     normals = vtk.vtkPolyDataNormals()
     normals.SetInputData(_poly_data(vtk, scene.points, faces=scene.triangles))
     normals.SplittingOn()
@@ -134,13 +132,12 @@ def _surface(vtk: Any, scene: Scene) -> Any:
     actor = _actor(vtk, faces)
     look = actor.GetProperty()
     look.SetInterpolationToPhong()
-    look.SetColor(1, 1, 1)  # white where colors are switched off, for soft shadows
+    look.SetColor(1, 1, 1)  # used for ambient occlusion, which is drawn without face colors
     look.SetSpecularPower(20.0)
     return actor
 
 
 def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Lines:
-    """Lines along the borders."""
     ends, borders = np.unique(scene.borders, return_inverse=True)
     data = _poly_data(vtk, scene.points[ends], lines=borders.reshape(-1, 2))
     actor = _actor(vtk, data)
@@ -155,7 +152,7 @@ def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Li
 def _poly_data(
     vtk: Any, points: Floats, *, faces: Longs | None = None, lines: Longs | None = None
 ) -> Any:
-    """VTK data of points, and of the faces, (F, 3), or lines, (B, 2), between them."""
+    """Create VTK data with points, and with faces, (F, 3), or lines, (B, 2)."""
     data, places = vtk.vtkPolyData(), vtk.vtkPoints()
     places.SetData(vtk.numpy_to_vtk(points.astype(np.float32), deep=True))
     data.SetPoints(places)
@@ -169,7 +166,6 @@ def _poly_data(
 
 
 def _actor(vtk: Any, data: Any) -> Any:
-    """Actor of the data, with the colors of its faces."""
     mapper, actor = vtk.vtkPolyDataMapper(), vtk.vtkActor()
     mapper.SetInputData(data)
     mapper.SetScalarModeToUseCellData()
@@ -179,7 +175,7 @@ def _actor(vtk: Any, data: Any) -> Any:
 
 
 def _light(vtk: Any, renderer: Any) -> None:
-    """Add the lights, which move with the camera."""
+    """Add the lights of `_LIGHTS`, which move with the camera."""
     renderer.AutomaticLightCreationOff()
     for direction, strength in _LIGHTS:
         light = vtk.vtkLight()
@@ -192,7 +188,7 @@ def _light(vtk: Any, renderer: Any) -> None:
 
 
 def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
-    """Set the camera, and move lines toward the camera, so that the surface does not hide them."""
+    """Set the camera, and move border lines toward it, so that the surface does not hide them."""
     if stage.lines is not None:
         ends = stage.lines.ends
         lifted = ends + stage.lines.lift * (camera.position - ends)
@@ -206,7 +202,7 @@ def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
 
 
 def _show(stage: _Stage, background: tuple[int, int, int], *, shadows: bool) -> None:
-    """Set up the drawing of colors and lines with lights, or of soft shadows on white surfaces."""
+    """Prepare drawing either the lit, colored scene, or ambient occlusion on a white surface."""
     stage.renderer.SetBackground(*(channel / 255 for channel in background))
     stage.renderer.SetUseSSAO(shadows)
     stage.surface.GetMapper().SetScalarVisibility(not shadows)
@@ -219,31 +215,30 @@ def _show(stage: _Stage, background: tuple[int, int, int], *, shadows: bool) -> 
 
 
 def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
-    """Width and height at which soft shadows are drawn."""
     scale = min(max(_SHADOW_SIDE / max(frame), 0.4), _SAMPLES)
     width, height = (math.ceil(scale * side) for side in frame)
     return width, height
 
 
 def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
-    """Render the window at this size; return its pixels, (height, width, 3), row 0 at the top."""
+    """Render the window in this size; return its pixels, (height, width, 3), top row first."""
     stage.window.SetSize(width, height)
     stage.window.Render()
     pixels = vtk.vtkUnsignedCharArray()
     stage.window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
     flat = vtk.vtk_to_numpy(pixels)
     if flat.size != height * width * 3:
-        raise RenderError(f"the driver made {flat.size} samples, not {height * width * 3}")
+        raise RenderError(f"VTK returned {flat.size} values instead of {height * width * 3}")
     return np.asarray(flat.reshape(height, width, 3)[::-1], dtype=np.uint8)
 
 
 def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
-    """Average blocks of samples, and multiply them by the magnified shadows."""
+    """Average the samples of each pixel, and multiply by the magnified image of occlusion."""
     image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
     lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
     gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
     factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
-    # Pixels of the background get no shadow. Comparing four bytes as one number is fast.
+    # Background pixels are not darkened. Four bytes are compared as one integer, which is fast.
     bare = np.frombuffer(bytes((*background, 255)), np.uint32)
     packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
     factors.ravel()[packed == bare] = 255

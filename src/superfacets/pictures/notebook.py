@@ -1,4 +1,4 @@
-"""Display of results in notebooks: a picture, counts, and a histogram of region sizes."""
+"""Display results in notebooks: a picture, a table, and a histogram of region sizes."""
 
 from __future__ import annotations
 
@@ -19,31 +19,33 @@ from .colors import PALETTE
 from .rendering import render
 
 MAX_DRAWN = 200_000
-"""Largest number of faces or tetrahedra that are drawn. A notebook shows results often, and drawing
-more cells takes seconds without a graphics card. `render` has no such limit."""
+"""Maximum number of faces or tetrahedra for which a notebook shows a picture. Drawing more cells
+without a graphics card takes seconds. `render` does not have this limit."""
 
 MAX_DRAWN_POINTS = 50_000
-"""Largest number of points that are drawn; their neighbors have to be computed again."""
+"""Maximum number of points for which a notebook shows a picture. The limit is lower than for faces,
+because the neighbors of points are computed again."""
 
-# Size of the picture in pixels, and its width on the page in CSS pixels, for sharp displays.
+# Size of the picture in pixels. It is shown at half the size, so that it is sharp on displays with
+# two pixels per CSS pixel.
 _SIZE = (640, 480)
 _SHOWN_WIDTH = 320
 
-# Number of colors in the palette. Notebooks store pictures; with a palette, a picture needs a fifth
-# of the bytes.
+# Number of palette colors. Notebooks store the pictures, and a palette reduces their size to a
+# fifth.
 _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
-# Pictures of results that are still in use: a notebook requests several formats of each result.
+# Cached pictures, because a notebook requests several formats of each result.
 _drawn: WeakKeyDictionary[Any, bytes | None] = WeakKeyDictionary()
 
 
 def png_of(result: Any) -> bytes | None:
-    """Return a picture of a `Segmentation` as PNG, or None if there is no picture.
+    """Return a picture of a `Segmentation` as PNG, or None if no picture can be drawn.
 
-    There is no picture if the result does not hold its mesh or cloud, if there are more than
-    `MAX_DRAWN` or `MAX_DRAWN_POINTS` cells, without the extra `viz`, or without OpenGL.
+    The result is None if the segmentation has no mesh or cloud, if it has more than `MAX_DRAWN`
+    cells or `MAX_DRAWN_POINTS` points, or if the extra `viz` or OpenGL is missing.
     """
     if result not in _drawn:
         _drawn[result] = _draw(result.labels, result.cells)
@@ -65,7 +67,7 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
 
 
 def html_of(result: Any) -> str:
-    """Return HTML with the picture, if there is one, counts, and the histogram."""
+    """Return HTML with a table, a histogram, and the picture unless `png_of` returns None."""
     png = png_of(result)
     picture = ""
     if png is not None:
@@ -88,20 +90,19 @@ def html_of(result: Any) -> str:
 
 
 def _facts(result: Any, noun: str, sizes: Array) -> dict[str, str]:
-    """Names and values of the rows of the table."""
     left_out = len(result.labels) - int(sizes.sum())
     facts = {f"{noun}s": f"{len(result.labels):,}", "regions": f"{result.n_segments:,}"}
     if left_out:
-        facts["left out"] = f"{left_out:,} {noun}s"
+        facts["in no region"] = f"{left_out:,} {noun}s"
     low, middle, high = (int(number) for number in np.quantile(sizes, [0, 0.5, 1]))
-    facts[f"{noun}s a region"] = f"{low:,} to {high:,}, median {middle:,}"
+    facts[f"{noun}s per region"] = f"{low:,} to {high:,}, median {middle:,}"
     facts["iterations"] = f"{result.n_iter}, {result.stop_reason}"
     facts["time"] = f"{sum(result.timings.values()):.3g} s"
     return facts
 
 
 def _histogram(sizes: Array, noun: str) -> str:
-    """Histogram of the sizes of regions in cells, as inline SVG with bars of equal width."""
+    """Return a histogram of the number of cells per region, as inline SVG."""
     low, high = int(sizes.min()), int(sizes.max())
     n_bars = min(_MAX_BARS, high - low + 1)
     counts, edges = np.histogram(sizes, bins=n_bars, range=(low, high + 1))
@@ -118,7 +119,7 @@ def _histogram(sizes: Array, noun: str) -> str:
     base = _CHART_HEIGHT + 14
     return (
         f'<svg width="{_CHART_WIDTH}" height="{base + 4}" role="img"'
-        f' aria-label="Histogram of the sizes of regions, from {low:,} to {high:,} {noun}s">'
+        f' aria-label="Histogram of region sizes, from {low:,} to {high:,} {noun}s">'
         f'<g fill="rgb({red},{green},{blue})">{"".join(bars)}</g>'
         '<g fill="currentColor" font-size="11" font-family="sans-serif">'
         f'<text x="0" y="{base}">{low:,}</text>'

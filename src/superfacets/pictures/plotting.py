@@ -1,4 +1,4 @@
-"""`plot`: pictures with several labelings side by side, a color scale, or a turning mesh."""
+"""`plot`: pictures with several labelings side by side, a color scale, or a rotating mesh."""
 
 from __future__ import annotations
 
@@ -44,37 +44,37 @@ _ENDINGS = (".png", *MOVING_ENDINGS)
 
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """Result of `plot`: one picture, or the pictures of a turn around the up axis.
+    """Result of `plot`: one picture, or the pictures of a rotation around the up axis.
 
-    A notebook shows the plot at the end of a cell. ``numpy.asarray`` gives the first picture.
+    A notebook shows the plot at the end of a cell. ``numpy.asarray`` returns the first picture.
 
     Attributes
     ----------
     frames : list of ndarray of uint8, shape (height, width, 3)
-        One picture, or all pictures of a turn; sRGB, row 0 at the top.
+        One picture, or all pictures of a rotation, in sRGB. Row 0 is at the top.
     """
 
     frames: list[Picture] = field(repr=False)
 
     @property
     def image(self) -> Picture:
-        """The first picture, (height, width, 3)."""
+        """First picture, shape (height, width, 3)."""
         return self.frames[0]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        """The first picture."""
+        """Return the first picture."""
         return np.array(self.image, dtype=dtype, copy=copy is not False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a .png, or a .gif or .mp4 of a turn, and return the path.
+        """Write one picture as .png, or a rotation as .gif or .mp4, and return the path.
 
         The file is written atomically.
 
         Raises
         ------
         ValueError
-            If the path has another ending, or the ending does not fit the number of pictures: .png
-            holds one picture, .gif and .mp4 hold several.
+            If the path has another ending, or if the ending does not match the number of pictures:
+            one for .png, several for .gif and .mp4.
         RenderError
             If the path ends in .mp4 and imageio-ffmpeg is not installed.
         OSError
@@ -92,15 +92,15 @@ class Plot:
         return png_of_picture(self.image) if len(self.frames) == 1 else gif_of(self.frames)
 
     def _repr_png_(self) -> bytes | None:
-        """A single picture as PNG; None for a turn."""
+        """Return a single picture as PNG, or None for a rotation."""
         return self._content() if len(self.frames) == 1 else None
 
     def _repr_html_(self) -> str | None:
-        """A turn as HTML; None for a single picture."""
+        """Return a rotation as HTML, or None for a single picture."""
         if len(self.frames) == 1:
             return None
         data = base64.b64encode(self._content()).decode("ascii")
-        return f'<img alt="A mesh that turns" src="data:image/gif;base64,{data}">'
+        return f'<img alt="A rotating mesh" src="data:image/gif;base64,{data}">'
 
 
 def plot(
@@ -121,43 +121,43 @@ def plot(
     clip: Clip | None = None,
     smooth_borders: bool = False,
 ) -> Plot:
-    """Return a picture of cells and their regions, for one or several labelings, still or turning.
+    """Return a picture or animation of cells and their regions, for one or several labelings.
 
-    Pictures are drawn as by `render`. In addition, `plot` can show labelings side by side, colors
-    by value with a scale, and a turn around the up axis. No display is needed. Time is linear in
-    cells, in pixels, and in pictures.
+    Pictures are drawn in the same style as by `render`. In addition, `plot` can show several
+    labelings side by side, values as colors with a color scale, and a rotation around the up axis.
+    No display is needed. Time is linear in cells, in pixels, and in the number of pictures.
 
     Parameters
     ----------
     cells, labels, colors, border_width, background, clip, smooth_borders
         As for `render`.
     output : path, optional
-        File to write: .png for one picture, .gif or .mp4 for a turn.
+        File to write: .png for one picture, .gif or .mp4 for a rotation.
     compare : sequence of array_like of integers, shape (N,) each
-        Further labelings of the same cells, drawn to the right from the same viewpoint.
+        Additional labelings of the same cells, drawn to the right, from the same viewpoint.
     titles : sequence of str, optional
-        A title above each labeling.
+        One title per labeling, drawn above it.
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
-        Values that colors show: one value per cell; or one per region, in ascending order of
-        labels, if there is only one labeling; or the name of a column of `RegionGraph.table`, such
-        as ``"area"``. Blue is the lowest value, and yellow the highest. NaN values and cells
-        without region are gray. All labelings share the scale below the pictures.
+        Values shown as colors: one value per cell; or, for a single labeling, one value per region,
+        in ascending order of labels; or the name of a column of `RegionGraph.table`, for example
+        ``"area"``. Blue is the lowest value, and yellow the highest. NaN values and cells without a
+        region are gray. All labelings share the color scale below the pictures.
     scale_title : str, optional
-        Title of the scale. The default is the name of the column.
+        Title of the color scale. The default is the name of the column.
     size : (int, int), optional
         Width and height of each labeling's picture in pixels, at most 8192 each, including title
-        and scale. The default is (1200, 900), or (640, 480) for a turn.
+        and color scale. The default is (1200, 900), or (640, 480) for a rotation.
     view : View or str, optional
-        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... The default
-        is from the right and a little above. A turn starts at the viewpoint.
+        Viewpoint, or the name of a view for `View.named`, such as "front", "top" or "iso". The
+        default is from the right and slightly above. A rotation starts at the viewpoint.
     n_frames : int, optional
-        Number of pictures of one turn, which lasts about 5 seconds; 1 for a single picture. The
-        default is 60 if `output` is a .gif or .mp4, and otherwise 1.
+        Number of pictures of one full rotation, which takes about 5 seconds; 1 for a single
+        picture. The default is 60 if `output` is a .gif or .mp4, and otherwise 1.
 
     Returns
     -------
     Plot
-        Has ``image``, ``frames`` and ``save(path)``. A notebook shows the picture or the animation.
+        Plot with ``image``, ``frames`` and ``save(path)``. A notebook shows it directly.
 
     Raises
     ------
@@ -168,8 +168,8 @@ def plot(
     MissingExtraError
         If VTK or Pillow is not installed. Both are installed with PyVista.
     RenderError
-        If VTK cannot be loaded, this machine has no OpenGL, or imageio-ffmpeg is missing for an
-        .mp4; the message says what to install.
+        If VTK cannot be loaded, if this machine has no OpenGL, or if imageio-ffmpeg is missing for
+        an .mp4 file. The message says what to install.
     OSError
         If the file cannot be written.
 
@@ -204,7 +204,7 @@ def plot(
 
 
 def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
-    """Number of pictures of a turn; 1 without a turn."""
+    """Return the number of pictures: the given number, or the default for the output file."""
     if given is not None:
         return checked_count(given, "n_frames")
     is_moving = output is not None and Path(output).suffix.lower() in MOVING_ENDINGS
@@ -212,13 +212,13 @@ def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
 
 
 def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
-    """Path of a file for this number of pictures; an error if the file cannot be written."""
+    """Return the path of the output; an error if it cannot store this number of pictures."""
     path = checked_picture_path(output, _ENDINGS)
     is_moving = path.suffix.lower() in MOVING_ENDINGS
     if is_moving and n_frames == 1:
-        raise ValueError(f"{path.name!r} needs a turn: n_frames must be at least 2, got 1")
+        raise ValueError(f"{path.name!r} needs several pictures: n_frames must be > 1, got 1")
     if n_frames > 1 and not is_moving:
-        raise ValueError(f"{path.name!r} holds only one picture: write a turn as .gif or .mp4")
+        raise ValueError(f"{path.name!r} can store only one picture: write a .gif or .mp4 file")
     if path.suffix.lower() == ".mp4":
         check_video()
     return path
@@ -226,13 +226,12 @@ def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
 
 def _check_titles(titles: Sequence[str] | None, n: int) -> None:
     if titles is not None and (isinstance(titles, str) or len(titles) != n):
-        raise ValueError(f"there must be {n} titles, one for each labeling, got {titles!r}")
+        raise ValueError(f"titles must be a list of {n} titles, one per labeling, got {titles!r}")
 
 
 def _colors_by(
     cells: Cells, series: Sequence[Any], color_by: Any, title: str | None
 ) -> tuple[list[Any], Scale]:
-    """Colors of cells for each labeling, and their scale."""
     if isinstance(color_by, str) and title is None:
         title = color_by.replace("_", " ")
     values = [_values_of(cells, labels, color_by, len(series)) for labels in series]
@@ -241,11 +240,11 @@ def _colors_by(
 
 
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
-    """A value for each cell; NaN if the value is missing, or the cell has no region."""
+    """Return one value per cell; NaN if the value is missing or the cell has no region."""
     n_cells = cells.n_cells
     if labels is None:
         if isinstance(color_by, str):
-            raise ValueError(f"color_by {color_by!r} is a property of regions: give labels")
+            raise ValueError(f"color_by={color_by!r} is a property of regions and needs labels")
         return checked_values(color_by, "color_by", n_cells, None)[0]
     compact, ids = compact_partial_labels(labels, n_cells, getattr(cells, "n_vertices", None))
     if isinstance(color_by, str):
@@ -262,19 +261,19 @@ def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Float
 
 @dataclass(frozen=True)
 class _Panels:
-    """Pictures drawn side by side."""
+    """Labelings that are drawn side by side."""
 
     cells: Cells
     series: Sequence[Any]  # labels of each panel
-    colors: Sequence[Any]  # colors of cells; None means colors of regions
+    colors: Sequence[Any]  # colors of cells of each panel, or None for colors of regions
     clip: Clip | None
-    is_smooth: bool
+    is_smooth: bool  # whether borders are smooth curves
 
 
 def _draw_side_by_side(
     panels: _Panels, style: Style, n_frames: int, titles: Sequence[str] | None, scale: Scale | None
 ) -> list[Picture]:
-    """The panels side by side for each camera, with titles above and the scale below."""
+    """Draw the panels side by side for each camera, with titles above and the scale below."""
     width, height = style.frame
     count = len(panels.series)
     above, below = [], []
@@ -293,7 +292,6 @@ def _draw_side_by_side(
 
 
 def _drawn(panels: _Panels, style: Style, n_frames: int) -> list[list[Picture]]:
-    """The pictures of each panel, all from the same cameras."""
     columns, cameras = [], None
     for labels, colors in zip(panels.series, panels.colors, strict=True):
         scene = scene_of(panels.cells, labels, colors, panels.clip, is_smooth=panels.is_smooth)

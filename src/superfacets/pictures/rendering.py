@@ -1,4 +1,4 @@
-"""Stage 7: pictures of meshes and their regions, made without a display."""
+"""Stage 7: draw pictures of meshes and their regions, without a display."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from .scene import (
     guess_up,
 )
 
-_PNG_RUNS = 3  # zlib's Z_RLE, which only compresses runs of equal bytes
+_PNG_RUNS = 3  # zlib's strategy Z_RLE, which is fast and compresses only runs of equal bytes
 
 
 def render(
@@ -59,10 +59,10 @@ def render(
 ) -> Picture:
     """Return a shaded picture of a mesh with colored and outlined regions.
 
-    No display is needed: on Linux, Mesa's EGL or OSMesa suffices. Shading is smooth except across
-    creases of more than 40 degrees. A border is drawn on each edge between faces of different
-    labels; vertices at exactly the same position count as one. A file is written atomically. Time
-    is linear in faces and in pixels.
+    No display is needed: on Linux, Mesa's EGL or OSMesa is sufficient. Shading is smooth except
+    across edges sharper than 40 degrees. A border is drawn on each edge between faces of different
+    labels, where vertices at exactly the same position are merged. A file is written atomically.
+    Time is linear in faces and in pixels.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def render(
         As for `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
         Region of each face or point. Labels may be any integers; cells with label -1 are gray.
-        Without labels, a mesh has one plain color, and a cloud has its own colors, if any.
+        If labels are omitted, a cloud is drawn in its own colors, and other cells in one color.
     output : path, optional
         PNG file to write.
     colors : array_like of uint8, shape (F, 3), optional
@@ -78,21 +78,21 @@ def render(
     size : (int, int), default (1200, 900)
         Width and height in pixels, at most 8192 each.
     view : View or str, optional
-        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... The default
-        is from the right and a little above.
+        Viewpoint, or the name of a view for `View.named`, such as "front", "top" or "iso". The
+        default is from the right and slightly above.
     border_width : float, optional
-        Width of borders in pixels; 0 draws no borders. The default is 2 % of the diameter of a mean
-        region in the picture, but at least 0.6 pixels, and at most the maximum of 1 pixel and
-        1 / 250 of the picture's height.
+        Width of borders in pixels; 0 draws no borders. The default is 2 % of the diameter of an
+        average region in the picture, but at least 0.6 pixels, and at most 1/250 of the picture's
+        height or 1 pixel, whichever is larger.
     background : str, default "white"
-        Name of a color in CSS, or "#rrggbb".
+        Name of a CSS color, or "#rrggbb".
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
-        Half of a `TetMesh` to show: the tetrahedra whose centroids are on one side of the middle of
-        the bounding box, at larger x for ``"x"``, and at smaller x for ``"-x"``. The default is the
-        outer surface of the whole mesh.
+        Half of a `TetMesh` to show. ``"x"`` shows the tetrahedra whose centroids have a larger x
+        than the center of the bounding box, ``"-x"`` the tetrahedra with a smaller x. By default
+        the outer surface of the whole mesh is shown.
     smooth_borders : bool, default False
-        Whether borders are drawn as smooth curves across faces, as by `cut_borders`, instead of
-        lines along edges. Points have no borders.
+        Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
+        of lines along edges. Points have no borders.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def render(
     MissingExtraError
         If VTK or Pillow is not installed. Both are installed with PyVista.
     RenderError
-        If VTK cannot be loaded, or this machine has no OpenGL; the message says what to install.
+        If VTK cannot be loaded, or if this machine has no OpenGL. The message says what to install.
     OSError
         If the file cannot be written.
     """
@@ -129,11 +129,11 @@ def render(
 
 @dataclass(frozen=True)
 class Style:
-    """Style of pictures, independent of the scene."""
+    """Size, viewpoint and style of a picture."""
 
-    frame: tuple[int, int]  # width and height
+    frame: tuple[int, int]  # width and height in pixels
     view: View
-    border_width: float | None
+    border_width: float | None  # in pixels; None for a width that depends on the regions
     background: tuple[int, int, int]
 
     @property
@@ -145,7 +145,7 @@ class Style:
 def checked_style(
     size: tuple[int, int], view: View | str | None, border_width: float | None, background: str
 ) -> Style:
-    """Return the style for the arguments of `render`."""
+    """Check arguments of `render`, and return them as a `Style`."""
     frame = (_checked_side(size, 0), _checked_side(size, 1))
     view = _checked_view(view)
     if border_width is not None:
@@ -161,7 +161,7 @@ def scene_of(
     *,
     is_smooth: bool = False,
 ) -> Scene:
-    """The scene for cells of any kind."""
+    """Build the scene for cells of any kind."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     outside = kind.outside(cells, keep)
@@ -174,7 +174,7 @@ def scene_of(
         labels, _ = compact_partial_labels(
             labels, cells.n_cells, getattr(cells, "n_vertices", None)
         )
-        # Colors are chosen for the whole volume, so that they do not depend on the clip.
+        # Colors are chosen for the whole volume, so that they do not depend on `clip`.
         colors = face_colors(cells, labels) if colors is None else colors
         labels = labels[sources]
     if colors is not None:
@@ -189,7 +189,7 @@ def _surface_scene(
     *,
     is_smooth: bool,
 ) -> Scene:
-    """The scene of a mesh, cut along smooth borders if requested; regions keep their colors."""
+    """Build the scene of a surface; faces are cut along smooth borders if `is_smooth`."""
     if labels is None or not is_smooth:
         return build_scene(surface, labels, colors)
     compact, ids = compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
@@ -202,8 +202,8 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Color of each new face: the color of its region if there is only one, or of its old face."""
-    old, new = labels + 1, cut.labels + 1  # 0: no region
+    """Return the color of each new face: the color of its region if unique, or of its old face."""
+    old, new = labels + 1, cut.labels + 1  # 0 means no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]
     is_plain = np.ones(len(firsts), dtype=bool)
@@ -212,24 +212,24 @@ def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
 
 
 def _half(cells: Any, clip: Clip) -> Bools:
-    """Whether each cell of a volume is in a given half of the bounding box."""
+    """Whether the centroid of each cell is in the half of the bounding box given by `clip`."""
     checked_choice(clip, "clip", CLIPS)
     kind = kind_of(cells)
     if kind.dimension != 3:
         noun = "a surface has" if kind.has_faces else f"{kind.plural} have"
-        raise ValueError(f"clip is for tetrahedra: {noun} no interior; leave clip out")
+        raise ValueError(f"omit clip: it is only for tetrahedra, and {noun} no interior")
     axis = "xyz".index(clip[-1])
     heights = kind.positions(cells)[:, axis] - cells.bounds[:, axis].mean()
     return np.asarray(heights < 0 if clip.startswith("-") else heights >= 0)
 
 
 def upright(view: View, scene: Scene) -> View:
-    """The view with its up axis, which is guessed if it is "auto"."""
+    """Return the view, with the up axis "auto" replaced by the guessed axis."""
     return replace(view, up=guess_up(scene)) if view.up == "auto" else view
 
 
 def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
-    """Draw the scene from each camera; all cameras must be at the same distance."""
+    """Draw the scene from each camera; all cameras must have the same distance."""
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
@@ -237,7 +237,7 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
 
 
 def png_of_picture(picture: Picture) -> bytes:
-    """The picture as PNG. Run-length compression takes a third of the time, for 5 % more bytes."""
+    """Encode a picture as PNG, with run-length compression: a third of the time, 5 % more bytes."""
     file = io.BytesIO()
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
@@ -245,7 +245,7 @@ def png_of_picture(picture: Picture) -> bytes:
 
 
 def check_rendering() -> None:
-    """Raise the error that `render` would raise if VTK, Pillow or OpenGL is missing."""
+    """Raise the same error as `render` if VTK, Pillow or OpenGL is missing."""
     import_vtk()
     import_pillow("Image")
     ensure_gl()
@@ -260,17 +260,17 @@ def _checked_view(view: View | str | None) -> View:
 
 
 def _checked_side(size: tuple[int, int], side: int) -> int:
-    """Width (side 0) or height (side 1) in pixels."""
+    """Check and return the width (`side` 0) or the height (`side` 1) in pixels."""
     if not isinstance(size, (tuple, list)) or len(size) != 2:
         raise ValueError(f"size must be (width, height), got {size!r}")
     count = checked_count(size[side], "size")
     if count > MAX_SIDE:
-        raise ValueError(f"size must be at most {MAX_SIDE} pixels a side, got {count}")
+        raise ValueError(f"width and height in size must be at most {MAX_SIDE}, got {count}")
     return count
 
 
 def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
-    """Path of a file with one of these endings, in an existing folder."""
+    """Return the path; an error if its ending is wrong or its folder does not exist."""
     path = Path(output)
     if path.suffix.lower() not in endings:
         raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")
@@ -279,7 +279,7 @@ def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str])
 
 
 def _checked_background(background: str) -> tuple[int, int, int]:
-    """Red, green and blue of a color given by name or as "#rrggbb"."""
+    """Return red, green and blue of a color given as a name or as "#rrggbb"."""
     try:
         red, green, blue, *_ = import_pillow("ImageColor").getrgb(background)
     except (ValueError, TypeError, AttributeError):

@@ -1,4 +1,4 @@
-"""Scenes: colored triangles, borders between regions, and a guess of the up axis."""
+"""Scenes of colored triangles and region borders, and a guess of the up axis."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from ..mesh.point_cloud import PointCloud
 from .camera import Camera
 from .colors import colors_of_cells, region_colors
 
-# Width of a border, as a fraction of the diameter of a region. Borders then cover 4 % of a round
-# region, because half of each line is on the other side.
+# Width of a border line, as a fraction of the diameter of a region. Lines then cover 4 % of a round
+# region, because half of each line is on the adjacent region.
 _SHARE_OF_REGION = 0.02
 
-# Largest width of a border, as a fraction of the picture's height.
+# Maximum width of a border line, as a fraction of the picture's height.
 _SHARE_OF_PICTURE = 1 / 250
 
-# Smallest width in pixels; thinner lines look like dots.
+# Minimum width of a border line in pixels. Thinner lines look dotted.
 _LEAST_WIDTH = 0.6
 
 
 def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
-    """Ends, (B, 2), of the edges between faces of different labels, once per pair of faces."""
+    """Return the end vertices, (B, 2), of each edge between two faces with different labels."""
     sources = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), np.diff(graph.offsets))
     between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)
     faces, sides = sources[between], graph.sides[between]
@@ -40,9 +40,10 @@ def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
 
 
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:
-    """Width in pixels, >= 0.6, for regions of this mean area in a picture of this height.
+    """Return the width of border lines in pixels, for a picture of this height.
 
-    Regions count as disks of this area, perpendicular to the view, at the middle of the mesh.
+    The mean region is approximated by a disk of area `mean_area`, at the center of the mesh and
+    perpendicular to the viewing direction.
     """
     distance = float(np.linalg.norm(camera.position - camera.target))
     pixels_per_unit = height / (2 * camera.half_slope * distance)
@@ -55,49 +56,49 @@ Picture = Bytes
 
 _PLAIN_COLOR = (205, 197, 184)
 
-# Radius of the hexagon of a point, in units of the square root of the area of the point. There are
-# then few gaps between random points.
+# Radius of the hexagon drawn for a point, as a multiple of the square root of the point's area.
+# This radius leaves few gaps between random points.
 _RADIUS = 1.32
 _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Colored cells and borders, scaled and moved to a box of diagonal 1 around the origin."""
+    """Colored triangles and borders, scaled to a bounding box of diagonal 1 around the origin."""
 
-    points: Floats  # (P, 3), corners of triangles; without duplicates in a mesh
-    triangles: Longs  # (T, 3): faces, triangles of polygons, or triangles of hexagons around points
-    colors: Picture  # (T, 3)
-    borders: Longs  # (B, 2), ends of edges between regions
-    n_regions: int  # 1 without regions
+    points: Floats  # (P, 3) corners of triangles
+    triangles: Longs  # (T, 3) rows of `points`; polygons and hexagons of points are triangulated
+    colors: Picture  # (T, 3) color of each triangle
+    borders: Longs  # (B, 2) rows of `points`: the ends of edges between regions
+    n_regions: int  # number of regions; 1 if there are no labels
 
     @cached_property
     def normals(self) -> Floats:
-        """Normal of each triangle, (T, 3); its length is the area."""
+        """Normal of each triangle, (T, 3), with the triangle's area as its length."""
         first, second, third = (self.points[corner] for corner in self.triangles.T)
         return np.cross(second - first, third - first) / 2
 
     @property
     def mean_region_area(self) -> float:
-        """Mean area of regions, for a box of diagonal 1."""
+        """Mean area of regions, for a bounding box of diagonal 1."""
         return float(np.linalg.norm(self.normals, axis=1).sum()) / self.n_regions
 
 
 def checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
-    """Colors of faces as an (F, 3) uint8 array."""
+    """Check colors of faces, and return them as an (F, 3) uint8 array."""
     refuse_mask(colors, "colors")
     array = np.asarray(colors)
     if array.shape != (n_faces, 3):
         raise ValueError(f"colors must have shape ({n_faces}, 3), got {array.shape}")
     if array.dtype != np.uint8:
-        raise TypeError(f"colors must be uint8, 0 to 255, got {array.dtype}")
+        raise TypeError(f"colors must be uint8 values from 0 to 255, got {array.dtype}")
     return np.ascontiguousarray(array)
 
 
 def build_scene(
     mesh: FaceMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
-    """Weld vertices, drop unused ones, scale to unit size, color faces, and find borders."""
+    """Build the scene of a mesh: merge equal vertices, scale, color faces, and find borders."""
     representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
     drawn, sources = cut_into_triangles(mesh)
     corners = representative[drawn]
@@ -125,7 +126,7 @@ def build_scene(
 def build_cloud_scene(
     cloud: PointCloud, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
-    """Make a colored hexagon for each point, and scale to unit size."""
+    """Build the scene of a cloud, with a colored hexagon for each point."""
     graph = find_point_graph(cloud, checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
     if labels is not None:
@@ -145,7 +146,7 @@ def build_cloud_scene(
 
 
 def hexagons_of(graph: PointGraph) -> Floats:
-    """Corners, (6 N, 3), of a hexagon around each point, counterclockwise for outside viewers."""
+    """Return the corners, (6 N, 3), of a hexagon per point, counterclockwise seen from outside."""
     areas = graph.measures
     known = areas[areas > 0]
     areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
@@ -161,19 +162,19 @@ def hexagons_of(graph: PointGraph) -> Floats:
     return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
 
 
-# Points up to this height above the lowest point, in diagonals, touch the ground. A smaller height
-# would miss slightly shorter feet, and a larger height would make round objects stand.
+# Points up to this height above the lowest point, in diagonals, touch the ground. With a smaller
+# height, slightly shorter feet would not; with a larger height, round objects would stand.
 _GROUND = 0.02
 
-# Required lead in stability of z over y, in diagonals: most files have y up, and objects are more
-# stable on their backs or sides than upright. On 79 models with a clear up axis, 0.05 to 0.12 give
-# the same results except for two models.
+# Minimum difference in stability between z up and y up, as a fraction of the diagonal, for which z
+# is chosen. Most files have y up, and objects are more stable on their backs or sides than upright.
+# On 79 models with a clear up axis, values from 0.05 to 0.12 change the result for only two models.
 _LEAD = 0.1
 
-# Number of horizontal directions in which a mesh is tested for tipping over.
+# Number of horizontal directions in which the stability of a mesh is tested.
 _N_DIRECTIONS = 32
 
-# Largest number of triangles, and of ground points, that are examined. Larger meshes are sampled
+# Maximum number of triangles, and of ground points, that are examined. Larger meshes are sampled
 # evenly, which moves the center of mass by less than 1/1000 of the diagonal.
 _MAX_SAMPLES = 100_000
 
@@ -182,9 +183,9 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
     """Return "z" if the mesh stands much more stably with z up than with y up, otherwise "y".
 
     A mesh stands if the center of mass of its surface is above the convex hull of the points that
-    touch the ground. Stability is the distance of the center from the border of the hull. Rooms,
-    terrain, tables and animals with z up are recognized. A shape that is stable on both axes, such
-    as a body that can lie on its back, has y up.
+    touch the ground. The stability is the horizontal distance of the center from the boundary of
+    the hull. Rooms, terrain, tables and animals with z up are recognized. For a shape that is
+    stable with either axis up, such as a lying body, the result is "y".
     """
     first, second, third = (scene.points[corner] for corner in _sampled(scene.triangles).T)
     areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
@@ -196,7 +197,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:
-    """Distance of the center from the border of the hull of ground points, > 0 if inside."""
+    """Return the signed distance of the center to the boundary of the ground hull, > 0 inside."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)
@@ -206,7 +207,7 @@ def _firmness(points: Floats, center: Floats, axis: int) -> float:
 
 
 def _sampled(rows: Array) -> Array:
-    """All rows, or `_MAX_SAMPLES` evenly spaced rows if there are more."""
+    """Return all rows, or `_MAX_SAMPLES` evenly spaced rows if there are more rows than that."""
     n = len(rows)
     if n <= _MAX_SAMPLES:
         return rows

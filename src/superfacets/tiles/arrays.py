@@ -1,4 +1,4 @@
-"""Array searches and bounding boxes that several modules of tiles share."""
+"""Array searches and bounding boxes used by several modules of `tiles`."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs
 
 MAX_SPAN = 1 << 26
-"""Largest range of values for which `compacted` makes a lookup table."""
+"""Largest range of values, maximum minus minimum, for which `compacted` uses a lookup table."""
 
 _MOST_SPARSE = 16
-"""Largest range of the values `near`, in multiples of their number, for which `index_near` makes a
-lookup table."""
+"""`index_near` uses a lookup table only if the range of the values `near` is at most `_MOST_SPARSE`
+times the number of these values."""
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
-    """Offsets of the chosen rows of a CSR array, and the indices of the entries of these rows."""
+    """Select rows of a CSR array; return their new offsets, and the indices of their entries."""
     return _core.choose_lists(offsets, np.asarray(chosen, np.int64))
 
 
 def merged(lists: Sequence[Longs]) -> Longs:
-    """The union of ascending lists, ascending, without duplicates."""
-    numbers: Longs = np.sort(np.concatenate(lists), kind="stable")  # fast on ascending runs
+    """Return the sorted union of ascending lists, without duplicates."""
+    numbers: Longs = np.sort(np.concatenate(lists), kind="stable")  # fast if lists are ascending
     is_new = np.ones(len(numbers), bool)
     is_new[1:] = numbers[1:] != numbers[:-1]
     return numbers[is_new]
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """Result of `index_in`; fast if most values are in the range of the ascending `near`."""
+    """Same as `index_in`, but faster if most values are between near[0] and near[-1]."""
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low
@@ -46,7 +46,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """The index of each value in an array that is ascending, or sorted by `order`; -1 if absent."""
+    """Index of each value in `among`, sorted itself or by `order`; -1 if the value is absent."""
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)
@@ -55,12 +55,12 @@ def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
 
 
 def is_among(values: Array, among: Array) -> Bools:
-    """Whether each value is in an ascending array."""
+    """Whether each value occurs in an ascending array."""
     return index_in(values, among) >= 0
 
 
 def compacted(values: Array) -> tuple[Longs, Ints]:
-    """Sorted distinct integers and the index of each value in them, as `np.unique`, but faster."""
+    """Distinct values, sorted, and the index of each value in them: a faster `np.unique`."""
     low, high = (int(values.min()), int(values.max()) + 1) if len(values) else (0, 0)
     if high - low > MAX_SPAN:
         used, at = np.unique(values, return_inverse=True)
@@ -72,12 +72,12 @@ def compacted(values: Array) -> tuple[Longs, Ints]:
 
 
 def box_of(points: Floats) -> Floats:
-    """The box around points, (2, 3)."""
-    columns = [points[:, axis] for axis in range(3)]  # many times faster than min(axis=0)
+    """Bounding box of points, shape (2, 3)."""
+    columns = [points[:, axis] for axis in range(3)]  # much faster than points.min(axis=0)
     return np.array([[values.min() for values in columns], [values.max() for values in columns]])
 
 
 def joined_boxes(boxes: Sequence[Floats]) -> Floats:
-    """The box around boxes, (2, 3)."""
+    """Bounding box of boxes, shape (2, 3)."""
     stacked = np.stack(boxes)
     return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])

@@ -1,4 +1,4 @@
-"""Stage 5 on tiles: straighten borders with only the cells around borders in memory."""
+"""Stage 5 on tiles: straighten region borders, with only the cells near borders in memory."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Width of the first band: number of steps along arcs from a border to the band's outer edge.
-Triangles have about two steps per edge length."""
+"""Initial width of the band: number of arcs on the shortest path from a region border to the outer
+edge of the band. A path across triangles takes about two arcs per edge length."""
 
 MOST_STEPS = 160
-"""Largest width to which the band grows at once."""
+"""Maximum number of arcs by which the band grows in one pass."""
 
 SUM_BLOCK = 1 << 14
-"""Cells per block of the sums of regions: ``kBlock`` in the core's ``stiffness.cpp``."""
+"""Number of cells per block when values are summed per region; must equal ``kBlock`` in the core's
+``stiffness.cpp``."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Names of the arrays of the band, including these arrays of arcs."""
+    """Names of the arrays of the band's cells, followed by the named arrays of their arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -37,19 +38,19 @@ def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class BorderRule:
-    """Cost of borders: name and unit of the arc lengths, and the scale of a region."""
+    """Parameters of the cost of region borders."""
 
-    lengths: str
-    unit: float
-    scale: float
+    lengths: str  # name of the array of arc lengths
+    unit: float  # weight of an arc divided by its stored length
+    scale: float  # radius of a region, or the diagonal of the bounding box
     n_threads: int
     crease_scale: float = CREASE_SCALE
     smoothing: SmoothOptions = field(default_factory=SmoothOptions)
-    parts: PartPrices | None = None  # prices of cells; of coarse cells if `firsts` is given
-    firsts: Longs | None = None  # the first coarse cell of each tile
+    parts: PartPrices | None = None  # part costs per cell; per coarse cell if `firsts` is given
+    firsts: Longs | None = None  # index of the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the costs of borders; removes ``lengths`` from the part, to save memory."""
+        """Return the border costs of a part. Removes ``lengths`` from the part, to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
         if (parts := self.parts) is not None:
@@ -65,12 +66,12 @@ class BorderRule:
 def straighten_tiled(
     store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
 ) -> None:
-    """Change labels in place to the result of `smooth_borders` for all cells at once.
+    """Change labels in place; the result equals `smooth_borders` on the whole mesh or cloud.
 
-    Only the *band* is in memory: the cells within a number of steps of a border, at first `STEPS`.
-    The smoother tries to move cells at borders, and each try reads only the cells nearby. Cells at
-    the edge of the band lack neighbors. If the smoother tries to move such a cell, the band grows
-    there, and the smoother starts again.
+    Only the *band* is in memory: the cells within `STEPS` arcs of a region border. The smoother
+    tries to move cells at borders, and each trial reads only nearby cells. Cells at the outer edge
+    of the band lack neighbors. If the smoother tries to move one of these cells, the band grows
+    around the cell, and the smoother starts again.
     """
     sums = np.empty(0), np.empty((0, 3))
     if rule.smoothing.stiffness:
@@ -92,10 +93,10 @@ def straighten_tiled(
 
 
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
-    """Return the area of each region, and its sum of positions weighted by areas.
+    """Return the area of each region, and the area-weighted sum of its cell positions.
 
-    The order of additions is the order of the core's `sums_of_regions`: consecutive cells of one
-    label in a block are summed first, and these sums are added in the order of cell numbers.
+    Additions are in the same order as in the core's `sums_of_regions`. Consecutive cells of a block
+    that have equal labels are summed first. These sums are then added in the order of cell numbers.
     """
     cuts = np.stack(run.all(_sort_by_cell, store, store.n_tiles))
     sums = np.zeros((4, n_regions))
@@ -114,7 +115,7 @@ _BY_CELL = ("cells", "measures", "positions")
 
 
 def _sort_by_cell(store: TileStore, tile: int) -> Longs:
-    """Write the cells of a tile sorted by number; return where each block of numbers begins."""
+    """Write the cells of a tile, sorted by number; return the first row of each block."""
     part = Part({name: store.read(tile, name) for name in _BY_CELL})
     part = part.take(np.argsort(part.columns["cells"]))
     part.save(store.scratch, f"tile{tile}/by_cell")
@@ -129,26 +130,26 @@ def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
     rows, firsts = np.cumsum(begins) - 1, of_cells[begins]
     regions = np.concatenate([np.arange(sums.shape[1]), firsts])
-    # bincount adds in the order of the array, as the core does.
+    # Like the core, np.bincount adds values in array order.
     for axis, some in enumerate((measures, *(measures * x for x in part.columns["positions"].T))):
         runs = np.bincount(rows, some)
         sums[axis] = np.bincount(regions, np.concatenate([sums[axis], runs]))
 
 
 class _Marks:
-    """Marks of cells: 0 outside of the band, 1 at its outer edge, and larger toward borders.
+    """Marks of cells: 0 outside the band, 1 at its outer edge, and larger closer to a border.
 
-    The array ``steps`` of a tile has the marks of its cells, then the marks of its ghosts.
+    The array ``steps`` of a tile contains the marks of its cells, then the marks of its ghosts.
     """
 
     def __init__(self, store: TileStore, run: Run) -> None:
         self._store = store
         self._run = run
         self._n_steps = STEPS[store.kind]
-        self._known: dict[int, Bytes] = {}  # marks of the ghosts of each tile
+        self._known: dict[int, Bytes] = {}  # latest marks of the ghosts of each tile
 
     def begin(self, labels: Ints) -> None:
-        """Mark cells that have a neighbor of another label, and the cells around them."""
+        """Mark cells that have a neighbor with another label, and all cells near these cells."""
         store = self._store
         for tile in range(store.n_tiles):
             store.write(tile, "labels", labels[store.cells_and_ghosts(tile)])
@@ -156,13 +157,13 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Mark the given cells and the cells around them, twice as far as before."""
+        """Double the number of steps, and mark all cells within this distance of `cells`."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
 
     def _spread(self, found: list[Bytes]) -> None:
-        """Pass marks of ghosts on to the tiles that own these cells, until no mark is new."""
+        """Send the marks of ghosts to the tiles that own these cells, until no mark changes."""
         store, news = self._store, dict(enumerate(found))
         while news:
             places, steps = [np.empty(0, np.int64)], [np.empty(0, np.uint8)]
@@ -179,7 +180,7 @@ class _Marks:
 
 
 def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
-    """Mark the cells of a tile around borders; return the marks of its ghosts."""
+    """Mark the cells of a tile near region borders; return the marks of its ghosts."""
     arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     labels = store.read(tile, "labels")
     steps = np.zeros(len(labels), np.uint8)
@@ -188,13 +189,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark the given cells in a tile, and the cells around them; return the marks of ghosts."""
+    """Mark `cells` in a tile, and all cells near them; return the marks of the tile's ghosts."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks of cells in a tile and around them; return the marks of ghosts."""
+    """Raise the marks of cells of a tile, and spread them; return the marks of its ghosts."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -202,9 +203,9 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.u
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Raise the marks of the cells `front`, spread them within the tile, and write them.
+    """Raise the marks of the cells `front`, spread the marks within the tile, and write all marks.
 
-    Returns the marks of the ghosts. No mark is lowered.
+    Marks decrease by 1 per arc, and no mark is lowered. Returns the marks of the ghosts.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
@@ -225,7 +226,7 @@ def _spread(
 def _write_band(
     store: TileStore, tile: int, lengths: str, firsts: Longs | None
 ) -> tuple[Ints, Ints]:
-    """Write the marked cells of a tile with their arcs; return their places and cell numbers."""
+    """Write the marked cells of a tile and their arcs; return curve indices and cell numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
@@ -234,23 +235,22 @@ def _write_band(
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
-    if firsts is not None:  # number coarse cells as in their graph
+    if firsts is not None:  # make the numbers of coarse cells unique among all tiles
         part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]
 
 
 def _load_band(store: TileStore, ends: str, tile: int) -> Part:
-    """The cells of the band that are in a tile."""
     names = "places", *_names(store, ends, "sides", "lengths")
     return Part.load(store.scratch, f"tile{tile}/band", names)
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
-    """Replace targets of arcs by ranks in the band; return the *ends*, where arcs leave the band.
+    """Replace the targets of arcs by ranks in the band; return the *ends* of the band.
 
-    Ends of faces are the vertices of the sides that leaving arcs cross. Ends of points are the
-    ranks of the points where leaving arcs start.
+    For faces, ends are the vertices of the sides where arcs leave the band. For points, ends are
+    the ranks of the points that have an arc to a point outside the band.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -268,11 +268,11 @@ def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Band:
-    """The cells around borders, sorted by cell number."""
+    """The cells near region borders, sorted by cell number."""
 
     store: TileStore
     part: Part
-    ends: Array  # vertices, or ranks of points, where arcs leave the band
+    ends: Array  # vertices, or ranks of points, from which arcs leave the band; see `_connect`
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
@@ -288,7 +288,7 @@ class _Band:
     def straightened(
         self, rule: BorderRule, labels: Ints, centers: Ints, sums: tuple[Floats, Floats]
     ) -> tuple[Ints, Ints | Longs]:
-        """New labels of the band, and the indices of the cells from which it must grow."""
+        """Return new labels of the band, and the indices of cells from which the band must grow."""
         costs, cells = rule.costs(self.store, self.part), self.part.columns["cells"]
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
@@ -298,10 +298,11 @@ class _Band:
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """Cells of the band at the ends that the given cells touch; in a cloud, the given cells.
+        """Return the faces that share an end of the band with the given faces.
 
-        Two faces that share a vertex may be far apart along arcs if there are holes between them.
-        The band must also grow from the face that lacks a neighbor.
+        Two faces that share a vertex may be far apart along arcs if there are holes between them,
+        so the band must also grow from the face that lacks a neighbor. Points are returned
+        unchanged.
         """
         if self.store.kind == "points":
             return cells
@@ -311,16 +312,16 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Whether each face has a vertex that is an end and is chosen (by default all are)."""
+        """Whether each face has a vertex that is an end of the band and is chosen."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
-        """Whether a move of each cell may read a cell outside of the band.
+        """Whether moving each cell to another region may read a cell outside the band.
 
-        A move of a face reads the faces around its corners; a move of a point reads the neighbors
-        of its neighbors.
+        Moving a face reads the faces around its corners. Moving a point reads the neighbors of its
+        neighbors.
         """
         if self.store.kind != "points":
             return self._have_end()

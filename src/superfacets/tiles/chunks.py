@@ -21,7 +21,7 @@ from .store import RANGE
 
 @dataclass(frozen=True)
 class BlockRows:
-    """Rows in a scratch folder, in blocks of equal size."""
+    """A table in a scratch folder, stored in blocks of `size` rows."""
 
     scratch: Scratch
     name: str
@@ -29,7 +29,7 @@ class BlockRows:
     n_rows: int
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1."""
+        """Return rows `begin` to `end` - 1."""
         parts = []
         for block in range(begin // self.size, -(-end // self.size)):
             first = block * self.size
@@ -41,11 +41,11 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """Lowest vertex at the position of each vertex (-0.0 is 0.0); None if all positions differ.
+    """Find the lowest vertex at the position of each vertex; None if all positions differ.
 
-    Only `size` vertices are in memory at a time. Vertices are split into buckets by a hash of the
-    position. Each bucket is welded on its own. Then the representatives of each block are written.
-    A MeshError names the first vertex that is not finite as ``name[i]``.
+    The values 0.0 and -0.0 are equal. Only `size` vertices are in memory at a time. Vertices are
+    split into buckets by a hash of the position. Each bucket is welded separately. A MeshError
+    reports the first vertex that is not finite as ``name[i]``.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
@@ -61,7 +61,7 @@ def weld(
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Write the vertices of a block, sorted by bucket; a MeshError if one is not finite."""
+    """Write the vertices of a block, sorted by bucket; a MeshError if a vertex is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -80,12 +80,12 @@ def _fill_buckets(
 
 
 def _buckets_of(positions: Floats, n_buckets: int) -> Array:
-    """Bucket of each position, the same for equal positions; `n_buckets` is a power of two."""
+    """Index of the bucket of each position; `n_buckets` is a power of two."""
     if n_buckets == 1:
         return np.zeros(len(positions), np.uint16)
     bits = (positions + 0.0).view(np.uint64).reshape(-1, 3)  # -0.0 becomes 0.0
-    # Multiplication carries all bits of a coordinate into the upper bits of the product; the upper
-    # bits are then shifted down and mixed once more.
+    # The upper bits of a product depend on all bits of the coordinate. They are shifted down and
+    # mixed once more.
     factors = (0x9E3779B97F4A7C15, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F)
     mixed = np.zeros(len(bits), np.uint64)
     for axis, factor in enumerate(factors):
@@ -97,7 +97,7 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
-    """Write (duplicate, lowest vertex at its position) pairs of a bucket; whether there are any."""
+    """Write the pairs (duplicate, lowest vertex at its position); return whether there are any."""
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -121,7 +121,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
-    """Write the representative of each vertex of a block: the lowest vertex at its position."""
+    """Write, for each vertex of a block, the lowest vertex at the same position."""
     begin = block * size
     lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
     for bucket in range(n_buckets):
@@ -133,16 +133,16 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 
 LOW_BITS = 15
-"""Half of the bits of a code. Codes are counted by their upper bits. If a tile begins within a
-group of equal upper bits, the codes of that group are counted by their lower bits."""
+"""Number of lower bits of a Morton code, half of all. A histogram of the upper bits locates the
+tiles. If a tile begins between codes of equal upper bits, their lower bits are counted, too."""
 
 
 @dataclass(frozen=True)
 class Chunks:
-    """The input in chunks of `size` cells."""
+    """The input, split into chunks of `size` cells."""
 
     pieces: Pieces
-    lowest: Rows | None  # lowest vertex or point at the position of each; None if all differ
+    lowest: Rows | None  # for each vertex, the lowest one at its position; None if all differ
     size: int
     n_threads: int
 
@@ -151,9 +151,9 @@ class Chunks:
         cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int,
         welds: bool = True,
     ) -> Chunks:  # fmt: skip
-        """Check all positions, and weld them if `welds`.
+        """Check all positions, and weld equal positions if `welds` is true.
 
-        A MeshError if there are too many cells, or a position is not finite.
+        Raises a MeshError if there are too many cells, or if a position is not finite.
         """
         is_cloud = pieces.corners is None
         whole, cells = ("cloud", "points") if is_cloud else ("mesh", "faces")
@@ -168,24 +168,19 @@ class Chunks:
 
     @property
     def n_chunks(self) -> int:
-        """Number of chunks, and of tiles."""
+        """Number of chunks."""
         return -(-self.pieces.n_cells // self.size)
 
-    @property
-    def most(self) -> int:
-        """Largest number of vertices in memory at a time."""
-        return 2 * self.size
-
     def range(self, chunk: int) -> tuple[int, int]:
-        """The first cell of a chunk, and the first of the next."""
+        """The first cell of a chunk, and the first cell of the next chunk."""
         return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
 
     def save_run(
         self, scratch: Scratch, chunk: int, part: Part, positions: Floats, box: Floats
     ) -> Ints:
-        """Write a chunk as the run ``runs/{chunk}``, sorted by the codes of positions in a box.
+        """Write a chunk as the run ``runs/{chunk}``, sorted by Morton code in `box`.
 
-        Returns how often each value of the upper bits of codes occurs, shape (2^15,).
+        Returns the histogram of the upper bits of the codes, shape (2^15,).
         """
         low, high = map(tuple, box)
         codes = _core.morton_codes(positions, low, high, self.n_threads)
@@ -197,9 +192,10 @@ class Chunks:
 
 
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
-    """First row of each tile in each run, shape (T + 1, chunks), for tiles that begin at `starts`.
+    """Return the first row of each tile in each sorted run, shape (T + 1, chunks).
 
-    `counts`, (chunks, 2^15), tells how often each value of the upper bits occurs in each run.
+    `counts`, (chunks, 2^15), has the histogram of the upper code bits of each run. `starts` has the
+    curve index at which each tile begins.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -217,10 +213,10 @@ def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
 
 
 def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
-    """Number of cells of each range among the first `n_left` cells of all ranges.
+    """Count the cells of each run among the first `n_left` cells of all runs.
 
-    Cells are sorted by (code, run, place). `ranges` has a range of rows per run. All codes in these
-    rows have the same upper bits.
+    `ranges` has the first and last row + 1 of each run; all codes in these rows have the same upper
+    bits. Cells are sorted by (code, run, row).
     """
 
     def codes_of(chunk: int) -> Array:
@@ -232,7 +228,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # code of the last of the first n_left
+    code = int(np.searchsorted(ends, n_left))  # code of the cell at index n_left - 1
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:
@@ -244,7 +240,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
 
 
 def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
-    """The cells of a tile, merged from all runs by (code, run); with the column ``codes``."""
+    """Merge the cells of a tile from all runs, sorted by (code, run); adds a column ``codes``."""
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
@@ -255,7 +251,7 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """The stable argsort of uint32, in two passes over 16 bits, which numpy sorts by counting."""
+    """Stable argsort of uint32 in two passes of 16 bits, because numpy radix-sorts 16-bit keys."""
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -1,4 +1,4 @@
-"""Stage 1 for clouds on tiles: normals that are oriented consistently."""
+"""Stage 1 for tiled point clouds: orient the estimated normals consistently."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from .part import Part
 from .store import TileStore, weighted_sum
 
 PAIRS_AT_ONCE = 1 << 21
-"""Approximate number of pairs that are read and sorted at a time, 25 bytes each. All pairs of equal
-cost are sorted at the same time."""
+"""Approximate number of point pairs, of 25 bytes each, that are in memory at a time. Pairs of equal
+cost are never split."""
 
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
 
 def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
-    """Flip the normals in ``estimated`` so that neighbors agree, as `segment` does.
+    """Flip the normals in ``estimated`` so that normals of neighbors agree, as `segment` does.
 
-    With a viewpoint, most of the area of each component faces the viewpoint, as from
+    If there is a viewpoint, most of the area of each component faces the viewpoint, as in
     `estimate_normals`.
 
-    Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs with similar
-    normals come first, tile by tile. Then come all other pairs, sorted by cost. The tree is held in
-    this process, 5 bytes a point. Sums over components are added in the order of places.
+    Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs of similar
+    normals are joined first, tile by tile. Then all other pairs are joined, sorted by cost. The
+    tree takes 5 bytes of memory per point. Sums over components are added in curve order.
     """
     sets = _core.TurnedSets(store.n_cells)
     for tile in range(store.n_tiles):
@@ -41,13 +41,13 @@ def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
 
 
 def has_open_cloud(store: TileStore, run: Run) -> bool:
-    """Whether the estimated normals show an open surface."""
+    """Whether the estimated normals indicate that the surface is open."""
     sums = run.all(weighted_sum, store, store.n_tiles, "normals")
     return is_open(np.sum(sums, axis=0), store.total_measure)
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """Arguments for methods of `_core.TurnedSets`: see `NormalTile` in the core."""
+    """Return the arguments that describe a tile to `_core.TurnedSets`; see C++ `NormalTile`."""
     rows, ghosts = store.rows_of(tile, store.read(tile, "near"))
     own = np.arange(*store.starts[tile : tile + 2], dtype=np.int32)
     numbers, normals = (
@@ -58,7 +58,7 @@ def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Join the pairs whose normals differ, sorted by cost, then by the numbers of their points."""
+    """Join pairs of points whose normals differ, sorted by cost, then by the point numbers."""
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
@@ -86,7 +86,7 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
 
 
 def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> None:
-    """Flip normals so that each component of the tree agrees and encloses a positive volume."""
+    """Flip normals so that they agree in each component, and its signed volume is not negative."""
     tiles = range(store.n_tiles)
     areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
     for tile in tiles:
@@ -94,11 +94,11 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
-        normals[is_turned] *= -1.0  # now all normals agree with the root of their component
+        normals[is_turned] *= -1.0  # now normals agree with the normal of the component's root
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
-    for tile in tiles:  # three times the volumes of the cones from each component's centroid
+    for tile in tiles:  # sum three times the volume of each cone with its apex at the centroid
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T
@@ -107,7 +107,7 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
 
 
 def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: Viewpoint) -> None:
-    """Flip normals so that most of the area of each component of the tree faces the viewpoint."""
+    """Flip normals so that most of the area of each component faces the viewpoint."""
     tiles = range(store.n_tiles)
     sums = np.zeros(len(roots))
     for tile in tiles:
@@ -120,7 +120,6 @@ def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: V
 
 
 def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Bools) -> None:
-    """Flip the normals of some components."""
     for tile in range(store.n_tiles):
         own, _, (_, _, normals) = _read_apart(store, tile, sets, roots)
         normals[is_flipped[own]] *= -1.0
@@ -128,7 +127,7 @@ def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Boo
 
 
 def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
-    """The points of a tile that are roots of components."""
+    """Curve indices of the points of a tile that are roots of components."""
     begin, end = store.starts[tile : tile + 2]
     places = np.arange(begin, end, dtype=np.int32)
     is_root = sets.roots(begin, end)[0] == places
@@ -138,7 +137,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
 def _read_apart(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
-    """For each point that is no copy: component, whether flipped, and [area, position, normal]."""
+    """Component, flip flag, and [area, position, normal] of each point that is not a copy."""
     root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
     at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
     components = np.searchsorted(roots, root_of[at]).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Stages 0 and 1 for clouds on disk: sort points along the space-filling curve, and cut tiles."""
+"""Stages 0 and 1 for clouds on disk: sort points along the space-filling curve, and form tiles."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from .part import Part
 from .store import RANGE, TileStore, tile_starts
 
 NOT_COPIED = -1
-"""``lowest`` of a point that is not a copy."""
+"""Value in the array ``lowest`` for a point that is not a copy of another point."""
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals", "axes")
-"""Arrays of the points of a run, a block or a tile; ``normals`` and ``axes`` only where the
-input has them."""
+"""Arrays of the points of a run, a block or a tile. ``normals`` and ``axes`` are missing if the
+input has none."""
 
 
 class _Ordered(NamedTuple):
-    """Points in their final order, in arrays ``ordered/{name}``."""
+    """Points in their final order, stored in the folder ``ordered/{name}``."""
 
     name: str
     n_points: int
-    n_apart: int
+    n_apart: int  # number of points that are not copies
 
 
 def sort_cloud(
@@ -39,18 +39,19 @@ def sort_cloud(
 ) -> tuple[TileStore, Floats]:
     """Sort the points of a cloud along the curve, as `segment` does, and write them tile by tile.
 
-    A *copy* is a point at exactly the position of a point of a lower number. Points are sorted by
+    A *copy* is a point at exactly the position of a point with a lower number. Points are sorted by
     the Morton code of their position, and copies come last among points of equal code. The other
-    points of equal code are ordered by halving the box around them, which needs all of these points
-    at once. So the sorted points are first cut into blocks of whole codes. Each block is ordered,
-    and tiles are cut from the blocks. Tiles get ``cells``, ``numbers``, ``positions``, ``normals``
-    if they are given, and ``lowest``: the place of the lowest point at the position of a copy.
+    points of equal code are ordered by repeatedly halving their bounding box, which needs all of
+    these points in memory. Therefore the sorted points are first split into blocks that contain all
+    points of each of their codes. Each block is ordered, and the blocks are split into tiles. Tiles
+    get ``cells``, ``numbers``, ``positions``, ``normals`` if they are given, and ``lowest``: for
+    each copy, the curve index of the lowest point at its position.
 
-    Returns the tiles, whose total measure is not yet known, and the boxes around each range of
-    `RANGE` places, without copies, (R, 2, 3).
+    Returns the tiles, with a total measure of 0, and the bounding box of the points in each `RANGE`
+    of the curve, without copies, shape (R, 2, 3).
 
-    A MeshError names the first coordinate that is not finite, as `PointCloud` does, or says that
-    there are too many points, or that all points are at one position.
+    Raises a MeshError that reports the first coordinate that is not finite, as `PointCloud` does,
+    or if there are too many points, or if all points are at one position.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     n_points, size = pieces.n_cells, chunks.size
@@ -80,10 +81,10 @@ def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) -> tuple[Ints, int]:
-    """Write the points of a chunk sorted by code; return code counts and the number of copies.
+    """Write the points of a chunk sorted by Morton code.
 
-    Code counts tell how often each value of the codes' upper bits occurs. ``cells`` has the rank of
-    each copy among the copies of the chunk.
+    Returns the histogram of the upper bits of the codes, and the number of copies. The column
+    ``cells`` gets the rank of each copy among the copies of the chunk.
     """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
@@ -104,10 +105,10 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
 
 
 def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Longs:
-    """Where each block begins in each sorted run, shape (blocks + 1, chunks).
+    """Return the first row of each block in each sorted run, shape (blocks + 1, chunks).
 
-    The code at the start of each tile becomes a block of its own; adjacent blocks are joined while
-    they have at most `size` points together.
+    The code at the start of each tile becomes a separate block. Adjacent blocks are joined as long
+    as the result has at most `size` points.
     """
     cuts = find_cuts(scratch, counts, starts)
     codes = []
@@ -123,7 +124,7 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
     for chunk in range(len(counts)):
         found[:-1, chunk] = np.searchsorted(scratch.load(f"runs/{chunk}/codes"), wanted)
     found[-1] = cuts[-1]
-    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # without empty blocks
+    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # omits empty blocks
     kept = [0]
     for cut in range(1, len(firsts) - 1):
         if firsts[cut + 1] - firsts[kept[-1]] > size:
@@ -136,10 +137,10 @@ def _order_block(
 ) -> list[_Ordered]:
     """Write the points of a block in their final order; a large block is written in parts.
 
-    `first_copies` has the cell number of the first copy of each chunk: copies are numbered last.
+    `first_copies` has the cell number of the first copy of each chunk.
     """
     cuts = scratch.load("blocks", block, block + 2)
-    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # all have the same code
+    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # then all points have the same code
         return _order_in_parts(scratch, block, cuts, chunks, first_copies)
     points = read_cut(scratch, cuts, COLUMNS)
     codes, is_copy = points.columns.pop("codes"), points.columns["lowest"] != NOT_COPIED
@@ -156,7 +157,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """As `_order_block`, for points of one code; at most `size` points are in memory at a time."""
+    """Same as `_order_block` for points of one code, with at most `size` points in memory."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -179,7 +180,7 @@ def _order_in_parts(
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Replace input numbers in ``lowest`` by places; a copy and its lowest point share a block."""
+    """Convert ``lowest`` from input numbers to curve indices of points in the same block."""
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
@@ -200,7 +201,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order, with final ``cells`` of copies; other ``cells`` from 0."""
+    """Write points in their final order. Only ``cells`` of copies are final; others start at 0."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -210,7 +211,7 @@ def _write_ordered(
 
 
 def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Floats:
-    """Write the points of a tile, taken from the parts in turn; return the boxes of ranges."""
+    """Collect the points of a tile from the parts, and write them; return boxes of its ranges."""
     begin, end = store.starts[tile], store.starts[tile + 1]
     found, first, n_before = [], 0, 0
     for part in parts:
@@ -228,16 +229,16 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box of a range of copies only
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box of a range with only copies
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 
 
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
-    """Halve points as the core's `refined_morton_order` does, until parts have at most `most`.
+    """Halve points as the core's `refined_morton_order` does; yield parts of at most `most` points.
 
-    `names` are the folders of the points; they are removed. The parts are in the final order. The
-    points within a part are in the order of their numbers.
+    `names` are the folders that contain the points. The folders are removed. The parts are yielded
+    in the final order. The points within a part are sorted by number.
     """
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:
@@ -248,7 +249,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
             yield Part.joined(parts, "numbers")
         return
     box = joined_boxes([box_of(scratch.load(f"{name}/positions")) for name in names])
-    axis = int(np.argmax(box[1] - box[0]))  # the longest side; the first of equal ones
+    axis = int(np.argmax(box[1] - box[0]))  # the longest side; the first if several are equal
     middle, number = _middle(scratch, names, axis, n_points)
     halves: tuple[list[str], list[str]] = ([], [])
     for name in names:
@@ -257,7 +258,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
         is_low = (along < middle) | ((along == middle) & (numbers < number))
         for half, chosen in enumerate((is_low, ~is_low)):
             if chosen.any():
-                halves[half].append(f"{name}.{half}")  # differs from every name of other chunks
+                halves[half].append(f"{name}.{half}")
                 points.take(np.flatnonzero(chosen)).save(scratch, halves[half][-1])
         scratch.remove_folder(name)
     for part in halves:
@@ -265,9 +266,9 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
 
 
 def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_points: int) -> tuple[float, int]:
-    """Coordinate and number of the point at rank n_points // 2 by (coordinate, number).
+    """Return coordinate and number of the median point, sorted by (coordinate, number).
 
-    One coordinate of all points is in memory, 8 bytes a point.
+    One coordinate of all points is in memory, 8 bytes per point.
     """
     along, first, rank = np.empty(n_points), 0, n_points // 2
     for name in names:

@@ -1,4 +1,4 @@
-"""Stage 1 for clouds on tiles: the neighbors, the area and the normal of each point."""
+"""Stage 1 for tiled point clouds: neighbors, area and normal of each point."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from .part import Part
 from .store import RANGE, TileStore
 
 LEFTOVERS = ("axes", "near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
-"""Arrays that only this stage needs."""
+"""Arrays that are removed at the end of this stage."""
 
 
 def make_cloud_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, *, run: Run, n_threads: int
 ) -> TileStore:
-    """Write a cloud as tiles with neighbors, areas and normals, as `build_point_graph` makes them.
+    """Write a cloud as tiles, with the same neighbors, areas and normals as `build_point_graph`.
 
-    Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. The core has
-    `n_threads` threads for each tile. Errors are as from `sort_cloud`.
+    Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. `n_threads` is the
+    number of threads used for each tile. Raises the errors of `sort_cloud`.
     """
     store, boxes = sort_cloud(pieces, scratch, tile_cells, run, n_threads)
     at_once, wants_normals = max(1, tile_cells // RANGE), pieces.normals is None
@@ -49,14 +49,14 @@ def make_cloud_tiles(
     run.all(_share_areas, store, store.n_tiles)
     run.all(_follow_lowest, store, store.n_tiles)
     store.remove_from_all(*LEFTOVERS)
-    measures = np.empty(store.n_cells)  # by cell number, the order in which `segment` adds them
+    measures = np.empty(store.n_cells)  # indexed by cell number, to be summed in this order
     for tile in tiles:
         measures[store.read(tile, "cells")] = store.read(tile, "measures")
     return replace(store, total_measure=_core.sum_of(measures, n_threads))
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Pairs of places: each point of a tile with its near points, each copy with its lowest."""
+    """Pairs of curve indices: points with their neighbors, and copies with their lowest point."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -66,7 +66,7 @@ def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
 
 
 def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
-    """Write the pairs that lead to other tiles, sorted by tile; return the range of each tile."""
+    """Write the pairs that end in other tiles, sorted by tile; return the rows of each tile."""
     sources, targets = _pairs(store, tile)
     tiles = store.tiles_of(targets)
     leaves = np.flatnonzero(tiles != tile)
@@ -79,7 +79,7 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write the neighbors of a tile; `entering` has (tile, begin, end) of pairs that lead here."""
+    """Write the neighbors of a tile; `entering` has (tile, begin, end) of pairs that end here."""
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
@@ -104,7 +104,7 @@ def _share_areas(store: TileStore, tile: int) -> None:
 
 
 def _follow_lowest(store: TileStore, tile: int) -> None:
-    """Copy area and estimated normal from the lowest point at a position to its copies."""
+    """Copy the area and the estimated normal of the lowest point at a position to its copies."""
     lowest = store.read(tile, "lowest")
     at = np.flatnonzero(lowest != NOT_COPIED)
     for name, followed in (("shared", "measures"), ("estimated", "normals")):
@@ -119,14 +119,14 @@ def _find_nearest(
 ) -> None:
     """Write nearest points, squared distances and areas of a tile's points; normals if wanted.
 
-    The search begins in the tile. It continues in ranges of other tiles whose boxes may hold nearer
-    points, the nearest boxes first. Each found point shortens the search radius, which rules out
-    farther boxes.
+    The search starts in the tile. It continues in ranges of other tiles, sorted by the distance of
+    their bounding boxes. Points found nearby reduce the search radius, so that farther boxes are
+    skipped.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _read_apart(store, *store.starts[tile : tile + 2])
     places, squared = _nearest(own, np.ones(len(own), bool), n_nearest, n_threads)
-    known = own  # points of the tile, and the nearest points of other tiles found so far
+    known = own  # points of the tile, and points of other tiles that are nearest so far
     members = _by_range(store, tile, own)
     ranges = _ranges_in_reach(store, tile, members, squared[:, -1], boxes)
     while len(ranges):
@@ -154,7 +154,7 @@ def _find_nearest(
 
 
 def _read_apart(store: TileStore, begin: int, end: int) -> Part:
-    """Points at places begin to end - 1 of one tile, without copies, sorted by number."""
+    """Points with curve indices `begin` to `end` - 1 in one tile, without copies, by number."""
     tile = int(store.tiles_of(np.array([begin]))[0])
     names, first = ("numbers", "lowest", "positions"), store.starts[tile]
     points = Part.of_tile(store, tile, names, begin - first, end - first)
@@ -163,9 +163,10 @@ def _read_apart(store: TileStore, begin: int, end: int) -> Part:
 
 
 def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[Ints, Floats]:
-    """Places of the n nearest points of each wanted point, and their squared distances.
+    """Return curve indices of the n nearest points of each wanted point, and squared distances.
 
-    Sorted by distance, then by number; -1 and infinity where there are fewer than n.
+    Each row is sorted by distance, then by number. If there are fewer than n points, the row is
+    filled with the index -1 and the distance infinity.
     """
     if not is_wanted.any():
         return np.empty((0, n), np.int32), np.empty((0, n))
@@ -179,7 +180,7 @@ def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[In
 def _write_directions(
     store: TileStore, tile: int, own: Part, places: Ints, known: Part, n_threads: int
 ) -> None:
-    """Write raw normals: the direction in which the nearest points of each point vary least."""
+    """Write unoriented normals: the direction of least variance of the nearest points."""
     rows, ghosts = store.rows_of(tile, places)
     foreign = Part.joined([known], "places").at(ghosts)
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
@@ -193,9 +194,9 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """The area around each point from squared distances, bit for bit as `area_around` of the core.
+    """Area of each point from squared distances; bit-identical to the core's `area_around`.
 
-    Distances ascend in each row, and are infinite where there is no neighbor.
+    Each row of distances is ascending. Missing neighbors have an infinite distance.
     """
     sums, is_none = np.zeros(len(squared)), np.isinf(squared)
     for column in np.where(is_none, 0.0, squared).T:
@@ -207,7 +208,7 @@ def _areas_around(squared: Floats) -> Floats:
 
 
 def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
-    """Indices of the rows of `own` in each range of the tile."""
+    """Rows of `own` in each range of the tile, one array per range."""
     ranges = (own.columns["places"] - store.starts[tile]) // RANGE
     order = np.argsort(ranges, kind="stable")
     n_ranges = -(-store.size(tile) // RANGE)
@@ -215,7 +216,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Squared distances between boxes (..., 2, 3), or points (..., 1, 3)."""
+    """Squared distances between boxes of shape (..., 2, 3), or points of shape (..., 1, 3)."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -224,7 +225,7 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Ranges of other tiles that may hold a point within squared `reach`, sorted by distance."""
+    """Ranges of other tiles within the squared search radii `reach`, sorted by distance."""
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):
@@ -237,7 +238,7 @@ def _ranges_in_reach(
 
 
 def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) -> Bools:
-    """Whether any of the boxes may hold a point within squared `reach` of each point."""
+    """Whether, for each point, any of the boxes is within the squared search radius `reach`."""
     positions, is_open = own.columns["positions"], np.zeros(len(own), bool)
     for rows in (some for some in members if len(some)):
         points = positions[rows]
@@ -247,10 +248,10 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors too far away for the smaller of both areas; write the areas without these.
+    """Drop neighbors that are too far away for the smaller of the two points' areas.
 
-    ``near`` (n, 6) has the places of the remaining neighbors, nearest first, -1 where there is
-    none. Copies have no neighbors and no area.
+    Writes ``near``, (n, 6), the curve indices of the remaining neighbors, nearest first, padded
+    with -1, and the areas computed without dropped neighbors. Copies have no neighbors and area 0.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")

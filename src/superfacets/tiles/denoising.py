@@ -1,4 +1,4 @@
-"""Stages 0 and 1 of meshes on disk: tiles of a mesh, with denoised positions if asked for."""
+"""Stages 0 and 1 of meshes on disk: write tiles of a mesh, with optional denoising."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ from .store import TileStore
 
 
 class _Noise(NamedTuple):
-    """Sums over the vertices of a tile that no lower tile has."""
+    """Sums over the vertices of a tile that are in no tile of lower index."""
 
-    products: Floats  # see `noise_products`
-    length: float  # total length of all edges, counted at both ends
-    n_ends: int
+    products: Floats  # result of `noise_products`, one value per vertex
+    length: float  # sum over vertices of the lengths of all edges at the vertex
+    n_ends: int  # number of edge lengths in this sum
 
 
 def make_mesh_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, denoise: Denoise = None, *,
     welds: bool, run: Run, n_threads: int,
 ) -> tuple[TileStore, int | None]:  # fmt: skip
-    """Write a mesh as tiles; return the tiles, and the number of steps of denoising.
+    """Write a mesh as tiles; return the tiles, and the number of denoising steps.
 
-    Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has
-    `n_threads` threads for each tile. Smoothed positions are those of `mesh.denoising.denoised`,
-    bit for bit. For smoothing, tiles of the input mesh are made first. Tiles of the smoothed mesh,
-    whose faces have another order, replace them.
+    Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. `n_threads` is the
+    number of threads used for each tile. Smoothed positions are bit-identical to the result of
+    `mesh.denoising.denoised`. The input mesh is first split into tiles to smooth it. Smoothing
+    changes the order of faces along the curve, so the smoothed mesh is then split again.
 
-    A MeshError names the first wrong coordinate or index, as `Mesh` does, or says that there are
-    too many faces.
+    Raises a MeshError that reports the first wrong coordinate or index, as `Mesh` does, or if there
+    are too many faces.
     """
     make = scratch, tile_cells, run, n_threads, welds
     chunks = Chunks.welded(pieces, *make)
@@ -61,7 +61,7 @@ def make_mesh_tiles(
 def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int) -> int:
     """Write the positions of all vertices after the last step; return the number of steps.
 
-    Each step is a pass over the tiles, with two rings of faces around each.
+    Each step processes every tile with its halo of two rings of faces.
     """
     halos = find_halos(store, run)
     tiles, n_steps = range(store.n_tiles), 1 if denoise == "auto" else denoise
@@ -80,7 +80,7 @@ def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_th
 
 
 def _noise_of(found: list[_Noise]) -> float:
-    """The noise, in mean edge lengths; 8 bytes per vertex are in memory."""
+    """Noise of the mesh, as a multiple of the mean edge length."""
     n_ends = sum(some.n_ends for some in found)
     if not n_ends:
         return 0.0
@@ -89,7 +89,6 @@ def _noise_of(found: list[_Noise]) -> float:
 
 
 def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
-    """Write the graph of the vertices of a tile and its halo."""
     faces, graph = _faces_around(store, tile, others, n_threads)
     store.write(tile, "around/ids", faces.vertices["ids"])
     store.write(tile, "around/offsets", graph.offsets)
@@ -99,7 +98,6 @@ def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: in
 def _faces_around(
     store: TileStore, tile: int, others: list[int], n_threads: int
 ) -> tuple[Part, VertexGraph]:
-    """The faces of a tile and its halo, and the graph of their vertices."""
     faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
     own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
     return faces, vertex_graph(faces.mesh(store), own_numbers, n_threads)
@@ -120,7 +118,7 @@ def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads
 
 
 def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids: Longs) -> Floats:
-    """Positions of the vertices `ids`, of a tile and its halo, after a number of steps."""
+    """Positions of the vertices `ids`, in a tile and its halo, after `step` smoothing steps."""
     name = f"smoothed{step}" if step else "vertices/points"
     points = np.empty((len(ids), 3))
     for other in others:
@@ -131,7 +129,7 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
 
 
 def _measure_noise(store: TileStore, tile: int, others: list[int], n_threads: int) -> _Noise:
-    """The noise after the first step of smoothing."""
+    """Measure the noise of a tile by comparing the mesh before and after the first step."""
     faces, graph = _faces_around(store, tile, others, n_threads)
     mesh, ids = faces.mesh(store), faces.vertices["ids"]
     points = _points_after(store, tile, others, 1, ids)
@@ -145,7 +143,7 @@ def _measure_noise(store: TileStore, tile: int, others: list[int], n_threads: in
 
 
 def _is_first(store: TileStore, tile: int, others: list[int], ids: Longs) -> Bools:
-    """Whether each vertex belongs to a tile, and to no lower one."""
+    """Whether each vertex is in this tile, and in no tile of lower index."""
     is_first = np.zeros(len(ids), bool)
     is_first[np.searchsorted(ids, store.read(tile, "vertices/ids"))] = True
     for other in others:
@@ -156,7 +154,7 @@ def _is_first(store: TileStore, tile: int, others: list[int], ids: Longs) -> Boo
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Positions of all vertices of the input; vertices that no face uses are not smoothed."""
+    """Smoothed positions of all input vertices; vertices used by no face keep their position."""
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
@@ -178,7 +176,7 @@ def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
 def _write_block(
     store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
 ) -> None:
-    """Write the positions of a block of input vertices; `cuts` has its rows in each tile."""
+    """Write the positions of a block of vertices; `cuts` has the block's rows in each tile."""
     begin = block * size
     points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
     for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():
@@ -191,7 +189,7 @@ def _write_block(
 
 
 def _copy_lowest(scratch: Scratch, block: int, table: BlockRows, lowest: Rows) -> None:
-    """Write, for each vertex of a block, the position of the lowest vertex welded with it."""
+    """Write, for each vertex of a block, the position of the lowest vertex it is welded to."""
     begin = block * table.size
     vertices = lowest.read(begin, min(begin + table.size, table.n_rows))
     scratch.save(f"welded_smoothed/{block}", take_rows(table, vertices, 2 * table.size))

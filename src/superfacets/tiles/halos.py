@@ -1,4 +1,4 @@
-"""The halo of a tile: the cells of other tiles that its weights depend on."""
+"""Halo of a tile: cells of other tiles on which the arc weights of the tile depend."""
 
 from __future__ import annotations
 
@@ -12,27 +12,26 @@ from .part import Lists, Part
 from .store import TileStore
 
 VERTICES_AT_ONCE = 1 << 22
-"""Range of vertex numbers that is searched for shared vertices at a time, to bound memory."""
+"""Number of consecutive vertex numbers that are searched for shared vertices at a time."""
 
 STEPS = 12
-"""Steps from a point to the farthest points that the weights of its arcs depend on: 1 to the other
-end of the arc, 1 to its neighbors, which may be on a ridge, 8 to the sides of that ridge, 1 to the
-neighbors whose normals the curvature is fitted to, and 1 to the neighbors that each normal is
-averaged with."""
+"""Maximum number of arcs between a point and a point on which the weights of its arcs depend: 1 to
+the other end of the arc, 1 to the neighbors, which may be on a ridge, 8 to the sides of the ridge,
+1 to the neighbors used to fit the curvature, and 1 to the neighbors used to average normals."""
 
 OF_FACES = ("cells", "corners", "corners/vertices")
 OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
-"""Arrays of the cells of a tile and of its halo."""
+"""Names of the arrays of points in a tile and in its halo."""
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``outer`` cells of each tile, which halos use; return the tiles of each halo.
+    """Write the ``outer`` cells of each tile; return the tiles to which each halo belongs.
 
-    Two tiles of faces *meet* where they share a vertex. The outer faces of a tile are the faces at
-    shared vertices, and the faces that share a vertex with one of these. The halo has the faces of
-    other tiles within the same two rings. Halo faces are outer faces of tiles that the tile meets,
-    or of tiles that meet one of those; all these tiles are returned. For points the lists are
-    empty, because arcs lead to the halo.
+    Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
+    shared vertices, and all faces that share a vertex with these faces. The halo consists of the
+    faces of other tiles within the same two rings. It belongs to the tiles that meet the tile, and
+    to the tiles that meet these tiles. All of them are returned. For points the lists are empty,
+    because the halo is found by following arcs.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -47,7 +46,7 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
 
 
 def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
-    """The faces of a tile with its halo, sorted by number; `others` are as from `find_halos`."""
+    """Return the faces `own` of a tile, and its halo in the tiles `others`, sorted by number."""
     names = (*OF_FACES, "places")
     outer = [Part.load(store.scratch, f"tile{other}/outer", names) for other in others]
     ids = own.vertices["ids"]
@@ -56,7 +55,7 @@ def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
 
 
 def _touching(faces: Part, vertex_ids: Longs) -> Part:
-    """The faces that have one of these vertices; `vertex_ids` ascend."""
+    """Return the faces with at least one vertex in `vertex_ids`, an ascending array."""
     offsets, corners = faces.corners()
     is_hit = is_among(faces.vertices["ids"], vertex_ids)[corners]
     is_touching = np.logical_or.reduceat(is_hit, offsets[:-1]) if len(faces) else np.empty(0, bool)
@@ -64,7 +63,6 @@ def _touching(faces: Part, vertex_ids: Longs) -> Part:
 
 
 def _shared_vertices(store: TileStore) -> Longs:
-    """The vertices of more than one tile, ascending."""
     tiles = range(store.n_tiles)
     ends = np.array([store.read(tile, "vertices/ids")[[0, -1]] for tile in tiles])
     shared = []
@@ -74,13 +72,13 @@ def _shared_vertices(store: TileStore) -> Longs:
             ids = store.read(tile, "vertices/ids")
             begin, end = np.searchsorted(ids, [first, first + VERTICES_AT_ONCE])
             parts.append(ids[begin:end])
-        every = np.sort(np.concatenate(parts), kind="stable")  # each part ascends
+        every = np.sort(np.concatenate(parts), kind="stable")  # fast, because parts are sorted
         shared.append(merged([every[1:][every[1:] == every[:-1]]]))
     return np.concatenate(shared)
 
 
 def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the outer faces of a tile; return the vertices that it shares with other tiles."""
+    """Write the outer faces of a tile; return the vertices shared with other tiles."""
     faces = Part.of_tile(store, tile, OF_FACES)
     offsets, corners = faces.corners()
     is_shared = is_among(faces.vertices["ids"], shared)
@@ -91,7 +89,7 @@ def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
 
 
 def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
-    """For each tile the set of other tiles with which it shares a vertex."""
+    """Return, for each tile, the set of other tiles that share a vertex with the tile."""
     n_tiles = len(vertices_of)
     ids = np.concatenate(vertices_of)
     tiles = np.repeat(np.arange(n_tiles), [len(some) for some in vertices_of])
@@ -110,7 +108,7 @@ def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
 
 
 def _write_outer_points(store: TileStore, tile: int) -> None:
-    """Write the outer points of a tile: its points within `STEPS` steps of another tile."""
+    """Write the outer points of a tile: all points within `STEPS` arcs of another tile."""
     points = Part.of_tile(store, tile, OF_POINTS)
     near = points.lists["neighbors"]
     targets = near.entries["targets"]
@@ -125,9 +123,9 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """The points of a tile with its halo, sorted by place; the outermost have empty lists."""
+    """Return the points of a tile and its halo in curve order; the outermost lack neighbors."""
     parts = [Part.of_tile(store, tile, OF_POINTS)]
-    known = np.empty(0, np.int32)  # places of the halo so far
+    known = np.empty(0, np.int32)  # curve indices of the halo points found so far
     for step in range(STEPS):
         targets = parts[-1].lists["neighbors"].entries["targets"]
         places = np.setdiff1d(targets[~store.is_in(tile, targets)], known)

@@ -1,4 +1,4 @@
-"""Stages 0 and 1 of meshes on disk: sort faces along the space-filling curve, and cut tiles."""
+"""Stages 0 and 1 of meshes on disk: sort faces along the space-filling curve, and form tiles."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .part import Lists, Part
 from .store import Kind, TileStore, tile_starts
 
 BLOCK = 4096
-"""Numbers per block of the core's blocked sum (``kSumBlock``)."""
+"""Number of values per block of the core's blocked sum; must equal ``kSumBlock``."""
 
 OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
-"""Arrays of a sorted run: each corner has its vertex number and its position."""
+"""Arrays of a sorted run of faces. Each corner has a vertex number and a position."""
 
 
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
-    """The faces of a chunk with welded vertices, and the positions of their corners.
+    """Return the faces of a chunk with welded vertices, and the positions of their corners.
 
-    A MeshError names the first corner whose index is out of range.
+    A MeshError reports the first vertex index that is out of range.
     """
     begin, end = chunks.range(chunk)
     corners, offsets = chunks.pieces.corners_of(begin, end)
@@ -35,8 +35,8 @@ def _read_chunk(chunks: Chunks, chunk: int) -> Part:
         face = place // 3 if offsets is None else np.searchsorted(offsets, place, "right") - 1
         raise_index_error(begin + int(face), int(corners[place]), n_vertices)
     if chunks.lowest is not None:
-        corners = take_rows(chunks.lowest, corners, chunks.most)
-    points = take_rows(chunks.pieces.points, corners, chunks.most)
+        corners = take_rows(chunks.lowest, corners, 2 * chunks.size)
+    points = take_rows(chunks.pieces.points, corners, 2 * chunks.size)
     corners = corners.astype(np.int32 if n_vertices < 1 << 31 else np.int64)
     cells = {"cells": np.arange(begin, end, dtype=np.int32)}
     if offsets is None:
@@ -48,10 +48,10 @@ def _read_chunk(chunks: Chunks, chunk: int) -> Part:
 def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
     """Sort the faces of a mesh along the space-filling curve, and write them tile by tile.
 
-    This is an external merge sort: about one chunk is in memory at a time. The input is read once
-    to find the box of all centroids. It is read again, except chunks in the cache, to write each
-    chunk as a run sorted by code. Counts of codes tell where each tile begins in each run. Then
-    each tile is merged.
+    This is an external merge sort with about one chunk in memory at a time. A first pass over the
+    input finds the bounding box of all centroids. A second pass writes each chunk as a run sorted
+    by Morton code; chunks in the cache are not read again. Histograms of the codes determine where
+    each tile begins in each run. Then the parts of each tile are merged.
     """
     pieces = chunks.pieces
     found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
@@ -72,7 +72,6 @@ def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
 
 
 def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
-    """Centroids and areas of faces."""
     points = _points(faces).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int32)
     if not faces.lists:
@@ -81,16 +80,15 @@ def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
 
 
 def _points(faces: Part) -> Array:
-    """Positions of all corners, (C, 3)."""
     if faces.lists:
         return faces.lists["corners"].entries["points"]
     return faces.columns["points"].reshape(-1, 3)
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas.
+    """Bounding box of the vertices and of the centroids of a chunk, and blocked sums of its areas.
 
-    The faces of the chunk are kept in the cache if they fit.
+    The faces of the chunk are stored in the cache if it has enough room.
     """
     faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)
@@ -103,7 +101,7 @@ def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> Ints:
-    """Write a chunk as a run sorted by code; return counts of the upper bits of its codes."""
+    """Write a chunk as a run sorted by Morton code; return the histogram of upper code bits."""
     folder = f"chunks/{chunk}"
     is_kept = scratch.has(f"{folder}/cells")
     faces = Part.load(scratch, folder, OF_RUN) if is_kept else _read_chunk(chunks, chunk)
@@ -112,12 +110,12 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> 
 
 
 def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
-    """Merge the parts of all runs that belong to a tile, and write it."""
+    """Merge the parts of all runs that belong to a tile, and write the tile."""
     faces = read_cut(store.scratch, store.scratch.load("cuts", tile, tile + 2), OF_RUN)
     centroids, areas = _measured(faces, n_threads)
     ids, corners = compacted(faces.corners()[1])
     last = np.empty(len(ids), np.int64)
-    last[corners] = np.arange(len(corners))  # row of the last corner at each vertex
+    last[corners] = np.arange(len(corners))  # index of the last corner at each vertex
     columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
     vertices = {"ids": ids, "points": _points(faces).take(last, axis=0).astype(np.float64)}
     tiled = Part(columns, faces.lists).with_corners(corners, vertices)

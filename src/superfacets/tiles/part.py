@@ -1,4 +1,4 @@
-"""`Part`: some cells of a tiled mesh or cloud, in memory."""
+"""`Part`: a subset of the cells of a tiled mesh or cloud, in memory."""
 
 from __future__ import annotations
 
@@ -26,37 +26,38 @@ Columns: TypeAlias = dict[str, Array]
 
 
 def taken(columns: Columns, chosen: Array) -> Columns:
-    """The chosen rows, in this order."""
+    """Return the chosen rows of all columns, in the order of `chosen`."""
     return {name: column.take(chosen, axis=0) for name, column in columns.items()}
 
 
 @dataclass(frozen=True, eq=False)
 class Lists:
-    """CSR lists: the entries of cell i are rows offsets[i] to offsets[i + 1] - 1."""
+    """CSR lists: cell i has the rows offsets[i] to offsets[i + 1] - 1 of `entries`."""
 
     offsets: Longs
     entries: Columns
 
     def take(self, chosen: Array) -> Lists:
-        """The lists of the chosen cells, in this order."""
+        """Return the lists of the chosen cells, in the order of `chosen`."""
         offsets, at = rows(self.offsets, chosen)
         return Lists(offsets, taken(self.entries, at))
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Some cells of a tiled mesh or cloud.
+    """A subset of the cells of a tiled mesh or cloud.
 
     Attributes
     ----------
     columns : Columns
-        A row per cell: ``places`` on the curve, ``cells`` (numbers in the order of `segment`),
-        ``positions`` and more; of triangles ``corners``, (n, 3), as rows of `vertices`.
+        Arrays with a row per cell, for example ``places`` (curve indices, see `TileStore`),
+        ``cells`` (cell numbers) and ``positions``. Triangles have ``corners``, (n, 3), which are
+        rows of `vertices`.
     lists : dict of str to Lists
-        CSR lists by name: ``arcs`` and, of points, ``neighbors``, both with ``targets`` and more;
-        of polygons ``corners``, whose ``vertices`` are rows of `vertices`.
+        CSR lists, by name: ``arcs``; for points also ``neighbors``; for polygons also ``corners``,
+        whose ``vertices`` are rows of `vertices`.
     vertices : Columns
-        Of faces: ``ids``, ascending, and the positions ``points``.
+        Vertices of faces: their ascending numbers ``ids``, and their positions ``points``.
     """
 
     columns: Columns
@@ -67,7 +68,7 @@ class Part:
         return len(next(iter(self.columns.values())))
 
     def take(self, chosen: Array) -> Part:
-        """The chosen cells, in this order, with the vertices that they use."""
+        """Return the chosen cells, in the order of `chosen`, and the vertices of their corners."""
         lists = {name: found.take(chosen) for name, found in self.lists.items()}
         part = Part(taken(self.columns, chosen), lists, self.vertices)
         if not self.vertices:
@@ -76,18 +77,18 @@ class Part:
         return part.with_corners(corners, taken(self.vertices, used))
 
     def at(self, places: Array) -> Part:
-        """The cells at the given places, all of which must be here; cells are sorted by place."""
+        """Return the cells with these curve indices; cells of this part must be in curve order."""
         return self.take(np.searchsorted(self.columns["places"], places))
 
     def corners(self) -> tuple[Longs, Ints]:
-        """Offsets of the corners of faces, and all corners, flat, as rows of `vertices`."""
+        """Return the offsets of faces, and all corners, flat, as rows of `vertices`."""
         if "corners" in self.lists:
             return self.lists["corners"].offsets, self.lists["corners"].entries["vertices"]
         corners = self.columns["corners"]
         return np.arange(0, corners.size + 1, 3), corners.reshape(-1)
 
     def with_corners(self, corners: Ints, vertices: Columns) -> Part:
-        """The same cells with new vertices; `corners` are their rows, flat."""
+        """Return the same cells with new vertices; `corners` are rows of these vertices, flat."""
         if "corners" in self.lists:
             lists = Lists(self.lists["corners"].offsets, {"vertices": corners})
             return replace(self, lists=self.lists | {"corners": lists}, vertices=vertices)
@@ -95,7 +96,7 @@ class Part:
         return replace(self, columns=columns, vertices=vertices)
 
     def mesh(self, store: TileStore) -> FaceMesh:
-        """The faces as a mesh with the bounds of the whole mesh, without checks."""
+        """Return the faces as a mesh that has the bounds of the whole mesh; nothing is checked."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
         if "corners" in self.lists:
@@ -107,12 +108,12 @@ class Part:
         return mesh
 
     def save(self, scratch: Scratch, folder: str) -> None:
-        """Write all arrays into a folder, from which `load` reads them."""
+        """Write all arrays to a folder. `load` reads them again."""
         for name, array in self._arrays.items():
             scratch.save(f"{folder}/{name}", array)
 
     def keep(self, scratch: Scratch, folder: str) -> bool:
-        """As `save`, but only if all arrays fit into the cache; return whether they do."""
+        """Store all arrays in the cache if they fit; return whether all of them were stored."""
         return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
 
     @property
@@ -128,9 +129,9 @@ class Part:
         cls, scratch: Scratch, folder: str, names: Sequence[str], begin: int = 0,
         end: int | None = None,
     ) -> Part:  # fmt: skip
-        """Cells begin to end - 1 with the named arrays that exist, and all vertices.
+        """Read cells `begin` to `end` - 1 with the named arrays, if they exist, and all vertices.
 
-        The name of an array in a list begins with the name of the list: ``corners/vertices``.
+        Arrays of CSR lists are named list/array, for example ``corners/vertices``.
         """
         part = cls({})
         groups = {"": (part.columns, begin, end), "vertices": (part.vertices, 0, None)}
@@ -152,7 +153,7 @@ class Part:
         cls, store: TileStore, tile: int, names: Sequence[str], begin: int = 0,
         end: int | None = None,
     ) -> Part:  # fmt: skip
-        """As `load`, for a tile, plus the column ``places``."""
+        """Read cells of a tile, as `load` does, and add their curve indices as ``places``."""
         part = cls.load(store.scratch, f"tile{tile}", names, begin, end)
         first = store.starts[tile] + begin
         part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
@@ -160,12 +161,12 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """All cells of the parts, sorted by the column `key`; without it, in the given order."""
+        """Concatenate parts, and sort the cells by the column `key` unless it is None."""
         return cls.joined_from(parts.__getitem__, len(parts), key)
 
     @classmethod
     def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
-        """As `joined`. Each part is loaded twice, so that only one at a time is in memory."""
+        """Same as `joined`, but loads each part twice, so that one part at a time is in memory."""
         keys, ids, counts = [], [], dict[str, list[Longs]]()
         for place in range(n_parts):
             part = load(place)
@@ -188,7 +189,7 @@ class Part:
         return whole
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
-        """Copy a part into the rows `at`."""
+        """Copy the cells of a part to the rows `at` of this part."""
         if part.vertices:
             numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
             part = part.with_corners(numbers[part.corners()[1]], part.vertices)
@@ -207,7 +208,7 @@ def _empty(columns: Columns, n_rows: int) -> Columns:
 
 
 def in_order_of_cells(part: Part) -> Part:
-    """Sort points by cell number instead of place; ``neighbors`` of arcs are indices of points."""
+    """Sort points by cell number; return them with ``neighbors`` of arcs as rows of points."""
     order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))
@@ -217,18 +218,18 @@ def in_order_of_cells(part: Part) -> Part:
 
 
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
-    """Replace the ``targets`` of arcs, which are places, by ``neighbors``, the ranks of places.
+    """Replace the ``targets`` of arcs, which are curve indices, by ``neighbors``, which are ranks.
 
-    `places` ascend, and `ranks` has the rank of each place. Arcs to other places are dropped; the
-    indices of dropped arcs are returned, too. With `sorts` the arcs of a cell are sorted by rank,
-    as in a cloud.
+    `places` are ascending curve indices, and `ranks` has their ranks. Arcs to other targets are
+    dropped, and the indices of dropped arcs are returned, too. If `sorts` is true, the arcs of each
+    cell are sorted by rank, as in a cloud.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])
     kept = np.flatnonzero(at >= 0)
     sources = np.repeat(np.arange(len(part), dtype=np.int32), np.diff(arcs.offsets))[kept]
     neighbors = ranks[at[kept]]
-    if sorts and np.any(ranks[1:] < ranks[:-1]):  # there are copies
+    if sorts and np.any(ranks[1:] < ranks[:-1]):  # ranks descend only if the cloud has copies
         order = np.lexsort((neighbors, sources))
         kept, neighbors = kept[order], neighbors[order]
     offsets = np.searchsorted(sources, np.arange(len(part) + 1)).astype(np.int64)
@@ -238,7 +239,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """The surface of cells with ``neighbors``, without angles between faces."""
+    """Return the surface of cells whose arcs have ``neighbors``; it has no angles between faces."""
     arcs = part.lists["arcs"]
     graph = arcs.offsets, arcs.entries["neighbors"]
     handle: _core.Surface

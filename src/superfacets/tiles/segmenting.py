@@ -1,4 +1,4 @@
-"""`segment_tiled`: all stages for a mesh or cloud larger than memory, tile by tile."""
+"""`segment_tiled`: segment a mesh or point cloud larger than memory, tile by tile."""
 
 from __future__ import annotations
 
@@ -51,20 +51,20 @@ BYTES_AT_WORK = 500
 """Peak working memory, in bytes per cell of a tile."""
 
 BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
-"""Bytes per cell that the scratch folder occupies on the disk."""
+"""Disk space used by the scratch folder, in bytes per cell."""
 
 MEMORY_PART = 8
-"""The process's memory limit divided by MEMORY_PART is the size of the cache, beyond which arrays
-spill to disk. Tiles that are processed at the same time together take at most the same amount."""
+"""The default cache size is the memory limit of the process divided by MEMORY_PART. All tiles that
+are processed at the same time may use the same amount of memory in total."""
 
 ADDRESSES_OF_THREAD = 150 << 20
-"""Address space in bytes that a thread reserves for its stack and its heap."""
+"""Address space, in bytes, that each thread reserves for its stack and its heap."""
 
 KEPT_HEAP = 1 << 28
-"""Freed bytes that stay in the heap for the arrays of the next tile."""
+"""Maximum number of freed bytes that stay in the heap, for reuse by the next tile."""
 
 _WEIGHTS = ("parts", "creases", "superfacets")
-"""``"stk02"`` is excluded: it is for comparing methods on small meshes."""
+"""Supported weights. ``"stk02"`` is excluded, because it is for comparisons on small meshes."""
 
 
 def segment_tiled(
@@ -98,19 +98,19 @@ def segment_tiled(
 ) -> Segmentation:
     """Segment a mesh or point cloud larger than memory, as `segment` does.
 
-    The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
-    cells are made tile by tile, and the loop runs on the graph of coarse cells in memory. Then the
-    faces are labeled tile by tile. Borders are straightened with only the faces around borders in
-    memory. If the faces of a mesh are in random order, `segment` sorts them first, and may then
-    break ties differently.
+    The faces (or points) are sorted along a space-filling curve on disk, and split into tiles. Each
+    tile is divided into coarse cells, and the loop runs on the graph of coarse cells in memory.
+    Then the faces are labeled tile by tile. Borders are straightened with only the faces near
+    borders in memory. If the faces of a mesh are in random order, `segment` sorts them first, and
+    may then break ties differently.
 
     Parameters
     ----------
     source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
-        A file; a folder of files, either meshes that share vertices by position, or clouds; a
-        tileset of 3D Tiles (``tileset.json``, or its folder); or arrays, which may be memory maps.
-        Faces or points are numbered through all files, in the order of the file names in a folder,
-        or in the order of the tileset.
+        A file; a folder of mesh files, in which equal vertex positions are merged, or of cloud
+        files; a tileset of 3D Tiles (``tileset.json``, or its folder); or arrays, which may be
+        memory maps. Faces or points are numbered consecutively through all files, in the order of
+        the file names in a folder, or in the order of the tileset.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
     init : {"geodesic"}, optional
@@ -118,35 +118,37 @@ def segment_tiled(
     denoise, weld
         As for `segment`.
     viewpoint : sequence of float, length 3, optional
-        Place from which all points of a cloud without normals were seen. Estimated normals face
-        this place, as from `estimate_normals`.
+        Position of the sensor, for a point cloud without normals. Estimated normals face the
+        viewpoint, as in `estimate_normals`.
     weights : {"parts", "creases", "superfacets"}
         As for `segment`.
     tile_size : int, default 262144
-        Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
+        Number of faces or points per tile, rounded up to a multiple of 4096. Labels do not depend
+        on the tile size.
     scratch : path, optional
         Folder for temporary arrays, about 250 bytes per face or 400 per point; by default the
-        system's folder for temporary files. All of them are removed at the end.
+        system's folder for temporary files. The arrays are removed at the end.
     cache : int, optional
-        Size in bytes of a cache in memory, which keeps temporary arrays from the disk; by default
-        an eighth of the memory that this process may use. Only with one worker.
+        Memory, in bytes, used to store temporary arrays instead of writing them to the disk; by
+        default an eighth of the memory that this process may use. Only for a single worker.
     out : path, optional
-        A ``.npy`` file for all labels. If the source is a folder, `out` may be a folder, too (made
-        if missing): it gets a ``.npy`` per file (``a.npy`` for ``a.ply``); all of them, or none if
-        the run fails. A name without an ending, or with a slash at the end, means a folder.
+        A ``.npy`` file for all labels. If the source is a folder, `out` may be a folder, too, which
+        is created if it is missing. Then each file of the source gets a label file (``a.npy`` for
+        ``a.ply``), or none does if the run fails. A name without a suffix, or with a trailing
+        slash, is a folder.
     workers : int, default 1
-        Processes of this machine that work on tiles; 1 is this process.
+        Number of processes of this machine that process tiles; 1 means only this process.
     scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead. They must see the source and
-        `scratch`.
+        Address of a Dask scheduler, whose workers are used instead. The workers must have access to
+        the source and to `scratch`.
     n_threads : int, optional
-        Threads of this process, as for `segment`. Each thread works on its own tile, as long as
-        these tiles together take at most an eighth of the memory.
+        Number of threads of this process, as for `segment`. Each thread processes its own tile, if
+        all these tiles together fit in an eighth of the memory.
     progress, on_stage
-        As for `segment`. There is also the stage ``"tiles"``, which reads the source.
+        As for `segment`. The additional stage ``"tiles"`` reads the source.
     on_tile : callable, optional
-        Called with the number of tiles done and the number of all tiles in a pass. A tile is
-        counted again each time new paths enter the tile.
+        Called with the number of finished tiles and the number of all tiles of the current pass. A
+        tile is counted again each time new paths enter the tile.
 
     Returns
     -------
@@ -157,29 +159,29 @@ def segment_tiled(
     Warns
     -----
     SliverWarning, IslandWarning
-        As `segment`.
+        As in `segment`.
 
     Raises
     ------
     MeshError
-        If the mesh or the cloud is not valid, if a file is damaged, or if a folder holds both
-        meshes and clouds.
+        If the mesh or cloud is not valid, if a file is damaged, or if a folder has both meshes and
+        clouds.
     OSError
-        If a file cannot be read or written, or the disk has too little room.
+        If a file cannot be read or written, or if the disk has too little free space.
     MissingExtraError
-        If psutil, which several workers need, or Dask, which a scheduler needs, is not installed.
+        If psutil is missing with several workers, or Dask is missing with a scheduler.
     ValueError, TypeError
         If a parameter is wrong; or if two label files would have the same name.
 
     Notes
     -----
     Memory use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10 bytes
-    per face of the mesh for the graph of coarse cells, 4 for the labels (8 for labels of points),
-    and the faces around borders. The graph of all faces is in memory, 150 bytes per face, if
-    regions have fewer than about 200 faces (100 with other weights than ``"parts"``), or if the
-    loop runs on all faces (``tol=0``, ``max_num_iter`` 0 or 1).
+    per face of the mesh for the graph of coarse cells, 4 bytes per face (8 per point) for labels,
+    and the faces near borders. The graph of all faces is in memory, 150 bytes per face, if regions
+    have fewer than about 200 faces (100 if `weights` is not ``"parts"``), or if the loop runs on
+    all faces (``tol=0``, or ``max_num_iter`` 0 or 1).
 
-    Expansions do not halt (`radius_factor` of `segment`).
+    The option `radius_factor` of `segment`, which stops expansions early, is not supported.
 
     Examples
     --------
@@ -207,18 +209,18 @@ def segment_tiled(
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     seen_from = None if viewpoint is None else checked_viewpoint(viewpoint)
-    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and heap are kept for all stages
+    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # all stages reuse threads and heap
         return _run(source, options, place, on_tile, seen_from)
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where tiles are stored and processed, and where labels are written."""
+    """Options that say where tiles are stored and processed, and where labels are written."""
 
     tile_size: int
     scratch: Path
     cache: int
-    files: tuple[Path, ...]
+    files: tuple[Path, ...]  # label files; empty if no file is written
     workers: int
     scheduler: str | None
 
@@ -227,12 +229,12 @@ class Place:
         cls, source: TiledSource, tile_size: int, scratch: StrPath | None, cache: int | None,
         out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
-        """Arguments as for `segment_tiled`."""
+        """Check the parameters of `segment_tiled` that have the same names."""
         workers = checked_count(workers, "workers")
         if cache is None:
             cache = memory_of_process() // MEMORY_PART
         elif checked_count(cache, "cache", low=0) and (workers > 1 or scheduler is not None):
-            raise ValueError("cache is for one worker: several workers keep arrays on the disk")
+            raise ValueError("cache must be 0 or None with several workers or with a scheduler")
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
@@ -244,11 +246,11 @@ class Place:
 
     @property
     def is_remote(self) -> bool:
-        """Whether worker processes do the work."""
+        """Whether tiles are processed in worker processes."""
         return self.workers > 1 or self.scheduler is not None
 
     def tiles_at_once(self, loop: LoopOptions) -> int:
-        """Number of tiles that this process works on at the same time, each on one thread."""
+        """Return the number of tiles that are processed at the same time, each on one thread."""
         each = BYTES_AT_WORK * self.tile_size
         if address_limit() is not None:
             each += ADDRESSES_OF_THREAD
@@ -259,10 +261,9 @@ def _run(
     source: TiledSource, options: Options, place: Place, on_tile: OnDone | None,
     viewpoint: Viewpoint | None,
 ) -> Segmentation:  # fmt: skip
-    """Run all stages."""
     timings: dict[str, float] = {}
     at_once = place.tiles_at_once(options.loop)
-    # A worker has one tile at a time, on one thread.
+    # A worker processes one tile at a time, on one thread.
     is_parallel = place.is_remote or at_once > 1
     n_threads = 1 if is_parallel else options.loop.n_threads
     with (
@@ -291,12 +292,12 @@ def _run(
 def _make_tiles(
     made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
 ) -> tuple[TileStore, Options]:
-    """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder and the size."""
+    """Run stages 0 and 1; `made` has the input cells, the scratch folder and the tile size."""
     pieces, is_cloud = made[0], made[0].corners is None
     if is_cloud and options.denoise is not None:
         raise ValueError("denoise needs a mesh of faces, not points")
     if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
-        raise MeshError("a viewpoint is for point clouds that have neither normals nor viewpoints")
+        raise MeshError("omit viewpoint: it is only for point clouds without normals or viewpoints")
     if is_cloud:
         return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
     store, n_steps = make_mesh_tiles(
@@ -306,7 +307,6 @@ def _make_tiles(
 
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
-    """Run stages 2 to 5 on a graph of tiles."""
     store, diagonal = graph.store, box_diagonal(graph.store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     plan = Plan(None, size, options.size, cast("Init | None", options.init))
@@ -338,7 +338,7 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 
 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
-    """Stages 1 and 2: write the arcs of all tiles with their lengths."""
+    """Run stages 1 and 2: write the arcs of all tiles, with their lengths."""
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
     spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
     rule = WeightRule(plan.size.radius, options.weights, has_prices, graph.n_threads, spare)
@@ -349,14 +349,14 @@ def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, f
 def _cluster(
     graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
 ) -> tuple[Segmentation, BorderRule]:
-    """Stages 3 and 4; also returns the rule for borders, whose unit is not yet set."""
+    """Run stages 3 and 4; also return the parameters of border costs, without their unit."""
     loop, size, bounds = options.loop, plan.size, graph.store.bounds
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
     if not graph.straight_unit:
         levels = coarsened(graph, plan, loop, timings)
         return segment_cells(graph, levels, bounds, plan, loop), borders
-    # If the loop runs on all cells, these get arcs to cells farther away, which tiles do not have.
+    # If the loop runs on all cells, cells get additional long arcs, which tiles do not store.
     is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
     is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
     cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)
@@ -374,7 +374,6 @@ def _cluster(
 
 
 def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:
-    """Return the result with points numbered as in the input."""
     labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
     for tile in range(store.n_tiles):
         numbers = store.read(tile, "numbers")

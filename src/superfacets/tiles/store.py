@@ -1,4 +1,4 @@
-"""Cells on disk, sorted along the space-filling curve, as tiles of whole ranges."""
+"""Cells on disk, sorted along the space-filling curve and split into tiles."""
 
 from __future__ import annotations
 
@@ -12,39 +12,40 @@ from ..workers.scratch import Scratch
 from .arrays import index_in
 
 RANGE = 4096
-"""Number of places in a range of the curve: 2**kRangeBits in the core's ``cell_grower.hpp``. A
-coarse cell lies within one range, and tiles begin at multiples of it."""
+"""Number of cells in a range of the curve; must equal 2**kRangeBits in the core's
+``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples of RANGE."""
 
 Kind = Literal["triangles", "polygons", "points"]
 
 
 @dataclass(frozen=True, eq=False)
 class TileStore:
-    """A mesh or a cloud as tiles, and arrays of each tile by name.
+    """A mesh or a cloud that is split into tiles, with named arrays for each tile.
 
-    Cells are sorted by the code of their position on the curve over the box of all positions, then
-    by number; their *place* is the index in this order. From stage 1 on there are, per tile,
+    Cells are sorted by the Morton code of their position in the bounding box, then by number. The
+    index of a cell in this order is its *curve index*; variables with curve indices are named
+    `places`. After stage 1, each tile with n cells has these arrays:
 
     ========= ============== ==================================================================
-    cells     (n,) int32     number in `segment`: for faces the index in the input, for
-                             points the order of places, with all copies at the end
-    positions (n, 3) float64 centroids, or points
+    cells     (n,) int32     cell number: for faces, the index in the input; for points, the
+                             rank in curve order, with all copies at the end
+    positions (n, 3) float64 centroids of faces, or points
     measures  (n,) float64   areas
-    corners   (n, 3) int32   of triangles: rows of the vertices; of polygons lists ``vertices``
-    vertices  ids, points    of faces: ascending numbers of welded vertices, and their positions
-    numbers   (n,) int32     of points: number in the input
-    normals   (n, 3) float64 of points: of length 1, or zero
-    neighbors lists          of points: the places ``targets`` of all neighbors, ascending
+    corners   (n, 3) int32   triangles: rows of ``vertices``; polygons: lists of such rows
+    vertices  ids, points    faces: ascending numbers of welded vertices, and their positions
+    numbers   (n,) int32     points: index in the input
+    normals   (n, 3) float64 points: normals of length 1, or zero
+    neighbors lists          points: curve indices ``targets`` of all neighbors, ascending
     ========= ============== ==================================================================
 
-    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder; `Part` reads several.
+    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder; `Part` reads several arrays.
     """
 
     scratch: Scratch
     kind: Kind
-    starts: tuple[int, ...]  # first place of each tile, a multiple of RANGE; then N
-    bounds: Floats  # (2, 3) box of the points, or of the vertices that faces use
-    total_measure: float  # summed like the core's `sum_of` in input order
+    starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE; then N
+    bounds: Floats  # (2, 3) bounding box of the points, or of the vertices used by faces
+    total_measure: float  # sum of all measures, added in the same order as in `segment`
 
     @property
     def n_tiles(self) -> int:
@@ -61,17 +62,17 @@ class TileStore:
         return self.starts[tile + 1] - self.starts[tile]
 
     def tiles_of(self, places: Array) -> Longs:
-        """The tile that each place is in."""
+        """Return the tile that contains each curve index."""
         return np.searchsorted(self.starts, places, side="right").astype(np.int64) - 1
 
     def is_in(self, tile: int, places: Array) -> Bools:
-        """Whether each place is in a tile."""
+        """Whether each curve index belongs to a tile."""
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
-        """Return the row of each place in (cells of the tile, then ghosts), and the ghosts.
+        """Return the row of each curve index in (cells of the tile, then ghosts), and the ghosts.
 
-        Ghosts are the given places in other tiles, ascending. Places of -1 have row -1.
+        Ghosts are the given curve indices of other tiles, ascending. The row of index -1 is -1.
         """
         is_ghost = (places >= 0) & ~self.is_in(tile, places)
         ghosts = np.unique(places[is_ghost])
@@ -80,7 +81,7 @@ class TileStore:
         return rows, ghosts
 
     def read(self, tile: int, name: str) -> Array:
-        """An array of a tile, in memory."""
+        """Read an array of a tile into memory."""
         return self.scratch.load(f"tile{tile}/{name}")
 
     def write(self, tile: int, name: str, array: Array) -> None:
@@ -88,30 +89,30 @@ class TileStore:
         self.scratch.save(f"tile{tile}/{name}", array)
 
     def has(self, tile: int, name: str) -> bool:
-        """Whether a tile has such an array."""
+        """Whether a tile has an array with this name."""
         return self.scratch.has(f"tile{tile}/{name}")
 
     def remove(self, tile: int, name: str) -> None:
-        """Remove an array of a tile, if there is one, to make room on the disk."""
+        """Remove an array of a tile from the disk; no error if the tile does not have it."""
         self.scratch.remove(f"tile{tile}/{name}")
 
     def remove_from_all(self, *names: str) -> None:
-        """Remove arrays of every tile."""
+        """Remove the named arrays of every tile."""
         for name in names:
             for tile in range(self.n_tiles):
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Numbers of the cells of a tile, then of its ghosts: the rows that arcs lead to."""
+        """Return the numbers of a tile's cells, then of its ghosts: targets of arcs are rows."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
-        """Offsets, targets and lengths of the arcs of a tile."""
+        """Return offsets, targets and lengths of the arcs of a tile."""
         offsets, targets = self.read(tile, "arcs/offsets"), self.read(tile, "arcs/targets")
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Values of an array at ascending places of any tiles; one tile is in memory at a time."""
+        """Return array values at ascending curve indices; one tile is in memory at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -120,7 +121,7 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Values of an array at places in any order; fast where most places are in this tile."""
+        """Return array values at curve indices in any order; fast if most are in this tile."""
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -130,26 +131,26 @@ class TileStore:
 
 
 def weighted_sum(store: TileStore, tile: int, name: str) -> Array:
-    """The sum of the rows of an array of a tile, weighted by the measures of its cells."""
+    """Return the sum of the rows of an array of a tile, weighted by the measures of the cells."""
     return np.asarray(np.einsum("i,ij->j", store.read(tile, "measures"), store.read(tile, name)))
 
 
 _LOW_BITS = (1 << 20) - 1
-"""Mask of the bits of a cell number that `find_cells` filters by."""
+"""Mask of the bits of a cell number that `find_cells` uses as a hash."""
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Which of the wanted cells are in a tile (their indices), and their rows in the tile."""
+    """Return the indices of the wanted cells that are in a tile, and their rows in the tile."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # searching all would be slow
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # a search of all would be slow
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """First places of at most n_tiles tiles of whole ranges, about equal in size; then n_cells."""
+    """Return the first curve index of at most n_tiles equal tiles of whole ranges, and n_cells."""
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)

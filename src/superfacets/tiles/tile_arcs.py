@@ -1,4 +1,4 @@
-"""Stages 1 and 2 on tiles: the arcs of each tile, and their weights."""
+"""Stages 1 and 2 on tiles: arcs of each tile, and their weights."""
 
 from __future__ import annotations
 
@@ -31,57 +31,58 @@ from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore, weighted_sum
 
 Origin = tuple[float, float, float]
-"""Apex of the cones whose volumes are added up."""
+"""Position of the common apex of the cones whose signed volumes are summed."""
 
 
 @dataclass(frozen=True)
 class WeightRule:
-    """Parameters of the weights."""
+    """Parameters of the arc weights."""
 
     radius: float  # expected radius of regions
     options: WeightOptions
-    has_prices: bool  # whether borders need default weights as well, called prices
+    has_prices: bool  # whether default weights are also computed, for the cost of borders
     n_threads: int
-    spare: float = 1.0  # unit of lengths, in multiples of the usual one
-    is_turned: bool = False  # whether normals point inwards, and must be flipped
-    evened: float = 0.0  # see `evened_share`
-    of_machine_part: bool = False  # whether the weights are those of a machine part
+    spare: float = 1.0  # factor by which the unit of lengths exceeds the default unit
+    is_turned: bool = False  # whether normals point inwards and must be flipped
+    evened: float = 0.0  # result of `evened_share`, which is larger for hollow shapes
+    of_machine_part: bool = False  # whether to use the weights of machine parts
 
     @property
     def has_hollows(self) -> bool:
-        """Whether weights depend on how hollow the shape is."""
+        """Whether weights depend on the ratio of enclosed volume to area."""
         params = self.options.params
         return bool(params["weights"] in ("creases", "parts") and params["alpha"])
 
 
 class ArcFacts(NamedTuple):
-    """Facts about all arcs: units of lengths and of border lengths, sliver area, kind of shape."""
+    """Properties of the arcs of all tiles."""
 
-    unit: float
-    border_unit: float
-    sliver_area: float
-    of_machine_part: bool
+    unit: float  # unit of ``lengths``
+    border_unit: float  # unit of ``border_lengths``
+    sliver_area: float  # area of faces that are long and thin compared with regions
+    of_machine_part: bool  # whether the mesh looks like a machine part
 
 
 @dataclass(frozen=True)
 class _TileSums:
-    """Sums over a tile, and whether its faces have a boundary or inconsistent orientation."""
+    """Sums over the arcs and faces of a tile, and properties of its faces."""
 
     weights: float
     prices: float
     has_boundary: bool = True
-    is_inconsistent: bool = False
+    is_inconsistent: bool = False  # whether orientations of some neighboring faces differ
     edges: EdgeSums = NO_SUMS
     volume: float = 0.0
     sliver_area: float = 0.0
 
 
 def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
-    """Write the arcs of all tiles with their lengths, and return facts about all of them.
+    """Write the arcs of all tiles with their lengths, and return properties of all arcs.
 
-    Each tile has the lists ``arcs``. Their ``targets`` are rows of the tile; from n on they are
-    rows of ``ghosts``, the ascending places of neighbors in other tiles, whose cell numbers are
-    ``ghost_cells``. Arcs have ``lengths``; ``border_lengths`` if `has_prices`; of faces ``sides``.
+    Each tile gets the CSR lists ``arcs``. A target t < n is row t of the tile's n cells; a larger
+    target is row t - n of ``ghosts``, the ascending curve indices of neighbors in other tiles.
+    ``ghost_cells`` has the cell numbers of ghosts. Arcs have ``lengths``, ``border_lengths`` if
+    `has_prices` is true, and ``sides`` if the cells are faces.
     """
     halos = find_halos(store, run)
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
@@ -112,7 +113,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
 
 
 def _centroid(store: TileStore, run: Run) -> Origin:
-    """The area-weighted mean of all positions; the first position if there is no area."""
+    """Return the area-weighted mean of all positions; the first position if all areas are 0."""
     moments = run.all(weighted_sum, store, store.n_tiles, "positions")
     total = store.total_measure
     x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
@@ -122,12 +123,11 @@ def _centroid(store: TileStore, run: Run) -> Origin:
 def _weigh_faces(
     store: TileStore, tile: int, others: list[int], rule: WeightRule, origin: Origin
 ) -> _TileSums:
-    """Write the arcs of the faces of a tile, and their weights."""
     own = Part.of_tile(store, tile, OF_FACES)
     faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
-    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
+    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are already welded
     surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
     edges = NO_SUMS
@@ -156,7 +156,6 @@ def _weigh_faces(
 def _weigh_points(
     store: TileStore, tile: int, _: list[int], rule: WeightRule, __: Origin
 ) -> _TileSums:
-    """Write the arcs of the points of a tile, and their weights."""
     points = in_order_of_cells(points_with_halo(store, tile))
     surface = surface_of(store, points, rule.n_threads)
     weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options).weights)
@@ -169,7 +168,7 @@ def _write_arcs(
 ) -> tuple[Longs, Longs]:
     """Write the targets of the arcs of a tile; return their offsets, and their indices in `graph`.
 
-    `cells` are all cells of the tile, their neighbors, and perhaps more; `graph` has their arcs.
+    `cells` must contain the cells of the tile and their neighbors. `graph` has the arcs of `cells`.
     """
     places, n_own = cells.columns["places"], store.size(tile)
     local = places - np.int32(store.starts[tile])
@@ -194,7 +193,7 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the weights of the arcs of a tile, and also their prices if borders need them."""
+    """Write the arc weights of a tile, and default weights if `has_prices`; return their sums."""
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
     if rule.has_prices:
@@ -205,7 +204,7 @@ def _write_weights(
 
 
 def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threads: int) -> None:
-    """Write lengths (rounded weights) and border lengths (rounded prices)."""
+    """Quantize weights to ``lengths``, and default weights to ``border_lengths``."""
     names = (("weights", "lengths"), ("prices", "border_lengths"))
     for (name, rounded), unit in zip(names, units, strict=True):
         if store.has(tile, f"arcs/{name}"):
@@ -214,7 +213,7 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Whether any edge of the faces has only one face; `sides` are the sides that arcs cross."""
+    """Whether an edge of the faces has only one face; `sides` are the sides that arcs cross."""
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]
@@ -223,7 +222,7 @@ def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
     is_open = ~is_crossed & (corners != corners[following])
     if not is_open.any():
         return False
-    # If a face has an edge twice, its arcs cross the first of the two sides.
+    # If a face has the same edge twice, its arcs cross the first of the two sides.
     faces = np.unique(np.searchsorted(offsets, np.flatnonzero(is_open), side="right") - 1)
     starts, at = rows(offsets, faces)
     low, high = np.sort([corners[at], corners[following[at]]], axis=0)

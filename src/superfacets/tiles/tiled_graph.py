@@ -1,4 +1,4 @@
-"""The graph of all cells with one tile at a time in memory, and stages 3 and 4 on it."""
+"""Graph of all cells with one tile at a time in memory, and stages 3 and 4 on this graph."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from .store import TileStore, find_cells
 
 @dataclass(frozen=True, eq=False)
 class TiledGraph:
-    """Replaces `_core.OrderedGraph` in the loop."""
+    """Tiled replacement of `_core.OrderedGraph`, with the same methods."""
 
-    store: TileStore  # with arcs and their lengths, as `find_arcs` writes them
+    store: TileStore  # must have arcs and lengths, written by `find_arcs`
     run: Run
-    n_threads: int  # threads of the core per tile; `n_threads` of methods is for other work
+    n_threads: int  # number of threads used for each tile
     is_parallel: bool = False  # whether several tiles are processed at the same time
-    straight_unit: float = 0.0  # as in `_core.OrderedGraph`
-    barrier: float = np.inf  # as in `_core.OrderedGraph`
+    straight_unit: float = 0.0  # same as in `_core.OrderedGraph`
+    barrier: float = np.inf  # same as in `_core.OrderedGraph`
 
     is_symmetric = True
-    """Both arcs of a pair of neighbors have the same weight."""
+    """Whether the arcs a -> b and b -> a always have the same length."""
 
     @property
     def n_cells(self) -> int:
@@ -35,7 +35,7 @@ class TiledGraph:
         return self.store.n_cells
 
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
-        """Write the coarse cell of each place, and return the graph of coarse cells."""
+        """Divide each tile into coarse cells, and return the graph of coarse cells."""
         store, run, unit = self.store, self.run, self.straight_unit
         steps = (unit, self.barrier)
         found = run.all(_divide, store, store.n_tiles, cell_size, steps, self.n_threads)
@@ -43,15 +43,11 @@ class TiledGraph:
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
         found = run.all(_connect, store, store.n_tiles, firsts, unit, self.n_threads)
         counts, targets, lengths = map(list, zip(*found, strict=True))
+        del found  # `_in_a_row` frees each array that has no other reference
         graph = _core.graph_in_place(
-            _in_a_row(positions),
-            _in_a_row(measures),
-            np.append(0, np.cumsum(_in_a_row(counts))),
-            _in_a_row(targets),
-            _in_a_row(lengths),
-            unit,
-            n_threads,
-        )
+            _in_a_row(positions), _in_a_row(measures), np.append(0, np.cumsum(_in_a_row(counts))),
+            _in_a_row(targets), _in_a_row(lengths), unit, n_threads,
+        )  # fmt: skip
         graph.barrier = self.barrier
         return TiledCoarseGraph(graph, self, firsts)
 
@@ -66,10 +62,10 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Label the cells of label -1; return labels, the number of islands, and no new centers.
+        """Label the cells with label -1; return labels, the number of islands, and no new centers.
 
-        An island gets the label of the labeled cell that is nearest to any cell of the island; of
-        equally near cells, the lowest. The cells of all islands are in memory.
+        An island gets the label of the labeled cell that is nearest to any cell of the island. If
+        several cells are equally near, the lowest one is used. All islands are in memory.
         """
         assert not len(groups)
         store, n_islands = self.store, 0
@@ -87,7 +83,7 @@ class TiledGraph:
         return labels, n_islands, np.empty(0, np.int32)
 
     def join_loose_pieces(self, labels: Ints, centers: Ints) -> Ints:
-        """As `_core.join_loose_pieces`; only loose cells and their arcs are in memory."""
+        """Same as `_core.join_loose_pieces`, with only loose cells and their arcs in memory."""
         store, run = self.store, self.run
         own = [store.read(tile, "cells") for tile in range(store.n_tiles)]
         jobs = [
@@ -146,30 +142,30 @@ class TiledGraph:
 
 @dataclass(eq=False)
 class TiledCoarseGraph:
-    """Replaces `_core.CoarseGraph` in the loop."""
+    """Tiled replacement of `_core.CoarseGraph`, with the same methods."""
 
-    graph: _core.OrderedGraph  # of all coarse cells
-    fine: TiledGraph  # ``coarse``: coarse cell of each place, relative to the first of its tile
-    firsts: Longs  # the first coarse cell of each tile
+    graph: _core.OrderedGraph  # graph of all coarse cells
+    fine: TiledGraph  # its tiles have ``coarse``: coarse cell of each cell, minus `firsts[tile]`
+    firsts: Longs  # index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
-        """See `_core.OrderedGraph`."""
+        """Add long arcs, as `_core.OrderedGraph.add_far_arcs` does."""
         self.graph.add_far_arcs(n_threads)
 
     def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
-        """See `_core.OrderedGraph`."""
+        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_prices` does."""
         self.graph.add_part_prices(rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
-        """Return the number of each coarse cell, not of each cell: `spread` labels the cells."""
+        """Return the numbers of all coarse cells; `spread` converts their labels to all cells."""
         return np.arange(self.graph.n_cells, dtype=np.int32)
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
     ) -> tuple[Array, Ints]:
-        """Return the labels of all cells by paths over coarse cells, and no lengths.
+        """Label all cells, starting from the paths to coarse cells; returned lengths are empty.
 
-        The graph is freed, because nothing uses it after this.
+        The graph of coarse cells is freed, because it is no longer used.
         """
         del self.graph
         store, waiting = self.fine.store, {}
@@ -180,7 +176,7 @@ class TiledCoarseGraph:
         return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return for each region of coarse cells the cell nearest to its mean."""
+        """Return, for each region of coarse cells, the cell nearest to the region's mean."""
         means = _core.region_means(self.graph, labels, len(centers))
         parts = np.split(labels, self.firsts[1:-1])
         jobs = [(tile, part, means) for tile, part in enumerate(parts)]
@@ -192,7 +188,7 @@ class TiledCoarseGraph:
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Concatenate arrays; each is removed from the list once it is copied, to save memory."""
+    """Concatenate arrays, and remove each one from the list after copying, to save memory."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -207,21 +203,18 @@ def _divide(
 ) -> tuple[Floats, Floats]:
     """Write the coarse cells of a tile; return their positions and measures.
 
-    `steps` has `straight_unit` and `barrier` of `TiledGraph`. In the graph, ghosts come after the
-    cells; ghosts have no arcs and no positions.
+    `steps` has `straight_unit` and `barrier` of `TiledGraph`. In the graph, ghosts follow the cells
+    of the tile; ghosts have no arcs, and their positions are not used.
     """
     straight_unit, barrier = steps
     n_ghosts = len(store.read(tile, "ghosts"))
-    offsets = store.read(tile, "arcs/offsets")
+    offsets, targets, lengths = store.arcs(tile)
     graph = _core.graph_in_place(
         np.concatenate([store.read(tile, "positions"), np.zeros((n_ghosts, 3))]),
         np.concatenate([store.read(tile, "measures"), np.zeros(n_ghosts)]),
         np.concatenate([offsets, np.full(n_ghosts, offsets[-1])]),
-        store.read(tile, "arcs/targets"),
-        store.read(tile, "arcs/lengths"),
-        straight_unit,
-        n_threads,
-    )
+        targets, lengths, straight_unit, n_threads,
+    )  # fmt: skip
     graph.barrier = barrier
     centers, positions, measures, coarse, lengths = _core.divide_tile(
         graph, store.size(tile), cell_size, n_threads
@@ -237,13 +230,13 @@ def _divide(
 def _connect(
     store: TileStore, tile: int, firsts: Longs, straight_unit: float, n_threads: int
 ) -> tuple[Longs, Ints, Array]:
-    """Return the arcs of the coarse cells of a tile: number per cell, targets, lengths."""
+    """Return the arcs of the coarse cells of a tile: count per coarse cell, targets, lengths."""
     ghosts = store.read(tile, "ghosts")
     tiles = store.tiles_of(ghosts)
     around = store.read_at("coarse", ghosts) + firsts[tiles]
     every = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
-    # Coarse cells in or next to this tile, in the order of their numbers.
+    # Coarse cells in this tile or next to it, in the order of their numbers.
     used, coarse = np.unique(every, return_inverse=True)
     positions, of_coarse = np.empty((0, 3)), np.empty((0, 3))
     if straight_unit:
@@ -265,29 +258,32 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """The cell of a tile that is nearest to the mean of each region: squared distances, cells."""
+    """Find the cell of a tile nearest to each region's mean; return squared distances, cells."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
 
 UNREACHED = np.iinfo(np.uint64).max
+"""Path length of cells that no path has reached."""
 
 
 class TiledRegions:
-    """Replaces `_core.Clustering` in the loop, for one classification.
+    """Tiled replacement of `_core.Clustering`, for one classification.
 
-    Each tile expands the paths within the tile. A path that leaves the tile is proposed to the tile
-    where it ends. When no proposals are left, no arc can improve a path. Each place then has its
-    shortest path, and the lowest label among equal paths, for any choice of tiles.
+    Each tile computes the shortest paths within the tile. A path that leaves the tile is proposed
+    to the tile in which it ends. When no proposals are left, no arc can shorten a path. Each cell
+    then has its shortest path, and the lowest label among equally short paths. The result does not
+    depend on how cells are split into tiles.
     """
 
     def __init__(
         self, graph: TiledGraph, centers: Ints, waiting: dict[int, list[Part]] | None = None
     ) -> None:
-        """Expand paths from the centers, and from the proposals that wait for each tile."""
+        """Expand paths from the centers, and from the proposals in `waiting`, keyed by tile."""
         self._graph = graph
         self._store = graph.store
-        self._versions = dict.fromkeys(range(graph.store.n_tiles), -1)  # of each tile's paths
+        # Version of the stored paths of each tile, or -1 if the tile has no paths yet.
+        self._versions = dict.fromkeys(range(graph.store.n_tiles), -1)
         self._centers = centers
         self._expand(centers, 0, waiting or {})
 
@@ -296,7 +292,7 @@ class TiledRegions:
         return self._centers
 
     def labels(self) -> Ints:
-        """Return the label of each cell, by cell number."""
+        """Return the label of each cell, indexed by cell number."""
         labels = np.empty(self._store.n_cells, np.int32)
         for tile, version in self._versions.items():
             cells = self._store.read(tile, "cells")
@@ -304,7 +300,7 @@ class TiledRegions:
         return labels
 
     def adopt_orphans(self) -> None:
-        """Make the lowest cell of each island a center, in ascending order."""
+        """Make the lowest cell of each island a center; new centers are in ascending order."""
         labels = self.labels()
         if labels.min() < 0:
             cells, _, islands = _find_islands(self._store, labels, self._graph.run)
@@ -313,7 +309,7 @@ class TiledRegions:
             self._centers = np.concatenate([self._centers, orphans])
 
     def _expand(self, cells: Ints, first_label: int, waiting: dict[int, list[Part]]) -> None:
-        """Add centers, labeled from `first_label` on, and expand until no path gets shorter."""
+        """Add centers with labels from `first_label` on, and expand until no path gets shorter."""
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
         found = self._graph.run.all(find_cells, self._store, self._store.n_tiles, cells)
@@ -324,8 +320,8 @@ class TiledRegions:
         for version in itertools.count(max(self._versions.values()) + 1):
             if not waiting:
                 break
-            # In series, the tile that has waited longest comes next: the more proposals a visit
-            # takes, the fewer visits there are.
+            # Serial runs visit the tile that has waited longest. It has collected many proposals,
+            # so the total number of visits is small.
             tiles = sorted(waiting) if self._graph.is_parallel else [next(iter(waiting))]
             jobs = []
             for tile in tiles:
@@ -348,12 +344,12 @@ class TiledRegions:
 
 
 def _proposals(places: Longs, lengths: Array, labels: Ints) -> Part:
-    """Proposed paths: the places where they end, their lengths, of type uint64, and labels."""
+    """Return a table of proposed paths: curve index of the end, uint64 length, and label."""
     return Part({"places": places, "lengths": lengths, "labels": labels})
 
 
 def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
-    """Lengths and labels of the paths to the cells of a tile and to its ghosts."""
+    """Return lengths and labels of the paths to the cells of a tile and to its ghosts."""
     if version < 0:
         n_cells = store.size(tile) + len(store.read(tile, "ghosts"))
         return np.full(n_cells, UNREACHED, np.uint64), np.full(n_cells, -1, np.int32)
@@ -365,21 +361,17 @@ def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
 def _improve(
     store: TileStore, tile: int, version: int, next_version: int, proposals: Part, n_threads: int
 ) -> Part:
-    """Apply proposals to a tile, expand, and return its proposals to other tiles.
+    """Apply proposals to a tile, expand its paths, and return proposals for other tiles.
 
     Paths are written under a new name, so that the job can be repeated if its worker is killed.
     """
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known, found = _paths_of(store, tile, version), proposals.columns
     lengths, labels = _core.improve_paths(
-        *store.arcs(tile),
-        *known,
-        (found["places"] - store.starts[tile]).astype(np.int32),
-        found["lengths"],
-        found["labels"],
-        n_threads,
-    )
-    # One array, so that it is written whole or not at all.
+        *store.arcs(tile), *known, (found["places"] - store.starts[tile]).astype(np.int32),
+        found["lengths"], found["labels"], n_threads,
+    )  # fmt: skip
+    # Lengths and labels are in one array, so that a killed worker cannot write only one of them.
     store.write(tile, f"paths{next_version}", np.concatenate([lengths.view(np.int32), labels]))
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     every = _proposals(ghosts, lengths[n_own:], labels[n_own:])
@@ -387,13 +379,13 @@ def _improve(
 
 
 def _first_of_each(islands: Ints, *keys: Array) -> Longs:
-    """Index of the lowest cell of each island, compared by the first key, then by the next."""
+    """Return the first cell of each island after sorting by the given keys, in this order."""
     order = np.lexsort([*reversed(keys), islands])
     return order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
 
 
 def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints]:
-    """The cells with label -1, their positions, and the island of each, 0 to n - 1."""
+    """Return the cells with label -1, their positions, and the island index of each cell."""
     jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
     parts = run(_unlabeled, store, jobs)
     cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
@@ -404,7 +396,7 @@ def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Float
 
 
 def _components(pairs: Longs, n_nodes: int) -> Ints:
-    """The component of each node of a graph, by pairs of connected nodes, shape (2, P)."""
+    """Return the connected component of each node; `pairs`, (2, P), are connected nodes."""
     sources, targets = pairs[:, np.argsort(pairs[0], kind="stable")]
     offsets = np.searchsorted(sources, np.arange(n_nodes + 1)).astype(np.int64)
     same = np.zeros(n_nodes, np.int32)
@@ -412,17 +404,17 @@ def _components(pairs: Longs, n_nodes: int) -> Ints:
 
 
 def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
-    """Write the connected piece of a region, within a tile, of each cell; return their number."""
+    """Split the regions in a tile into connected pieces; return the number of pieces."""
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
     pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
-    n_own = int(pieces[: len(labels)].max()) + 1  # pieces of ghosts alone come last
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces with only ghosts have higher indices
     store.write(tile, "pieces", pieces)
     return n_own
 
 
 def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> tuple[Longs, Longs]:
-    """The pieces with centers, and pairs of pieces in two tiles that are connected."""
+    """Return the pieces that have centers, and connected pairs of pieces of different tiles."""
     ghosts, pieces = store.read(tile, "ghosts"), store.read(tile, "pieces").astype(np.int64)
     own, at_ghosts = np.split(firsts[tile] + pieces, [store.size(tile)])
     shared = np.flatnonzero(at_ghosts < firsts[tile + 1])
@@ -432,7 +424,6 @@ def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> t
 
 
 def _loose_cells(store: TileStore, tile: int, is_loose: Bools) -> Part:
-    """The cells of a tile in loose pieces, with their arcs."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(is_loose[store.read(tile, "pieces")[:n_own]])
     around, (offsets, targets, lengths) = store.cells_and_ghosts(tile), store.arcs(tile)
@@ -442,11 +433,11 @@ def _loose_cells(store: TileStore, tile: int, is_loose: Bools) -> Part:
 
 
 def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats, Longs]:
-    """The cells without a label, their positions, and arcs between them, as pairs of cells."""
+    """Return the unlabeled cells of a tile, their positions, and arcs as pairs of cells."""
     at = np.flatnonzero(labels < 0)
     around, (offsets, targets, _) = store.cells_and_ghosts(tile), store.arcs(tile)
     sources = np.repeat(np.arange(len(labels)), np.diff(offsets))
-    is_inside = labels[sources] < 0  # then the target has no label either
+    is_inside = labels[sources] < 0  # the target of such an arc is unlabeled, too
     pairs = np.stack([around[sources[is_inside]], around[targets[is_inside]]])
     return around[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
@@ -454,12 +445,12 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
 def _nearest_labeled(
     store: TileStore, tile: int, labels: Ints, points: Floats, n_threads: int
 ) -> tuple[Floats, Ints]:
-    """For each point the squared distance of the nearest labeled cell of a tile, and that cell."""
+    """Return the squared distance to the nearest labeled cell for each point, and this cell."""
     cells = store.read(tile, "cells")
     at = np.flatnonzero(labels >= 0)
     if not len(at):
         return np.full(len(points), np.inf), np.full(len(points), -1, np.int32)
-    at = at[np.argsort(cells[at])]  # so that the lowest of equally near cells is found
+    at = at[np.argsort(cells[at])]  # of equally near cells, the lowest one is found first
     positions = store.read(tile, "positions")[at]
     found, _, _ = _core.nearest_points(positions, points, np.inf, n_threads)
     x, y, z = (positions[found] - points).T

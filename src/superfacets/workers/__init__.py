@@ -1,5 +1,5 @@
-"""The pool of worker processes for batches, tiles and studies.
+"""Worker processes and threads for batches, tiles and studies.
 
-`calls` is the interface of a team of workers. `pool` is the team on this machine, `start` starts
-its processes, and `child` is the code of these processes.
+`calls` defines the interface of a team of workers. `pool` is a team of processes on this machine,
+`start` starts these processes, and `child` is the code that they run.
 """

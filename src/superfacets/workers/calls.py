@@ -1,4 +1,4 @@
-"""Calls to worker processes, on this machine or on others, and their results."""
+"""Interface of a team of worker processes: calls to the workers, and results of calls."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .. import __version__
 from ..io.guards import counted
 
 ALLOWED_KILLS = 3
-"""Number of workers that may die during a call before it is abandoned."""
+"""A call is abandoned when more than this number of workers have died during the call."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
-"""A module-level function and its arguments; both are pickled."""
+"""A module-level function and its arguments, which are pickled."""
 
 
 @dataclass(frozen=True)
@@ -27,20 +27,20 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """A call that raised an error, or whose result could not be pickled."""
+    """A call that raised an exception, or whose result could not be pickled."""
 
     error: Exception
 
 
 @dataclass(frozen=True)
 class Killed:
-    """A call that was abandoned, because this number of workers died during the call."""
+    """A call that was abandoned, because `n_workers` workers died during the call."""
 
     n_workers: int
 
     def __str__(self) -> str:
         n_workers = counted(self.n_workers, "worker")
-        return f"KilledWorker: {n_workers} ended during this work (out of memory?)"
+        return f"KilledWorker: {n_workers} died during this call (out of memory?)"
 
 
 Ending = Done | Failed | Killed
@@ -52,8 +52,7 @@ class Worker:
 
     address: str
     n_threads: int
-    memory: float
-    """Memory limit in bytes; infinite if there is none."""
+    memory: float  # memory limit in bytes; may be infinite
 
 
 class Team(ABC):
@@ -64,24 +63,25 @@ class Team(ABC):
 
     @abstractmethod
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Yield (index of the call, its ending) as calls end; at most `width` calls run at a time.
+        """Run calls, at most `width` at a time; yield (index of the call, result) as calls end.
 
-        If a worker is killed, its call is repeated. A ConnectionError if no worker is left, or
-        workers cannot be started.
+        If a worker is killed, its call is repeated. Raises a ConnectionError if no worker is left,
+        or if workers cannot be started.
         """
 
     @property
     def share(self) -> float:
-        """Memory in bytes per thread, which is the memory for one file."""
+        """Smallest memory per thread of a worker, in bytes; each thread processes one file."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(
         self, work: Callable[..., Any], store: Any, pieces: Sequence[tuple[Any, ...]]
     ) -> Iterator[tuple[int, Any]]:
-        """Yield (index, ``work(store, *piece)``) as pieces end; each thread runs one at a time.
+        """Yield (index of the piece, ``work(store, *piece)``) as pieces end.
 
-        An OSError if no worker is left, the scheduler is gone, or one piece has killed several
-        workers. Errors of the work are raised unchanged.
+        Each thread of a worker runs one piece at a time. Raises an OSError if no worker is left, if
+        the connection to a scheduler is lost, or if several workers died while processing the same
+        piece. Exceptions of `work` are raised unchanged.
         """
         calls = [(run_piece, (__version__, work, store, piece)) for piece in pieces]
         for place, ending in self.run(calls, width=None):
@@ -90,14 +90,14 @@ class Team(ABC):
             if isinstance(ending, Killed):
                 n_workers = counted(ending.n_workers, "worker")
                 raise ConnectionError(
-                    f"{n_workers} ended while processing piece {pieces[place][0]} (out of memory?):"
+                    f"{n_workers} died while processing piece {pieces[place][0]} (out of memory?):"
                     " use smaller tiles or fewer workers"
                 )
             yield place, ending.value
 
 
 def run_piece(version: str, work: Callable[..., Any], store: Any, piece: tuple[Any, ...]) -> Any:
-    """Run the work of `Team.map` in a worker, after a check of the version of the package."""
+    """Run one piece of `Team.map` in a worker, after checking the version of the package."""
     check_version(version)
     return work(store, *piece)
 

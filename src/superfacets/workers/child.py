@@ -1,4 +1,4 @@
-"""Code of a worker process. Its imports must be fast."""
+"""Main function of worker processes. Imports of this module must be fast."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from typing import NoReturn
 from ..errors import reason_of
 
 TICK = 0.1
-"""Seconds between checks of the memory of this process."""
+"""Interval between checks of the memory of this process, in seconds."""
 
 
 def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
-    """Run calls until the other end closes the connection, which also stops a running call.
+    """Run pickled calls until the parent process closes the connection.
 
-    Calls arrive pickled. The first message to the other end is None. Then there is one message per
-    call, in order: whether the call returned, and its pickled result or error. The process ends
-    immediately if it uses more than `memory` bytes.
+    The first message to the parent is None. Then one message follows per call, in the order of the
+    calls: whether the call returned, and its pickled result or exception. If the connection is
+    closed, or if this process uses more than `memory` bytes, a running call is stopped immediately.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
-    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # for all kernels, also in readers
-    gc.freeze()  # garbage collection would write to, and so copy, all pages shared by fork
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # default of all functions
+    gc.freeze()  # otherwise garbage collection writes to memory shared by fork, and copies it
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()
     with contextlib.suppress(OSError):
@@ -40,7 +40,7 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
 
 
 def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -> NoReturn:
-    """Receive calls while another call runs, and end the process if the connection closes."""
+    """Receive calls while another call runs; end the process if the connection is closed."""
     own = import_module("psutil").Process() if memory < math.inf else None
     with contextlib.suppress(EOFError, OSError):
         while own is None or own.memory_info().rss <= memory:
@@ -50,18 +50,18 @@ def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -
 
 
 def _ended(call: bytes) -> tuple[bool, bytes]:
-    """Run a call; return whether it returned, and its pickled result or error."""
+    """Run a pickled call; return whether it returned, and its pickled result or exception."""
     try:
         function, arguments = pickle.loads(call)
         return True, pickle.dumps(function(*arguments))
-    except BaseException as error:  # the parent raises any error
+    except BaseException as error:  # the parent raises the exception
         return False, _pickled(error)
 
 
 def _pickled(error: BaseException) -> bytes:
-    """The pickled error; a RuntimeError with its text if it is unpicklable or no Exception."""
+    """Pickle an exception; if this is impossible, pickle a RuntimeError with the same message."""
     with contextlib.suppress(Exception):
         data = pickle.dumps(error)
-        if isinstance(pickle.loads(data), Exception):  # fails if __init__ needs more arguments
+        if isinstance(pickle.loads(data), Exception):  # loading may raise an exception
             return data
     return pickle.dumps(RuntimeError(reason_of(error)))

@@ -1,4 +1,4 @@
-"""The team of worker processes on this machine."""
+"""`Pool`: a team of worker processes on this machine."""
 
 from __future__ import annotations
 
@@ -19,33 +19,31 @@ from .child import serve
 from .start import own_settings, start_context
 
 START_ATTEMPTS = 10
-"""Number of consecutive workers that may die before they are ready."""
+"""Maximum number of consecutive workers that die before they are ready."""
 
 TICK = 1.0
-"""Seconds between checks for Ctrl-C, which does not interrupt waiting on Windows."""
+"""Interval between checks for Ctrl-C, in seconds. On Windows, Ctrl-C does not interrupt `wait`."""
 
 PAUSE = 0.1
-"""Seconds before a worker that died at start-up is started again."""
+"""Time before a worker that died at start-up is replaced, in seconds."""
 
 MEMORY_SHARE = 0.95
-"""Fraction of its share of the memory that a worker may use."""
+"""Fraction of `Worker.memory` above which a worker process ends itself."""
 
 DEPTH = 2
-"""Queue length of a worker: the running call and the next call."""
+"""Maximum number of calls in a worker: the running call and the next call."""
 
 Admits = Callable[[int, Sequence[int]], bool]
-"""Whether a call, given by its index, may run at the same time as other calls."""
+"""Function of the index of a call, and of the indices of other calls: whether they may all run at
+the same time."""
 
 
 class _Process:
-    """Handle of a worker process."""
-
     def __init__(self, n_threads: int, memory: float) -> None:
         context = start_context()
         self.connection, theirs = context.Pipe()
-        self.places: deque[int] = deque()
-        """Indices of the queued calls, the running call first."""
-        self.has_begun = False
+        self.places: deque[int] = deque()  # indices of the running call and of queued calls
+        self.has_begun = False  # whether the process is ready to run calls
         arguments = (theirs, n_threads, memory)
         self._process = context.Process(target=serve, args=arguments, daemon=True)
         # If the process cannot be started, the next read from the connection fails.
@@ -53,13 +51,13 @@ class _Process:
             self._process.start()
 
     def give(self, place: int, call: Call) -> None:
-        """Queue a call."""
+        """Send a call to the process; `place` is the index of the call."""
         self.places.append(place)
-        with contextlib.suppress(OSError):  # if it has died, the next read fails
+        with contextlib.suppress(OSError):  # if the process has died, the next read fails
             self.connection.send_bytes(pickle.dumps(call))
 
     def end(self) -> None:
-        """Kill the process, and wait until it has ended."""
+        """Kill the process, and wait for its end."""
         self.connection.close()
         if self._process.pid is not None:
             self._process.kill()
@@ -67,10 +65,11 @@ class _Process:
 
 
 class Pool(Team):
-    """A team of processes with equal shares of memory; each process runs one call at a time.
+    """A team of processes that divide `memory` equally; each process runs one call at a time.
 
-    A process that ends, or uses more than its share of `memory`, is replaced while there is work.
-    Infinite memory is not watched. `allowed_kills` is as `ALLOWED_KILLS`.
+    A process that ends, or uses more than its part of `memory`, is replaced as long as there are
+    calls. If `memory` is infinite, the memory of processes is not checked. `allowed_kills` replaces
+    the constant `ALLOWED_KILLS`.
     """
 
     def __init__(self, n_workers: int, n_threads: int, memory: float, allowed_kills: int) -> None:
@@ -83,7 +82,7 @@ class Pool(Team):
     def run(
         self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
     ) -> Iterator[tuple[int, Ending]]:
-        """Run calls as `Team` does. Calls start in order, but calls that `admits` refuses wait."""
+        """Run calls as `Team.run` does, in order; calls for which `admits` is false must wait."""
         waiting = deque(range(len(calls)))
         kills: Counter[int] = Counter()
         n_left = len(calls)
@@ -108,11 +107,11 @@ class Pool(Team):
     def _hand_out(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
-        """Queue a call for each worker, and a second call while many calls are waiting."""
+        """Give each worker a call, and a second call as long as many calls are waiting."""
         is_limited = width is not None or admits is not None
         for depth in range(1 if is_limited else DEPTH):
             for process in self._processes[:width]:
-                n_kept = depth * len(self._processes)  # calls for the workers that finish first
+                n_kept = depth * len(self._processes)  # calls left for workers that finish first
                 if len(process.places) > depth or len(waiting) <= n_kept:
                     continue
                 at_work = [place for other in self._processes for place in other.places]
@@ -124,7 +123,7 @@ class Pool(Team):
     def _take(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """(index, ending) of a call that has ended; None if the worker is ready or has died."""
+        """Read a message from a worker; return (index, result) of a call if a call has ended."""
         try:
             message = process.connection.recv()
         except (EOFError, OSError):
@@ -144,7 +143,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Requeue the calls of a dead worker; count the death for the call that was running."""
+        """Put the calls of a dead worker back into the queue, or abandon the running call."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))
@@ -163,10 +162,11 @@ class Pool(Team):
         """Raise a ConnectionError if too many consecutive workers die at start-up."""
         self._n_lost_at_start += 1
         if self._processes:
-            time.sleep(PAUSE)  # other workers continue; memory may be short for a moment
+            time.sleep(PAUSE)  # other workers continue, and may free memory
         elif self._n_lost_at_start >= START_ATTEMPTS:
             raise ConnectionError(
-                "workers cannot be started: each ended before it was ready (out of memory?)"
+                f"worker processes cannot be started: {self._n_lost_at_start} of them died before"
+                " they were ready (out of memory?)"
             )
 
     def close(self) -> None:
@@ -182,10 +182,10 @@ def open_pool(
     memory: float | None = None,
     allowed_kills: int | None = None,
 ) -> Iterator[Pool]:
-    """Open a team of processes on this machine; they end with the context, or with this process.
+    """Yield a `Pool` of processes, which end at the end of the block, or when this process ends.
 
-    Arguments are as for `Pool`. By default, the processes may use all memory of this machine. A
-    MissingExtraError if memory is watched, and psutil is not installed.
+    The parameters are the same as for `Pool`. By default, the processes may use all memory of this
+    machine. Raises a MissingExtraError if memory is limited and psutil is not installed.
     """
     memory = usable_memory() if memory is None else memory
     if memory < math.inf and find_spec("psutil") is None:

@@ -1,4 +1,4 @@
-"""Arrays of one run, in a cache and in a scratch folder that is removed after the run."""
+"""Temporary arrays in a memory cache and in a scratch folder, which is removed after the run."""
 
 from __future__ import annotations
 
@@ -28,32 +28,32 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""Name of a file that a run keeps locked. If the file is not locked, the run was killed."""
+"""Name of the file that a run keeps locked. If the file is not locked, the run was killed."""
 
 _HEADER_SIZE = 128
-"""Size in bytes of the headers of files. NumPy pads short headers to this size."""
+"""Size of the header of ``.npy`` files in bytes. NumPy pads short headers to this size."""
 
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Make a folder below `parent`, and remove it at the end of the block, also on Ctrl-C.
+    """Create a folder in `parent`, and remove it at the end of the block, even after Ctrl-C.
 
-    Folders of killed runs are removed first. `cache` is as for `Scratch`. An OSError if the folder
-    cannot be made.
+    Folders of killed runs are removed first. `cache` is the cache size of `Scratch` in bytes.
+    Raises an OSError if the folder cannot be created.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
     folder = parent / f"{MARK}{secrets.token_hex(6)}"
     try:
         folder.mkdir()
-        with held(folder / LOCK, f"{folder}: another run has removed this folder: start again"):
+        with held(folder / LOCK, f"{folder}: another run has removed this folder: run again"):
             yield Scratch(folder, cache)
     finally:
         despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
 
 
 def check_room(parent: Path, needed: int) -> None:
-    """Raise an OSError if the disk of a folder has less than `needed` free bytes."""
+    """Raise an OSError if the disk of the folder `parent` has fewer than `needed` free bytes."""
     free = shutil.disk_usage(parent).free
     if free < needed:
         unit, name = (1e9, "GB") if needed >= 1e9 else (1e6, "MB")
@@ -66,7 +66,7 @@ def check_room(parent: Path, needed: int) -> None:
 
 
 def _remove_leftovers(parent: Path) -> None:
-    """Remove the scratch folders that no run has locked."""
+    """Remove the scratch folders of runs that were killed."""
     for folder in parent.glob(f"{MARK}*"):
         is_ours = _FOLDER.fullmatch(folder.name) and not folder.is_symlink()
         if is_ours and is_left_behind(folder / LOCK):
@@ -74,10 +74,11 @@ def _remove_leftovers(parent: Path) -> None:
 
 
 class Scratch:
-    """Named arrays in a folder, which several processes write and read.
+    """Named arrays in a folder, which several processes can write and read.
 
-    Arrays are written atomically, and may be written again, so interrupted work can be repeated.
-    Arrays stay in memory while they fit into `cache` bytes. Other processes do not see these.
+    Arrays are written atomically and can be overwritten, so that interrupted work can be repeated.
+    Arrays stay in memory as long as they fit into `cache` bytes. Other processes cannot read cached
+    arrays.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -90,10 +91,10 @@ class Scratch:
         return Scratch, (self.folder,)
 
     def save(self, name: str, array: Array) -> None:
-        """Cache an array read-only, or write it. Slashes in the name make subfolders."""
+        """Cache or write an array. A cached array is read-only. Slashes create subfolders."""
         if self.keep(name, array):
             return
-        # Only subfolders are made: if the scratch folder is gone, writing must fail.
+        # Only subfolders are created: if the scratch folder was removed, writing must fail.
         for parent in reversed(Path(name).parents[:-1]):
             (self.folder / parent).mkdir(exist_ok=True)
         path = self._path(name)
@@ -106,18 +107,18 @@ class Scratch:
                 error.filename = str(path)
             raise
         finally:
-            with contextlib.suppress(OSError):  # the file was renamed, or never made
+            with contextlib.suppress(OSError):  # the file was renamed or was never created
                 partial.unlink()
 
     def keep(self, name: str, array: Array) -> bool:
-        """Cache an array if it fits into the cache; return whether it does."""
+        """Cache an array if there is enough room in the cache; return whether it was cached."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
             if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-                array = array.copy()  # a view would keep its whole base in memory
+                array = array.copy()  # a view would keep its base array in memory
             array = np.ascontiguousarray(array)
             array.flags.writeable = False
             self._kept[name] = array
@@ -125,8 +126,8 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Rows begin to end - 1 of an array, which must not be changed."""
-        # Files are not memory-mapped, because maps count against a limit of the address space.
+        """Return rows `begin` to `end` - 1 of an array. They must not be modified."""
+        # Files are not memory-mapped, because a limit of the address space includes memory maps.
         kept = self._kept.get(name)
         if kept is not None:
             return kept[begin:end]
@@ -139,11 +140,11 @@ class Scratch:
         return rows
 
     def has(self, name: str) -> bool:
-        """Whether an array of this name exists."""
+        """Whether an array with this name exists."""
         return name in self._kept or self._path(name).exists()
 
     def remove(self, name: str) -> None:
-        """Remove an array."""
+        """Remove an array, if it exists."""
         self._forget(name)
         self._path(name).unlink(missing_ok=True)
 
@@ -164,7 +165,7 @@ class Scratch:
 
 
 class RowFile:
-    """A table in the scratch folder to which rows are added; closed as a context manager."""
+    """A file in the scratch folder to which rows are appended, for use in a `with` block."""
 
     def __init__(self, scratch: Scratch) -> None:
         self._path = scratch.folder / secrets.token_hex(6)
@@ -186,7 +187,7 @@ class RowFile:
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """The table. If single numbers were added, a row consists of `width` numbers."""
+        """Return the table; if single numbers were added, each row has `width` of them."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

@@ -1,8 +1,8 @@
-"""Start of worker processes, which run no user code and ignore Ctrl-C.
+"""Start worker processes, which do not import the user's main script and ignore Ctrl-C.
 
 On Linux, workers are forked from the fork server of `multiprocessing`, which has already imported
-`_MODULES`. This module is fast to import: the command starts the fork server first, and then
-imports its own modules while the server imports on another core.
+`_MODULES`. The command line program starts the fork server first, and then imports its own modules
+while the server imports on another core. Therefore this module must be fast to import.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ _MODULES = [
     "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
     "superfacets.workers.child",
 ]  # fmt: skip
-"""Modules that most workers need."""
+"""Modules that the fork server imports, because most workers need them."""
 
 _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Environment of workers. Numeric libraries must not start threads: workers share the cores, and a
-process with threads cannot be forked. `PYTHONSAFEPATH` excludes the current folder from
-the search for modules."""
+"""Environment variables of workers. Numeric libraries must not start threads, because workers share
+the cores, and because a process with threads cannot be forked safely. `PYTHONSAFEPATH` excludes the
+current folder from the search for modules."""
 
 HAS_SERVER = sys.platform == "linux"
-"""Whether workers are forked. System libraries of other systems may not survive a fork."""
+"""Whether workers are forked from a server. Some libraries of other systems do not support fork."""
 
 
 def prepare() -> None:
-    """Start the fork server early, if there are several cores."""
+    """Start the fork server early if there are several cores."""
     if HAS_SERVER and len(os.sched_getaffinity(0)) > 1:
         start_context()
 
 
 def start_context() -> ForkServerContext | SpawnContext:
-    """The start method of this system, after the start of its helper processes."""
+    """Return the `multiprocessing` context for workers; start the fork server if there is one."""
     import multiprocessing
 
     if not HAS_SERVER:
@@ -59,10 +59,10 @@ def start_context() -> ForkServerContext | SpawnContext:
 
 @contextlib.contextmanager
 def own_settings() -> Iterator[None]:
-    """Let processes that start in this block have another environment, and Ctrl-C blocked.
+    """Within the block, start processes with `_ENVIRONMENT` and with Ctrl-C blocked.
 
-    Ctrl-C in this process is delayed until the end of the block. Workers do not import the main
-    script, which may lack ``if __name__ == "__main__":``.
+    Ctrl-C in this process is delayed until the end of the block. Started processes do not import
+    the main script, which may lack ``if __name__ == "__main__":``.
     """
     from multiprocessing import resource_tracker
 
@@ -72,7 +72,7 @@ def own_settings() -> Iterator[None]:
     try:
         os.environ.update(_ENVIRONMENT)
         if mask is not None:
-            resource_tracker.ensure_running()  # starting it later would unblock signals
+            resource_tracker.ensure_running()  # its later start would unblock signals
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         sys.modules["__main__"] = types.ModuleType("__main__")
         yield

@@ -1,4 +1,4 @@
-"""Thread teams, which map work over jobs; each thread runs one job at a time."""
+"""`ThreadTeam`: map a function over jobs on several threads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Job = tuple[Any, ...]
 
 
 class ThreadTeam:
-    """A team of running threads."""
+    """A fixed number of threads, each of which runs one job at a time."""
 
     def __init__(self, n_threads: int) -> None:
         self._pool = ThreadPoolExecutor(n_threads)
@@ -20,27 +20,27 @@ class ThreadTeam:
         self._given: list[Future[Any]] = []
 
     def start(self) -> None:
-        """Start all threads now, because a Ctrl-C during a later start would lose the thread.
+        """Start all threads now, because Ctrl-C during a later start would leave a lost thread.
 
-        A MemoryError if the system cannot start this number of threads.
+        Raises a MemoryError if the system cannot start this number of threads.
         """
         barrier = threading.Barrier(self._n_threads)
         try:
             for started in [self._pool.submit(barrier.wait) for _ in range(self._n_threads)]:
                 started.result()
         except RuntimeError:
-            raise MemoryError(f"the system cannot start {self._n_threads} threads") from None
+            raise MemoryError(f"cannot start {self._n_threads} threads: reduce n_threads") from None
         finally:
-            barrier.abort()  # releases waiting threads
+            barrier.abort()  # releases threads that wait at the barrier
 
     def map(
         self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]
     ) -> Iterator[tuple[int, Any]]:
-        """Yield the index of each job, and ``work(store, *job)``.
+        """Yield (index of the job, ``work(store, *job)``) for each job, in order.
 
-        Waiting jobs are cancelled if a job fails or the user interrupts.
+        Waiting jobs are cancelled if a job fails or if the user presses Ctrl-C.
         """
-        if len(jobs) == 1:  # the usual number of jobs for tiles
+        if len(jobs) == 1:  # a common case, for which no thread is needed
             yield from in_turn(work, store, jobs)
             return
         self._given = []
@@ -54,18 +54,18 @@ class ThreadTeam:
                 left.cancel()
 
     def end(self) -> None:
-        """Wait until no thread is running, despite interrupts, because threads may write files."""
+        """Wait until all threads have ended, even after Ctrl-C, because threads may write files."""
         despite_interrupts(self._wait)
 
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # joins threads: Python would lose a Ctrl-C at the end of a thread
+        self._pool.shutdown()  # joins all threads, because Python loses Ctrl-C while a thread ends
 
 
 @contextlib.contextmanager
 def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
-    """Yield a team of threads, which are idle when the block ends."""
+    """Yield a `ThreadTeam`, and wait for its threads at the end of the block."""
     threads = ThreadTeam(n_threads)
     try:
         threads.start()
@@ -75,13 +75,13 @@ def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
 
 
 def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
-    """Like `ThreadTeam.map`, but on this thread."""
+    """Same as `ThreadTeam.map`, but runs all jobs on the calling thread."""
     for place, job in enumerate(jobs):
         yield place, work(store, *job)
 
 
 def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work` until a call is not interrupted by Ctrl-C; then raise the last interrupt."""
+    """Repeat `work` until Ctrl-C does not interrupt it; then raise the last KeyboardInterrupt."""
     interrupt: KeyboardInterrupt | None = None
     is_done = False
     while not is_done:

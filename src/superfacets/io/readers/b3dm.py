@@ -1,4 +1,4 @@
-"""Models of 3D Tiles: the glTF in a .b3dm file, and the position of the model."""
+"""Models of 3D Tiles: extract the glTF from a .b3dm file, and compute its placement."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ _AXES = {
     "Y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
     "Z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
 }
-"""Rotation to coordinates with z up, as in 3D Tiles, by the up axis of the model."""
+"""Rotation from the model's up axis to z up, which 3D Tiles uses."""
 
 UP_AXES = tuple(_AXES)
 
 
 class Placement(NamedTuple):
-    """Placement of a model in a tileset."""
+    """Position and orientation of a model in a tileset."""
 
-    matrix: tuple[float, ...]  # 16 numbers, row by row; from the coordinates of the tile, z up
-    up: str  # up axis of the model
-    origin: tuple[float, ...]  # offset that was subtracted from all positions
+    matrix: tuple[float, ...]  # 4 x 4 matrix, row by row, applied to tile coordinates with z up
+    up: str  # up axis of the model: "X", "Y" or "Z"
+    origin: tuple[float, ...]  # offset that is subtracted from all positions
 
 
 @dataclass(frozen=True)
 class Model:
-    """A glTF file, the matrix for its scene, and the offset subtracted from all positions."""
+    """A glTF file and its placement."""
 
     gltf: Content
-    matrix: Floats | None = None
-    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    matrix: Floats | None = None  # applied to all positions of the scene
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)  # offset that is subtracted from all positions
 
     @property
     def comments(self) -> tuple[str, ...]:
-        """The origin as a comment of PLY, if the origin is not 0."""
+        """PLY comment with the origin; empty if the origin is 0."""
         text = " ".join(f"{number:.17g}" for number in self.origin)
         return (f"comment origin {text}",) if any(self.origin) else ()
 
 
 def translation(vector: Floats) -> Floats:
-    """Matrix of a translation."""
+    """Return the 4 x 4 matrix of a translation."""
     matrix = np.eye(4)
     matrix[:3, 3] = vector
     return matrix
@@ -59,7 +59,7 @@ def translation(vector: Floats) -> Floats:
 def open_model(data: Content, placement: Placement | None) -> Model:
     """Return the glTF of a .b3dm, .glb or .gltf file, with its placement.
 
-    RTC_CENTER is not added to the coordinates of a .b3dm without a tileset.
+    If a .b3dm file is read without its tileset, its RTC_CENTER becomes the origin.
     """
     is_tile = data[:4] == b"b3dm"
     gltf, center = _split_b3dm(data) if is_tile else (data, np.zeros(3))
@@ -74,24 +74,24 @@ def open_model(data: Content, placement: Placement | None) -> Model:
 
 
 def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
-    """The GLB of a batched model, and its RTC_CENTER."""
+    """Return the GLB in a .b3dm file, and its RTC_CENTER."""
     if len(data) < _HEADER:
         raise MeshError(f"the b3dm file is truncated: it has only {len(data)} bytes")
     version, size, *sizes = struct.unpack_from("<6I", data, 4)
     begin = _HEADER + sum(sizes)
     if version != 1:
-        raise MeshError(f"b3dm version {version} is not supported, only 1 is")
+        raise MeshError(f"b3dm version {version} is not supported; only version 1 is")
     if size > len(data) or begin + 12 > size:
-        raise MeshError("the b3dm file is shorter than it declares: it may be truncated")
+        raise MeshError("the b3dm file is shorter than its header declares: it may be truncated")
     if data[begin : begin + 4] != b"glTF":
-        raise MeshError("the b3dm file holds no binary glTF")
+        raise MeshError("the b3dm file contains no binary glTF")
     (glb_size,) = struct.unpack_from("<I", data, begin + 8)
     end = begin + glb_size if begin + glb_size <= size else size  # padding may follow
     return data[begin:end], _center_of(data[_HEADER:begin], *sizes[:2])
 
 
 def _center_of(tables: bytes, json_size: int, binary_size: int) -> Floats:
-    """RTC_CENTER of a feature table: three numbers in its JSON or in its binary part."""
+    """Return RTC_CENTER, which is stored in the JSON or in the binary part of a feature table."""
     text, binary = tables[:json_size], tables[json_size : json_size + binary_size]
     features = parsed_json(text, "b3dm") if text.strip() else {}
     center = features.get("RTC_CENTER", [0.0] * 3)
@@ -99,7 +99,7 @@ def _center_of(tables: bytes, json_size: int, binary_size: int) -> Floats:
         return numbers(features, "RTC_CENTER", [0.0] * 3)
     begin = whole(center, "byteOffset")
     if begin + 12 > len(binary):
-        raise MeshError("broken b3dm: RTC_CENTER is not in its feature table")
+        raise MeshError("broken b3dm: the offset of RTC_CENTER is outside the feature table")
     found = np.frombuffer(binary, "<f4", 3, begin).astype(np.float64)
     if not np.isfinite(found).all():
         raise MeshError("broken b3dm: RTC_CENTER is not finite")

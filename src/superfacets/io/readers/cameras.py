@@ -1,4 +1,4 @@
-"""Cameras of images: COLMAP models, transforms.json, and folders with a file per pose."""
+"""Read cameras of images: COLMAP models, transforms.json, and folders with a file per pose."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .colmap import UNDISTORT, PosedImage, is_colmap, read_colmap
 StrPath = str | os.PathLike[str]
 
 _WITHOUT_DISTORTION = ("PINHOLE", "SIMPLE_PINHOLE", "OPENCV", "SIMPLE_RADIAL", "RADIAL")
-"""Camera models of transforms.json without distortion if all coefficients are 0."""
+"""Camera models of transforms.json that have no distortion if all coefficients are 0."""
 
 _COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 
@@ -32,30 +32,32 @@ def read_cameras(
     size: tuple[int, int] | None = None,
     names: Container[str] | None = None,
 ) -> list[PinholeCamera]:
-    r"""Read the cameras of images; poses are in the frame of the file.
+    r"""Read the cameras of images. Poses are in the coordinate system of the file.
 
     Parameters
     ----------
     path : path-like
-        One of these:
+        One of the following:
 
-        - a COLMAP model: a folder with ``cameras`` and ``images``, ``.bin`` or ``.txt``;
-        - a ``.json`` with ``frames``, as of NeRF, instant-ngp and nerfstudio;
-        - a folder with a ``.txt`` per image, as of ScanNet: the matrix from camera to world, with
-          axes as in OpenCV.
+        - a COLMAP model: a folder with the files ``cameras`` and ``images``, as ``.bin`` or
+          ``.txt``;
+        - a ``.json`` file with ``frames``, as used by NeRF, instant-ngp and nerfstudio;
+        - a folder with one ``.txt`` file per image, as in ScanNet. Each file has the 4 x 4 matrix
+          from camera to world, with camera axes as in OpenCV.
     intrinsics : path-like or array_like, optional
-        As for `PinholeCamera`, or a text file of these numbers. Only for a folder of poses.
+        Intrinsics as for `PinholeCamera`, or a text file with these numbers. Only for a folder of
+        poses.
     size : (int, int), optional
-        Width and height of the images, for a folder of poses, and for a ``.json`` without ``w`` and
-        ``h``.
+        Width and height of the images, for a folder of poses, or for a ``.json`` file without ``w``
+        and ``h``.
     names : container of str, optional
-        The images to read, without folders and endings; other images are not checked.
+        Names of the images to read, without folders and suffixes. Other images are ignored.
 
     Returns
     -------
     list of PinholeCamera
-        In the order of the file; in a folder, sorted by number or name. The name of a camera is the
-        file name of its image, without the folder.
+        Cameras in the order of the file; or for a folder of poses, sorted by number or name. The
+        name of a camera is the file name of its image, without the folder.
 
     Raises
     ------
@@ -88,14 +90,14 @@ def read_cameras(
         if names is not None and name.stem not in names:
             continue
         if name.stem in cameras:
-            raise MeshError(f"{path}: two images are named {name.stem}")
+            raise MeshError(f"{path}: image names must differ, but two images are {name.stem}")
         try:
             make = PinholeCamera.of_opengl if image.is_opengl else PinholeCamera
             cameras[name.stem] = make(image.pose, image.intrinsics, image.size, name.name)
         except (ValueError, TypeError) as error:
             raise MeshError(f"{path}: image {image.name}: {error}") from None
     if not cameras:
-        which = "" if names is None else " with one of the names"
+        which = "" if names is None else " with one of the given names"
         raise MeshError(f"{path}: there is no image{which}")
     return list(cameras.values())
 
@@ -103,15 +105,14 @@ def read_cameras(
 def _in_folder(
     folder: Path, intrinsics: Any, size: Any, names: Container[str] | None
 ) -> Iterator[PosedImage]:
-    """Yield the images of a folder with a file per pose."""
     paths = [path for path in folder.glob("*.txt") if names is None or path.stem in names]
     if not paths:
         raise MeshError(
-            f"{folder}: holds neither a COLMAP model (cameras and images, .bin or .txt) nor poses"
-            " (a .txt of 4 x 4 numbers per image)"
+            f"{folder}: expected a COLMAP model (cameras and images, .bin or .txt) or poses (one"
+            " .txt file of 4 x 4 numbers per image)"
         )
     if intrinsics is None or size is None:
-        raise ValueError(f"{folder}: a folder of poses needs intrinsics and size")
+        raise ValueError(f"{folder}: intrinsics and size must be given for a folder of poses")
     if isinstance(intrinsics, (str, os.PathLike)):
         intrinsics = _matrix_in(Path(intrinsics))
     for path in sorted(paths, key=lambda path: (len(path.stem), path.stem)):
@@ -123,7 +124,7 @@ def _matrix_in(path: Path) -> Floats:
     try:
         matrix = np.array(rows, np.float64)
     except ValueError:
-        raise MeshError(f"{path}: expected a matrix: rows with equal numbers of values") from None
+        raise MeshError(f"{path}: expected a matrix with the same length of all rows") from None
     return matrix[0] if len(matrix) == 1 else matrix
 
 
@@ -131,14 +132,14 @@ def _in_json(path: Path, size: Any) -> Iterator[PosedImage]:
     document = read_json(path)
     frames = document.get("frames") if isinstance(document, dict) else None
     if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
-        raise MeshError(f"{path}: has no list of frames")
+        raise MeshError(f"{path}: expected a JSON object with a list of frames")
     for place, frame in enumerate(frames):
         with named_errors(f"{path}: frames[{place}]"):
             yield _image_of({**document, **frame}, size)
 
 
 def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
-    """Make the image of a frame, from the document updated by the frame."""
+    """Return the image of a frame; `values` are the entries of the document and of the frame."""
     model = values.get("camera_model", "PINHOLE")
     if model not in _WITHOUT_DISTORTION or values.get("is_fisheye"):
         raise MeshError(f"the camera has the model {model}: {UNDISTORT}")
@@ -148,12 +149,12 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
         if "w" in values and "h" in values:
             size = int(values["w"]), int(values["h"])
         if size is None:
-            raise MeshError("w and h are missing in the file: pass the size of the images")
+            raise MeshError("w and h are missing: pass size, the width and height of the images")
         width, height = size
         fx = _focal_length(values, "x", width)
         fy = _focal_length(values, "y", height) or fx
         if fx is None or fy is None:
-            raise MeshError("fl_x and camera_angle_x are missing")
+            raise MeshError("fl_x or camera_angle_x is required, but both are missing")
         center = float(values.get("cx", width / 2)), float(values.get("cy", height / 2))
         name, pose = str(values["file_path"]), np.array(values["transform_matrix"], np.float64)
     except KeyError as error:
@@ -161,7 +162,7 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
     except MeshError:
         raise
     except (TypeError, ValueError, ArithmeticError):
-        raise MeshError("a value is not a number") from None
+        raise MeshError("a size, focal length, center or matrix is not a number") from None
     return PosedImage(name, pose, (fx, fy, *center), size, True)
 
 

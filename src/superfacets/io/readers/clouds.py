@@ -1,4 +1,4 @@
-"""Readers of point clouds: PLY without faces, text, NPY, LAS, LAZ, E57 and PCD."""
+"""Read point clouds: PLY without faces, text, NPY, LAS, LAZ, E57 and PCD."""
 
 from __future__ import annotations
 
@@ -28,33 +28,34 @@ _NORMALS = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue")
 _SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
-"""Factor of the coefficients of Gaussian splats, the spherical harmonic of degree 0: a color is 0.5
-plus this factor times a coefficient."""
+"""Spherical harmonic of degree 0. The color of a Gaussian splat is 0.5 plus this factor times a
+coefficient."""
 
 SCALES = ("scale_0", "scale_1", "scale_2")
 TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _FLAT = math.log(2.0)
-"""Least difference of the two smallest scales of a splat with an axis. Scales are logarithms."""
+"""Minimum difference between the two smallest scales of a splat that has a normal direction. Scales
+are logarithms."""
 
 _UNIT = 0.01
-"""Largest deviation from 1 of the length of a unit normal in a file."""
+"""Maximum difference between 1 and the length of a unit normal in a file."""
 
 _MAX_COLUMNS = 12
-"""Largest number of columns of a cloud in .npy. Wider arrays are height grids or features."""
+"""Maximum number of columns of a cloud in .npy. Wider arrays are height grids or features."""
 
 _OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
 
 
 class CloudFile(NamedTuple):
-    """A cloud, and the attributes of its points."""
+    """A point cloud, and the attributes of its points."""
 
     cloud: PointCloud
     attributes: MeshAttributes
 
 
 def holds_cloud(data: Content, ending: str) -> bool:
-    """Whether a file with this content and ending holds points but no faces."""
+    """Whether a file with this content and ending has points but no faces."""
     if ending != ".ply":
         return ending in CLOUD_READERS
     return parse_header(data).faces is None
@@ -70,13 +71,13 @@ def _read_ply(data: Content) -> CloudFile:
         column = None if place is None else header.elements[place].find(axis)
         values = None if place is None or column is None else tables[place][column].values
         if values is None or values.ndim != 1:
-            raise MeshError(f"the PLY file has no vertices with a number {axis}")
+            raise MeshError(f"the vertices of the PLY file have no property {axis}")
         columns[axis] = values
     return _cloud_of(columns, attributes)
 
 
 def _read_text(data: Content) -> CloudFile:
-    """Parse lines of numbers between blanks, commas or semicolons; line 1 may name columns."""
+    """Parse numbers separated by spaces, commas or semicolons; line 1 may have column names."""
     if data.find(b",") >= 0 or data.find(b";") >= 0:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
     lines = split_lines(data, comment=b"#")
@@ -90,18 +91,18 @@ def _read_text(data: Content) -> CloudFile:
     if len(odd):
         line = int(odd[0])
         raise MeshError(
-            f"line {lines.number(line)} has {lines.counts[line]} numbers, but earlier lines have"
-            f" {n_columns}"
+            f"line {lines.number(line)} has {lines.counts[line]} numbers, but the previous lines"
+            f" have {n_columns}"
         )
     if names is not None and len(names) != n_columns:
         raise MeshError(
-            f"the first line has {len(names)} names, but line 2 has {n_columns} numbers"
+            f"the first line has {len(names)} column names, but the next has {n_columns} numbers"
         )
     return _cloud_of_table(lines.parse(np.float64).reshape(-1, n_columns), names)
 
 
 def _names_in(lines: Lines) -> list[str] | None:
-    """Column names in the first line, in lower case; None if that line holds numbers."""
+    """Return the column names in the first line, in lower case; None if it has numbers."""
     if not len(lines):
         return None
     words = lines.content(0).decode("latin-1").strip().lower().split()
@@ -117,22 +118,22 @@ def _read_npy(data: Content) -> CloudFile:
         raise MeshError(f"expected an array of numbers, got {array.dtype}")
     if array.ndim != 2 or not 3 <= array.shape[1] <= _MAX_COLUMNS:
         raise MeshError(
-            f"expected shape (N, 3), or up to {_MAX_COLUMNS} columns as in text, got {array.shape}:"
-            " convert a height grid to a mesh first, see Terrain in the documentation"
+            f"expected shape (N, n) with n from 3 to {_MAX_COLUMNS}, got {array.shape}: if this is"
+            " a height grid, convert it to a mesh first (see Terrain in the documentation)"
         )
     return _cloud_of_table(as_doubles(array), None)
 
 
 def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
-    """Make a cloud of a table; columns without names are x, y, z, then colors or normals."""
+    """Convert a table to a cloud; unnamed columns are x, y, z, then colors or normals."""
     n_columns = table.shape[1]
     if n_columns < 3:
-        raise MeshError(f"a point needs 3 numbers, got {n_columns}")
+        raise MeshError(f"expected 3 or more numbers per point, got {n_columns}")
     if names is None:
         names = ["x", "y", "z", *_meaning_of(table[:, 3:6])]
         names += [f"column_{place}" for place in range(len(names) + 1, n_columns + 1)]
     if not {"x", "y", "z"} <= set(names):
-        raise MeshError(f"the first line names {', '.join(names)}, but not x, y and z")
+        raise MeshError(f"the first line must name columns x, y and z, got {', '.join(names)}")
     columns = {name: table[:, place] for place, name in enumerate(names)}
     others = {
         name: _narrowed(values)
@@ -143,7 +144,7 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
 
 
 def _narrowed(column: Floats) -> Array:
-    """Convert whole numbers to uint8 if they fit, so that they can be colors, else to int32."""
+    """Convert integers to uint8 if they fit, so that they can be colors, otherwise to int32."""
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
     low, high = column.min(), column.max()
@@ -154,7 +155,7 @@ def _narrowed(column: Floats) -> Array:
 
 
 def _meaning_of(further: Floats) -> tuple[str, ...]:
-    """Names of three unnamed columns that have the values of colors or normals."""
+    """Return names for three unnamed columns if their values can be colors or normals."""
     if further.shape[1] < 3:
         return ()
     if np.all((further >= 0) & (further <= 255) & (further == np.floor(further))):
@@ -167,7 +168,7 @@ def _read_las(data: Content) -> CloudFile:
     columns, stored, frame = read_las(data)
     if {*_COLORS} <= stored.keys():
         columns |= {name: stored[name] for name in _COLORS}
-        # Colors in LAS have 16 bits, but many programs write only 8 bits.
+        # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
         if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
             columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
     return _cloud_of(columns, MeshAttributes(vertex=stored, las=frame))
@@ -189,7 +190,7 @@ def _cloud_of(
 
     points = rows("xyz", np.float64)
     normals = rows(_NORMALS, np.float64) if {*_NORMALS} <= columns.keys() else None
-    if normals is not None and not normals.any():  # files of Gaussian splats have zero normals
+    if normals is not None and not normals.any():  # normals of Gaussian splats are often zero
         normals = None
     colors = None
     if {*_COLORS} <= columns.keys():
@@ -206,7 +207,8 @@ def _cloud_of(
 def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
     """Return the shortest axis of each Gaussian splat; zero if no axis is clearly the shortest.
 
-    None if there are no rotations (w, x, y, z) or scales. The axis of splats with two scales is z.
+    The result is None if rotations (w, x, y, z) or scales are missing. For splats with only two
+    scales, the axis is the rotated z axis.
     """
     names = [name for name in SCALES if name in columns]
     if len(names) < 2 or not {*TURNS} <= columns.keys():
@@ -228,7 +230,7 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
 
 
 def _columns_of_rotations(turns: Floats, places: npt.NDArray[np.integer[Any]]) -> Floats:
-    """Return one column of the rotation matrix of each quaternion (w, x, y, z) of any length."""
+    """Return one column of the rotation matrix of each quaternion (w, x, y, z), of any norm."""
     w, axis = turns[:, :1], turns[:, 1:]
     unit = np.eye(3)[places]
     crossed = np.cross(axis, unit)

@@ -1,4 +1,4 @@
-"""Cameras and poses of a COLMAP model, as text and binary."""
+"""Read cameras and poses of a COLMAP model, in text or binary format."""
 
 from __future__ import annotations
 
@@ -15,12 +15,10 @@ from ..guards import named_errors, read_content, rotation_of
 
 
 class _Model(NamedTuple):
-    """A camera model: its number in binary files, and its parameters."""
-
-    number: int
-    n_focal: int  # focal lengths, before the principal point
-    n_distortion: int  # distortion coefficients, after the principal point
-    is_central: bool = True  # whether a camera without distortion is a pinhole camera
+    number: int  # identifier in binary files
+    n_focal: int  # number of focal lengths, which precede the principal point
+    n_distortion: int  # number of distortion coefficients, which follow the principal point
+    is_central: bool = True  # whether the model is a pinhole camera if all coefficients are 0
 
 
 _MODELS = {
@@ -46,7 +44,7 @@ UNDISTORT = (
 
 
 class PosedImage(NamedTuple):
-    """An image of a model: the arguments of a `PinholeCamera`."""
+    """An image and the arguments of its `PinholeCamera`."""
 
     name: str
     pose: Any
@@ -56,12 +54,12 @@ class PosedImage(NamedTuple):
 
 
 def is_colmap(folder: Path) -> bool:
-    """Whether a folder holds a COLMAP model."""
+    """Whether a folder contains a COLMAP model."""
     return _ending_of(folder) is not None
 
 
 def read_colmap(folder: Path) -> list[PosedImage]:
-    """Return the images of a COLMAP model; if there are binary and text files, binary is read."""
+    """Return the images of a COLMAP model; binary files are preferred to text files."""
     ending = _ending_of(folder) or ".bin"
     of_cameras, of_images = (folder / f"{name}{ending}" for name in ("cameras", "images"))
     with named_errors(of_cameras):
@@ -85,25 +83,27 @@ def _content(path: Path) -> bytes:
 
 
 _Camera = tuple[Floats, tuple[int, int]]
-"""Intrinsics and size."""
+"""Intrinsics (fx, fy, cx, cy) and size (width, height)."""
 
 _Image = tuple[str, int, list[float]]
-"""Name, camera, and quaternion (w first) and translation from world to camera."""
+"""Name, camera number, and pose from world to camera: quaternion (w, x, y, z) and translation."""
 
 
 def _camera_of(cameras: dict[int, _Camera], number: int, image: str) -> _Camera:
     if number not in cameras:
-        raise MeshError(f"image {image} has camera {number}, which the model does not have")
+        raise MeshError(f"image {image} refers to camera {number}, which does not exist")
     return cameras[number]
 
 
 def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
-    """Return fx, fy, cx, cy; a MeshError if there is distortion."""
+    """Return fx, fy, cx, cy; a MeshError if the camera has distortion."""
     known = _MODELS.get(model)
     if known is None or not known.is_central:
         raise MeshError(f"camera {camera} has the model {model}: {UNDISTORT}")
     if len(params) != known.n_focal + 2 + known.n_distortion:
-        raise MeshError(f"camera {camera}, {model}, has {len(params)} parameters: is it damaged?")
+        raise MeshError(
+            f"camera {camera}, {model}, has a wrong number of parameters: {len(params)}"
+        )
     if any(params[known.n_focal + 2 :]):
         raise MeshError(f"camera {camera}, {model}, has distortion: {UNDISTORT}")
     focal, center = params[: known.n_focal], params[known.n_focal : known.n_focal + 2]
@@ -111,7 +111,7 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
 
 
 def _pose_of(numbers: list[float]) -> Floats:
-    """Matrix from camera to world, (4, 4)."""
+    """Return the matrix from camera to world, (4, 4)."""
     to_camera = rotation_of(np.array(numbers[:4]) / np.linalg.norm(numbers[:4]))
     pose = np.eye(4)
     pose[:3, :3] = to_camera.T
@@ -120,7 +120,7 @@ def _pose_of(numbers: list[float]) -> Floats:
 
 
 def _lines_of(data: bytes) -> Iterator[tuple[int, str]]:
-    """Yield lines that are not comments, with their numbers; lines may be empty."""
+    """Yield the number and the text of each line that is not a comment; lines may be empty."""
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         if not line.startswith("#"):
             yield number, line.strip()
@@ -140,7 +140,7 @@ def _cameras_in_text(data: bytes) -> Iterator[tuple[int, _Camera]]:
 
 
 def _images_in_text(data: bytes) -> Iterator[_Image]:
-    """Yield images. Each has two lines; the second line, with points, may be empty."""
+    """Yield images. Each image has two lines; the second line has points and may be empty."""
     lines = _lines_of(data)
     for number, line in lines:
         words = line.split(maxsplit=9)
@@ -156,26 +156,26 @@ def _images_in_text(data: bytes) -> Iterator[_Image]:
 
 
 class _Reader:
-    """Reads little-endian numbers one after the other."""
+    """Reads consecutive little-endian numbers and texts."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0
 
     def take(self, form: str) -> tuple[Any, ...]:
-        """Return the next numbers, in a format of `struct`."""
+        """Return the next numbers; `form` is a format string of `struct`."""
         start, self._at = self._at, self._at + struct.calcsize("<" + form)
         self._check()
         return struct.unpack_from("<" + form, self._data, start)
 
     def text(self) -> str:
-        """Return the next text, which ends with a zero byte."""
+        """Return the next text, up to a zero byte."""
         start, end = self._at, self._data.find(b"\0", self._at)
         self._at = end + 1 if end >= 0 else len(self._data) + 1
         self._check()
         return self._data[start:end].decode("utf-8", "replace")
 
     def skip(self, n_bytes: int) -> None:
-        """Skip some bytes."""
+        """Skip `n_bytes` bytes."""
         self._at += n_bytes
         self._check()
 
@@ -201,7 +201,7 @@ def _images_in_binary(data: bytes) -> Iterator[_Image]:
         _, *numbers, camera = reader.take("I7dI")
         name = reader.text()
         yield name, camera, numbers
-        reader.skip(24 * reader.take("Q")[0])  # points: x, y and the id of a 3D point
+        reader.skip(24 * reader.take("Q")[0])  # skip image points: x, y and the id of a 3D point
 
 
 _CAMERAS = {".bin": _cameras_in_binary, ".txt": _cameras_in_text}

@@ -1,7 +1,7 @@
-"""Decoders of compressed glTF buffers: meshopt and Draco.
+"""Decode compressed glTF buffers: meshopt and Draco.
 
-Sizes in the data are compared with the sizes that the document declares before a library allocates
-memory.
+Sizes in the compressed data are compared with the sizes declared in the glTF document before a
+library allocates memory.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 DRACO = "KHR_draco_mesh_compression"
 
 _DRACO_HEADER = 11
-"""Bytes of signature, version, kind of geometry, method and flags."""
-_HAS_METADATA = 0x80  # in the upper byte of the flags
+"""Size in bytes of signature, version, geometry type, encoding method and flags."""
+_HAS_METADATA = 0x80  # bit mask for the upper byte of the flags
 
 
 def decode_meshopt(
     content: memoryview, n_rows: int, row_size: int, mode: str, filter: str
 ) -> memoryview:
-    """Decode the rows, or vertex indices, of a buffer view that is compressed by meshopt."""
+    """Decode a buffer view of vertex attributes or indices that is compressed by meshopt."""
     library = import_extra("meshopt", "reading glTF that is compressed by meshopt", "compressed")
     if not n_rows:
         return memoryview(b"")
     try:
         rows = library.decode_gltf_buffer(content, n_rows, row_size, mode, filter)
-    except Exception as error:  # of several classes
+    except Exception as error:  # the library raises exceptions of many classes
         raise MeshError(f"the meshopt data is damaged: {shortened(str(error))}") from None
     return np.ascontiguousarray(rows).view(np.uint8).reshape(-1).data
 
 
 def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
-    """Decode a mesh to corners, (3F,) uint32, and attributes, (V, n), by id.
+    """Decode a Draco mesh; return corners, (3F,) uint32, and attributes, (V, n), by id.
 
-    A MeshError if the numbers of faces and vertices are not as declared.
+    Raises a MeshError if the numbers of faces and vertices differ from the declared numbers.
     """
     library = import_extra("DracoPy", "reading glTF that is compressed by Draco", "compressed")
     _check_draco_size(content, n_faces, n_vertices)
@@ -45,36 +45,36 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, 
         mesh = library.decode(content)
         found = {each["unique_id"]: np.asarray(each["data"]) for each in mesh.attributes}
         corners = np.asarray(mesh.faces, np.uint32).ravel()
-    except Exception as error:  # of several classes
+    except Exception as error:  # the library raises exceptions of many classes
         raise MeshError(f"the Draco data is damaged: {shortened(str(error))}") from None
     if len(corners) != 3 * n_faces or any(len(rows) != n_vertices for rows in found.values()):
-        raise MeshError("broken glTF: the mesh in the Draco data is not as declared")
+        raise MeshError("broken glTF: the sizes of the Draco data differ from the declared sizes")
     return corners, found
 
 
 def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
-    """Raise a MeshError if the header has other counts: decoding could need too much memory."""
+    """Raise a MeshError if counts differ from the declared ones, which could exhaust memory."""
     if content[:5] != b"DRACO" or content[5:8] != b"\x02\x02\x01" or len(content) < _DRACO_HEADER:
-        raise MeshError("the Draco data is damaged, or its version is not 2.2")
+        raise MeshError("the Draco data is damaged or has an unsupported version; expected 2.2")
     try:
         place = _DRACO_HEADER
         if content[10] & _HAS_METADATA:
             place = _after_metadata(content, place)
         is_sequential = content[8] == 0
-        one, place = _varint(content, place + (not is_sequential))  # after the kind of traversal
+        one, place = _varint(content, place + (not is_sequential))  # skip the traversal type
         other, _ = _varint(content, place)
     except IndexError:
         raise MeshError("the Draco data is truncated") from None
     faces, vertices = (one, other) if is_sequential else (other, one)
     if faces != n_faces or vertices > n_vertices:
         raise MeshError(
-            f"the Draco data holds {faces} faces of {vertices} vertices, but {n_faces} of"
-            f" {n_vertices} are declared"
+            f"the Draco data has {faces} faces and {vertices} vertices, but the accessors declare"
+            f" {n_faces} faces and {n_vertices} vertices"
         )
 
 
 def _after_metadata(content: bytes, place: int) -> int:
-    """Offset after the metadata: elements of some attributes, and one element of the mesh."""
+    """Return the offset after the metadata, which has elements of attributes and of the mesh."""
     n_attributes, place = _varint(content, place)
     for _ in range(n_attributes):
         _, place = _varint(content, place)
@@ -83,7 +83,7 @@ def _after_metadata(content: bytes, place: int) -> int:
 
 
 def _after_elements(content: bytes, place: int) -> int:
-    """Offset after an element: names with values, then names with nested elements."""
+    """Return the offset after an element: names with values, then names with nested elements."""
     n_left = 1
     while n_left:
         n_left -= 1
@@ -93,13 +93,13 @@ def _after_elements(content: bytes, place: int) -> int:
             place += size
         n_below, place = _varint(content, place)
         n_left += n_below
-        if n_left:  # the name of the next element
+        if n_left:  # skip the name of the next element
             place += 1 + content[place]
     return place
 
 
 def _varint(content: bytes, place: int) -> tuple[int, int]:
-    """An integer in groups of seven bits, lowest group first, and the offset after it."""
+    """Decode an integer in groups of seven bits, lowest first; return it and the next offset."""
     value = 0
     for shift in range(0, 64, 7):
         byte = content[place]

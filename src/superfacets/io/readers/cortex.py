@@ -1,4 +1,4 @@
-"""Surfaces and labels of the cortex, which nibabel reads: GIFTI, and files of FreeSurfer."""
+"""Read surfaces and labels of brain cortex meshes with nibabel: GIFTI and FreeSurfer files."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from ..guards import Arrays, Content, as_doubles, shortened, temporary_file
 from .text import as_integers
 
 SURFACE_ENDINGS = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
-"""Endings of FreeSurfer's surfaces, as in ``lh.white``."""
+"""Endings of FreeSurfer surfaces, for example ``lh.white``."""
 
 TRIANGLES = b"\xff\xff\xfe"
-"""First bytes of a surface of triangles."""
+"""First bytes of FreeSurfer files with a surface of triangles."""
 
 
 def read_gifti(data: Content) -> Arrays:
-    """Vertices and triangles of a GIFTI surface; its transforms are not applied."""
+    """Return vertices and triangles of a GIFTI surface; its transforms are not applied."""
     points, triangles = _gifti_arrays(data, "POINTSET", "TRIANGLE")
     if points is None or triangles is None:
-        raise MeshError("the GIFTI file has no points and triangles: it holds no surface")
+        raise MeshError("the GIFTI file has no surface: points or triangles are missing")
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
         raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
     return as_doubles(points), as_integers(triangles, "vertex indices")
 
 
 def gifti_labels(data: Content) -> Array:
-    """Label of each vertex: its key - 1, so -1 for key 0, which means no region."""
+    """Return the label of each vertex: its key minus 1, so -1 for key 0, which means no region."""
     (keys,) = _gifti_arrays(data, "LABEL")
     if keys is None or keys.ndim != 1:
-        raise MeshError("the GIFTI file holds no labels of vertices")
+        raise MeshError("the GIFTI file has no labels of vertices")
     return np.maximum(as_integers(keys, "labels").astype(np.int64), 0) - 1
 
 
 def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
-    """Return the first array of each of these intents; None if there is none."""
-    if data.find(b"ExternalFileBinary") >= 0:  # it may name any file of this machine
-        raise MeshError("the GIFTI file refers to another file: save its arrays in the file")
+    """Return the first array of each intent, or None if the file has no such array."""
+    if data.find(b"ExternalFileBinary") >= 0:  # for security: it could be any file
+        raise MeshError("the GIFTI file refers to another file: save all arrays in one file")
 
     def read(nibabel: Any) -> list[Array | None]:
         image = nibabel.GiftiImage.from_bytes(data[:])
@@ -52,7 +52,7 @@ def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
 
 
 def read_surface(data: Content) -> Arrays:
-    """Vertices and triangles of a surface of FreeSurfer."""
+    """Return vertices and triangles of a FreeSurfer surface."""
     if data[:3] != TRIANGLES:
         raise MeshError("not a FreeSurfer surface of triangles: the magic number is missing")
     with temporary_file(data, "surface") as path:
@@ -63,16 +63,16 @@ def read_surface(data: Content) -> Arrays:
 
 
 def annot_labels(data: Content) -> Array:
-    """Label of each vertex: its row in the color table - 1, so -1 for row 0, no region."""
+    """Return the label of each vertex: its row in the color table minus 1; -1 means no region."""
     with temporary_file(data, "labels.annot") as path:
         rows, *_ = _read("FreeSurfer", lambda nibabel: nibabel.freesurfer.read_annot(path))
     return np.maximum(np.asarray(rows, np.int64), 0) - 1
 
 
 def _read(what: str, read: Callable[[Any], Any]) -> Any:
-    """Call a function with nibabel; a MeshError if the file is damaged."""
+    """Return ``read(nibabel)``; a MeshError if nibabel raises an exception."""
     nibabel = import_extra("nibabel", f"a {what} file", "cortex")
     try:
         return read(nibabel)
-    except Exception as error:  # nibabel raises many kinds on damaged files
+    except Exception as error:  # nibabel raises exceptions of many classes
         raise MeshError(f"the {what} file is damaged: {shortened(reason_of(error))}") from None

@@ -1,4 +1,4 @@
-"""E57: pye57 reads the scans of a file; the scans are moved to their poses and form one cloud."""
+"""Read E57 files with pye57: all scans are transformed by their poses, and form one cloud."""
 
 from __future__ import annotations
 
@@ -23,32 +23,33 @@ _KINDS = {
     **dict.fromkeys((*_COLORS, "intensity"), np.float32),
     **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
 }
-"""NumPy's type of each field of a point; other fields are not read."""
+"""NumPy type of each field of a point. Other fields are not read."""
 
 _AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
-"""Position of the scanner and its unit vectors, before the pose is applied."""
+"""Position of the scanner, and its three axes, in the coordinate system of the scan."""
 
 _PAGE = 1024
+"""Size of a page of the file, in bytes."""
 _CHECKSUM = 4
-"""Bytes per page of the file, and bytes of the checksum at the end of each page."""
+"""Size of the checksum at the end of each page, in bytes."""
 
 
 class _Scan(NamedTuple):
-    """The valid points of a scan."""
+    """Valid points of a scan."""
 
-    points: Floats  # (n, 3)
-    colors: Singles | None  # (n, 3), 0 to 1
-    intensity: Singles | None  # (n,)
-    records: Ints  # (n,) index of each point's record in the scan, from 0
-    frame: Floats | None  # (4, 3) `_AT_REST` in the pose of the scan; None if there is no pose
+    points: Floats  # (n, 3) positions
+    colors: Singles | None  # (n, 3) red, green and blue, 0 to 1
+    intensity: Singles | None  # (n,) intensity of each point
+    records: Ints  # (n,) index of each point's record in the scan
+    frame: Floats | None  # (4, 3) `_AT_REST` transformed by the pose; None if there is no pose
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
-    """Read the points of all scans, in order, without points that are declared invalid.
+    """Read the points of all scans, in order, except points that are declared invalid.
 
-    An invalid point has no position; most scans on a grid have such points. The attributes ``scan``
-    and ``record`` are the index of a point's scan and of its record in that scan. Colors and
-    intensities are kept only if all scans have them, and viewpoints only if all scans have poses.
+    Invalid points have no position; most scans on a grid have some. The attributes ``scan`` and
+    ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
+    and intensities are kept only if all scans have them, and viewpoints only if all have poses.
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
@@ -58,7 +59,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
                 scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
         except (MemoryError, MeshError):
             raise
-        except Exception as error:  # pye57 raises many kinds on damaged files
+        except Exception as error:  # pye57 raises exceptions of many classes
             raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
@@ -66,7 +67,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _check_description(data: Content) -> None:
-    """Raise a MeshError if the XML has a DOCTYPE, as libE57 would expand entities without limit."""
+    """Raise a MeshError if the XML has a DOCTYPE, because libE57 expands entities without limit."""
     begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
     at = begin // _PAGE * _PAGE
     n_pages = n_bytes // (_PAGE - _CHECKSUM) + 3
@@ -78,7 +79,7 @@ def _check_description(data: Content) -> None:
     declared = re.match(rb"<\?xml[^>]*encoding\s*=\s*.([\w-]+)", text)
     is_utf_8 = not declared or declared[1].lower() == b"utf-8"
     if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
-        raise MeshError("the E57 file cannot be read: expected XML in UTF-8 without document type")
+        raise MeshError("the E57 file cannot be read: its XML must be UTF-8 without a DOCTYPE")
 
 
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
@@ -98,9 +99,9 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Position of the scanner (3,), or (N, 3) for each point; None if a position is unknown."""
+    """Return the scanner position, (3,), or one per point, (N, 3); None if one is unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
-    # Merged clouds often have an identity pose; the origin is not the scanner then.
+    # Merged clouds often have an identity pose, but the scanner was not at the origin.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
         return None
     if len(found) == 1:
@@ -113,7 +114,7 @@ def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
     header = file.get_header(place)
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if _has(header, axes)), None)
     if axes is None:
-        raise MeshError(f"the points of scan {place} have no coordinates")
+        raise MeshError(f"scan {place} has neither cartesian nor spherical coordinates")
     columns = _read_columns(pye57, file, place, n_bytes)
     states = columns.get("cartesianInvalidState" if axes == _CARTESIAN else "sphericalInvalidState")
     records = np.arange(len(columns[axes[0]]), dtype=np.int32)
@@ -134,11 +135,10 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
 
 
 def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
-    """Read the fields in `_KINDS` of a scan, one number per record."""
     header = file.get_header(place)
     n_records = header.point_count
-    if n_records > 8 * n_bytes:  # points in different places take at least one bit each
-        raise MeshError(f"scan {place} declares {n_records} points, in a file of {n_bytes} bytes")
+    if n_records > 8 * n_bytes:  # a point takes at least one bit
+        raise MeshError(f"scan {place} declares {n_records} points, too many for {n_bytes} bytes")
     names = [name for name in header.point_fields if name in _KINDS]
     columns = {name: np.empty(n_records, _KINDS[name]) for name in names}
     if not n_records:
@@ -152,12 +152,12 @@ def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, 
     n_read = reader.read()
     reader.close()
     if n_read != n_records:
-        raise MeshError(f"scan {place} declares {counted(n_records, 'point')} and holds {n_read}")
+        raise MeshError(f"scan {place} declares {counted(n_records, 'point')} but has {n_read}")
     return columns
 
 
 def _from_spherical(points: Floats) -> Floats:
-    """Positions from range, azimuth and elevation (radians)."""
+    """Convert range, azimuth and elevation (in radians) to x, y and z."""
     range_, azimuth, elevation = points.T
     across = range_ * np.cos(elevation)
     return np.column_stack(
@@ -166,7 +166,7 @@ def _from_spherical(points: Floats) -> Floats:
 
 
 def _moved(points: Floats, header: Any, place: int) -> Floats:
-    """Apply the pose of a scan to its points: first the rotation, then the translation."""
+    """Transform points by the pose of a scan: first the rotation, then the translation."""
     if not header.has_pose():
         return points
     pose = header.node["pose"]
@@ -174,7 +174,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
         length = np.linalg.norm(quaternion)
         if not (np.isfinite(length) and length > 0):
-            raise MeshError(f"scan {place} has no valid rotation: {quaternion.tolist()}")
+            raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
         points = np.einsum("ij,kj->ik", points, rotation_of(quaternion / length))
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
@@ -182,7 +182,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
-    """Scale colors to [0, 1] by their declared limits; None if a range is empty or infinite."""
+    """Scale colors from their declared limits to [0, 1]; None if limits are equal or infinite."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):
         low, high = _limits_of(pye57, header, name)
@@ -193,7 +193,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Smallest and largest value of a color: limits of the scan, else of the stored field."""
+    """Return the limits of a color field: those declared for the scan, or those of its type."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

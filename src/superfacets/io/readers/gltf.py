@@ -1,4 +1,4 @@
-"""glTF and GLB: the triangles of a scene, with a copy of a mesh for each node that shows it."""
+"""Read the triangles of a glTF scene, with one copy of a mesh for each node that refers to it."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A glTF document, and the meshes of its default scene, by index in the file."""
+    """A glTF document, and the meshes of its default scene."""
 
     gltf: Gltf
-    visits: list[tuple[int, Floats]]  # mesh and global matrix of each node
+    visits: list[tuple[int, Floats]]  # (mesh index, global matrix) of each node with a mesh
 
 
 def open_scene(data: Content, folder: Path | None, placement: Floats | None = None) -> Scene:
     """Parse a .gltf or .glb file in `folder`, and find the meshes of its default scene.
 
-    If `folder` is None, buffers in other files are refused. `placement` is a matrix that moves the
-    whole scene.
+    If `folder` is None, buffers in other files are refused. `placement` is a matrix that is applied
+    to the whole scene.
     """
     gltf = open_gltf(data, folder)
     start = np.eye(4) if placement is None else placement
@@ -52,8 +52,8 @@ def open_scene(data: Content, folder: Path | None, placement: Floats | None = No
 def read_scene(scene: Scene) -> TriangleArrays:
     """Return vertices and faces of a scene.
 
-    Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
-    nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
+    Copies of meshes are sorted by the index of the mesh in the file, then by the order of the nodes
+    in the scene. Each copy is transformed by the matrix of its node. Primitives of one mesh that
     use the same positions share vertices. Lines and points are skipped.
     """
     gltf, visits = scene.gltf, scene.visits
@@ -65,8 +65,8 @@ def read_scene(scene: Scene) -> TriangleArrays:
 
 
 def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
-    """Numbers of vertices and faces of a mesh, without copies of arrays."""
-    n_vertices = {}  # by accessor of the positions
+    """Return the numbers of vertices and faces of a mesh, without copying arrays."""
+    n_vertices = {}  # keyed by the accessor of the positions
     n_corners = 0
     for primitive in triangle_primitives(gltf, index):
         accessor = positions_of(primitive, index)
@@ -83,7 +83,7 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
     """Raise a MeshError if the scene has no triangles, or too many copies for the file size."""
     n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
     if n_faces == 0:
-        raise MeshError("the scene of the glTF file shows no triangles")
+        raise MeshError("the default scene of the glTF file has no triangles")
     if max(n_faces, n_vertices) > MAX_CELLS:
         raise MeshError(
             f"the scene has {n_faces} faces and {n_vertices} vertices;"
@@ -92,13 +92,13 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
     n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
     if n_bytes > most_bytes_of(gltf.n_bytes):
         raise MeshError(
-            f"copies of meshes make {n_faces} faces, {n_bytes // gltf.n_bytes} times the size of"
-            f" the files; at most {MAX_GROWTH} times is allowed: save the scene without copies"
+            f"with all copies of meshes, the scene has {n_faces} faces, which need"
+            f" {n_bytes // gltf.n_bytes} times the size of the files; at most {MAX_GROWTH} times is"
+            " allowed: save the scene without copies"
         )
 
 
 def _join(parts: list[TriangleArrays]) -> TriangleArrays:
-    """Join meshes to one."""
     faces, n_vertices = [], 0
     for positions, part in parts:
         faces.append(_shifted(part, n_vertices))
@@ -116,7 +116,7 @@ def _concatenated(parts: list[Array]) -> Array:
 
 
 def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
-    """Mesh and global matrix of each node with a mesh, depth first."""
+    """Return the mesh and the global matrix of each node with a mesh, in depth-first order."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
     stack = [(root, start) for root in reversed(_indices(scene, "nodes"))]
     seen: set[int] = set()
@@ -143,14 +143,14 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
 
 
 def product(left: Floats, right: Floats) -> Floats:
-    """Matrix product with a fixed order of additions, so that all machines round equally."""
+    """Matrix product with a fixed order of additions, so that results are equal on all machines."""
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
 
 def _local_matrix(node: dict[str, Any]) -> Floats:
-    """Matrix of a node: stored column by column, or made of translation, rotation and scale."""
+    """Return the matrix of a node, or compute it from translation, rotation and scale."""
     if "matrix" in node:
         return numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
     matrix = np.eye(4)
@@ -161,10 +161,10 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
 
 
 def _rotation(quaternion: Floats) -> Floats:
-    """Rotation matrix of a quaternion (x, y, z, w) of any length but 0."""
+    """Return the rotation matrix of a quaternion (x, y, z, w), of any norm except 0."""
     length = np.abs(quaternion).max()
     if length == 0:
-        raise MeshError("broken glTF: a rotation is zero")
+        raise MeshError("broken glTF: the rotation of a node is the zero quaternion")
     x, y, z, w = quaternion / length
     s = 2 / (x * x + y * y + z * z + w * w)
     return np.array(
@@ -177,8 +177,7 @@ def _rotation(quaternion: Floats) -> Floats:
 
 
 def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
-    """The triangles of all primitives of a mesh."""
-    positions: dict[int, Floats] = {}  # by accessor, in order of first use
+    positions: dict[int, Floats] = {}  # keyed by accessor, in order of first use
     faces: list[Array] = []
     first_vertices: dict[int, int] = {}
     n_vertices = 0
@@ -196,7 +195,7 @@ def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
 
 
 def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
-    """Return the primitives of a mesh without lines and points; a MeshError for strips and fans."""
+    """Return the triangle primitives of a mesh; a MeshError if there are strips or fans."""
     primitives = items(gltf.item("meshes", index), "primitives")
     found = [primitive for primitive in primitives if _has_triangles(primitive)]
     for primitive in found:
@@ -205,7 +204,7 @@ def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
-    """Decode accessors that exist only in compressed form, for `read_accessor`."""
+    """Decode accessors of a primitive that are stored only as Draco data, for `read_accessor`."""
     extensions = primitive.get("extensions")
     packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
     if not isinstance(packed, dict):
@@ -234,15 +233,15 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
 def _keep_rows(
     gltf: Gltf, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
 ) -> None:
-    """Store decoded rows for an accessor; a MeshError if they are not as declared."""
+    """Store decoded rows for an accessor; a MeshError if their type differs from the accessor."""
     accessor = gltf.item("accessors", index)
     dtype = COMPONENTS.get(whole(accessor, "componentType"))
     width = WIDTHS.get(str(accessor.get("type")))
     is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
     if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
-        raise MeshError(f"the Draco data has no rows as accessors[{index}] declares")
+        raise MeshError(f"the Draco data has no rows of the type that accessors[{index}] declares")
     if gltf.unpacked.get(index, (view,))[0] != view:
-        raise MeshError(f"accessors[{index}] belongs to two Draco meshes")
+        raise MeshError(f"accessors[{index}] is used by two Draco meshes, which is not supported")
     gltf.unpacked[index] = view, rows
 
 
@@ -258,12 +257,12 @@ def positions_of(primitive: dict[str, Any], index: int) -> int:
 def _has_triangles(primitive: dict[str, Any]) -> bool:
     mode = whole(primitive, "mode", TRIANGLES)
     if mode in (TRIANGLE_STRIP, TRIANGLE_FAN):
-        raise MeshError("the glTF file has triangle strips or fans, which are not supported")
+        raise MeshError("triangle strips and fans are not supported: save the file with triangles")
     return mode == TRIANGLES
 
 
 def _read_positions(gltf: Gltf, index: int) -> Floats:
-    """Positions, (V, 3); quantized integers (KHR_mesh_quantization) are scaled."""
+    """Return positions, (V, 3); normalized integers (KHR_mesh_quantization) are scaled."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
@@ -272,7 +271,7 @@ def _read_positions(gltf: Gltf, index: int) -> Floats:
 
 
 def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
-    """Return the vertex of each corner, flat: 0, 1, 2, ... if the primitive has no indices."""
+    """Return the vertex of each corner, (3F,), or 0, 1, 2, ... if the primitive has no indices."""
     if "indices" in primitive:
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
         if stored.dtype.kind != "u":
@@ -282,7 +281,7 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
     else:
         corners = np.arange(n_vertices)
     if len(corners) % 3:
-        raise MeshError(f"broken glTF: {len(corners)} corners are not a multiple of 3")
+        raise MeshError(f"broken glTF: the number of corners, {len(corners)}, is no multiple of 3")
     if len(corners) and corners.max() >= n_vertices:
         raise MeshError(
             f"a face refers to vertex {corners.max()} but its primitive has {n_vertices} vertices"
@@ -291,7 +290,7 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
 
 
 def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
-    """Transform a mesh; if the matrix mirrors, faces are reversed so that they face outward."""
+    """Transform a mesh; if the matrix is a reflection, reverse faces so that they face outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
@@ -300,7 +299,7 @@ def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
 
 
 def is_mirrored(matrix: Floats) -> bool:
-    """Whether a matrix mirrors, so that the outside of a surface becomes the inside."""
+    """Whether the determinant is negative, so that the matrix turns a surface inside out."""
     axes = matrix[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0

@@ -1,6 +1,6 @@
-"""The container of glTF: its JSON document, its buffers, and the arrays of its accessors.
+"""Read the JSON document of a glTF file, its buffers, and the arrays of its accessors.
 
-Indices, sizes and strides of the document are compared with the size of the buffers before numpy
+Indices, sizes and strides in the document are compared with the sizes of the buffers before NumPy
 uses them.
 """
 
@@ -27,30 +27,31 @@ from .compression import MESHOPT, decode_meshopt
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
-"""Numbers per row by accessor type: vertex indices, texture coordinates and positions."""
+"""Numbers per row for each accessor type: vertex indices, texture coordinates, positions."""
 
 LARGEST = sys.float_info.max
 
 CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
 
 UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
-"""Extensions that are refused if a file requires them."""
+"""Extensions that are not supported. Files that require them are refused."""
 
 
 @dataclass(eq=False)
 class Gltf:
     """A glTF document."""
 
-    document: dict[str, Any]  # the JSON
+    document: dict[str, Any]  # parsed JSON
     buffers: list[memoryview]  # content of each buffer, at least as long as the document declares
-    n_bytes: int  # size of the file and of the files that it refers to, each counted once
-    unpacked_views: dict[int, memoryview] = field(default_factory=dict)  # decompressed, by index
+    n_bytes: int  # total size of the file and of all files that it refers to
+    unpacked_views: dict[int, memoryview] = field(default_factory=dict)
+    """Decompressed buffer views, keyed by the index of the view."""
     unpacked: dict[int, tuple[int, Array]] = field(default_factory=dict)
-    """View of the Draco data, and decoded rows, by index of the accessor."""
-    n_unpacked: int = 0  # total bytes of decompressed views and rows
+    """Buffer view of the Draco data, and decoded rows, keyed by the index of the accessor."""
+    n_unpacked: int = 0  # total size of decompressed views and rows, in bytes
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
-        """Return object `index` of the list `kind` in the document; a MeshError if missing."""
+        """Return the object at `index` of the list `kind`; a MeshError if it does not exist."""
         listed = self.document.get(kind)
         found = listed if isinstance(listed, list) else []
         item = found[index] if type(index) is int and 0 <= index < len(found) else None
@@ -59,12 +60,12 @@ class Gltf:
         return item
 
     def take(self, n_bytes: int, name: str) -> None:
-        """Add to the number of decompressed bytes; a MeshError if there are too many."""
+        """Add to the number of decompressed bytes; a MeshError if the total is too large."""
         self.n_unpacked += n_bytes
         if self.n_unpacked > most_bytes_of(self.n_bytes):
             raise MeshError(
-                f"the arrays up to {name} decompress to more than {MAX_GROWTH} times the size of"
-                " the files"
+                f"decompressed arrays, including {name}, have more than {MAX_GROWTH} times the size"
+                " of the files: save the file uncompressed"
             )
 
 
@@ -76,7 +77,7 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
         raise MeshError("not a glTF file: the JSON has no asset")
     version = document["asset"].get("version")
     if not isinstance(version, str) or not version.startswith("2."):
-        raise MeshError(f"glTF version {reprlib.repr(version)} is not supported, only 2.0 is")
+        raise MeshError(f"glTF version {reprlib.repr(version)} is not supported; only 2.0 is")
     required = document.get("extensionsRequired", [])
     used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
     if used:
@@ -87,7 +88,7 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
 
 
 def parsed_json(text: bytes, what: str) -> dict[str, Any]:
-    """Parse a JSON object; `what` describes its file in the MeshError if the text is damaged."""
+    """Parse a JSON object; a MeshError if the text is damaged. `what` is used in the message."""
     try:
         found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -101,31 +102,30 @@ def _refuse_constant(name: str) -> NoReturn:
 
 
 def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
-    """The JSON and the binary chunk of a GLB."""
     if len(data) < 20:
         raise MeshError(f"the GLB file is truncated: it has only {len(data)} bytes")
     version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
     if version != 2:
-        raise MeshError(f"GLB version {version} is not supported, only 2 is")
+        raise MeshError(f"GLB version {version} is not supported; only version 2 is")
     if size != len(data):
         raise MeshError(f"the GLB file declares {size} bytes but has {len(data)}: is it damaged?")
     json_end = 20 + json_size
     if kind != CHUNK_JSON or json_end > len(data):
-        raise MeshError("broken GLB: it does not begin with a complete JSON chunk")
+        raise MeshError("broken GLB: the first chunk must be a complete JSON chunk")
     binary = memoryview(b"")
     if json_end < len(data):
         if json_end + 8 > len(data):
-            raise MeshError("broken GLB: the header of its second chunk is truncated")
+            raise MeshError("broken GLB: the header of the second chunk is truncated")
         binary_size, kind = struct.unpack_from("<2I", data, json_end)
         if json_end + 8 + binary_size > len(data):
-            raise MeshError("broken GLB: its second chunk is longer than the file")
+            raise MeshError("broken GLB: the second chunk is longer than the file")
         if kind == CHUNK_BINARY:
             binary = memoryview(data)[json_end + 8 : json_end + 8 + binary_size]
     return data[20:json_end], binary
 
 
 def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """Return the list of objects at `key` of a JSON object; empty if the key is missing."""
+    """Return the list of objects at `key`; an empty list if the key is missing."""
     values = item.get(key, [])
     if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
         raise MeshError(f"broken glTF: {key} is not a list of objects")
@@ -133,34 +133,34 @@ def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
-    """Return the integer >= 0 at `key` of a JSON object; a MeshError for any other value."""
+    """Return the integer >= 0 at `key`; a MeshError if the value is something else."""
     value = item.get(key, default)
     if type(value) is not int or value < 0:
-        raise MeshError(f"broken glTF: {key} is {reprlib.repr(value)}")
+        raise MeshError(f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}")
     return value
 
 
 def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-    """Return the list of finite numbers at `key` of a JSON object, of the length of `default`."""
+    """Return the list of finite numbers at `key`, which must be as long as `default`."""
     values = item.get(key, default)
     is_list = isinstance(values, list) and len(values) == len(default)
     if not is_list or not all(type(value) in (int, float) for value in values):
-        raise MeshError(f"broken glTF: {key} must be {len(default)} numbers")
+        raise MeshError(f"broken glTF: {key} must be a list of {len(default)} numbers")
     if not all(abs(value) <= LARGEST for value in values):
-        raise MeshError(f"broken glTF: {key} is not finite")
+        raise MeshError(f"broken glTF: {key} must be finite")
     return np.array(values, dtype=np.float64)
 
 
 def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
-    """Return the stored (n,), (n, 2) or (n, 3) array of an accessor of type `kind`."""
+    """Return the array of an accessor of type `kind`, of shape (n,), (n, 2) or (n, 3)."""
     accessor = gltf.item("accessors", index)
     where = f"accessors[{index}]"
     if accessor.get("type") != kind or whole(accessor, "componentType") not in COMPONENTS:
-        raise MeshError(f"broken glTF: {where} should be of type {kind}")
+        raise MeshError(f"broken glTF: {where} must have the type {kind}")
     if type(index) is int and index in gltf.unpacked:
         return gltf.unpacked[index][1]
     if "sparse" in accessor or "bufferView" not in accessor:
-        raise MeshError(f"{where} is sparse or has no buffer view: this is not supported")
+        raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
     dtype = np.dtype(COMPONENTS[accessor["componentType"]])
     n_rows = whole(accessor, "count")
     view = gltf.item("bufferViews", accessor["bufferView"])
@@ -182,7 +182,7 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
 
 
 def view_content(gltf: Gltf, index: int) -> memoryview:
-    """Return the bytes of a buffer view, decompressed if there is no uncompressed copy."""
+    """Return the bytes of a buffer view; decompress it if there is no uncompressed copy."""
     view = gltf.item("bufferViews", index)
     packed = _meshopt_of(view)
     gltf.item("buffers", view.get("buffer"))
@@ -194,7 +194,7 @@ def view_content(gltf: Gltf, index: int) -> memoryview:
 
 
 def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the meshopt extension of a buffer or a buffer view; None if there is none."""
+    """Return the meshopt extension of a buffer or buffer view, or None."""
     extensions = item.get("extensions")
     named = extensions if isinstance(extensions, dict) else {}
     return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
@@ -205,14 +205,13 @@ def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview
     gltf.take(n_rows * row_size, f"bufferViews[{index}]")
     mode, filter = packed.get("mode"), packed.get("filter", "NONE")
     if not isinstance(mode, str) or not isinstance(filter, str):
-        raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown mode of compression")
+        raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
     content = _range(gltf, packed)
     with named_errors(f"bufferViews[{index}]"):
         return decode_meshopt(content, n_rows, row_size, mode, filter)
 
 
 def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
-    """The part of a buffer in a view."""
     gltf.item("buffers", view.get("buffer"))
     buffer = gltf.buffers[view["buffer"]]
     begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
@@ -227,7 +226,7 @@ def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Contents of the buffers: the binary chunk, or the bytes at a URI."""
+    """Return the content of each buffer: the binary chunk, or the bytes at a URI."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")
@@ -239,7 +238,7 @@ def _read_buffers(
         elif isinstance(address, str):
             content = _fetch(address, folder, files)
         else:
-            raise MeshError(f"broken glTF: buffers[{index}] has no data")
+            raise MeshError(f"broken glTF: buffers[{index}] must have a uri")
         declared = whole(buffer, "byteLength")
         if declared > len(content):
             raise MeshError(
@@ -251,18 +250,18 @@ def _read_buffers(
 
 
 def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> memoryview:
-    """Read a data URI, or a file beside the document; `files` caches files by path."""
+    """Read a data URI, or a file in the folder of the document; `files` caches files by path."""
     shown = reprlib.repr(address)
     if address.startswith("data:"):
         return memoryview(decoded(address))
     try:
         path = file_at(address, folder)
         if path is None:
-            raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
+            raise MeshError(f"the buffer {shown} is not in the folder of the glTF file")
         if path not in files:
             files[path] = memoryview(read_content(path))
     except (OSError, UnicodeError):
-        raise MeshError(f"the buffer file {shown}, beside the glTF file, cannot be read") from None
+        raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
     return files[path]
 
 
@@ -276,5 +275,5 @@ def decoded(address: str) -> bytes:
 
 
 def file_at(address: str, folder: Path | None) -> Path | None:
-    """Return the file at a relative URI; None if it is not in the folder or below it."""
+    """Return the file at a relative URI; None if it is not in `folder` or in a subfolder."""
     return file_beside(unquote(address, errors="strict"), folder)

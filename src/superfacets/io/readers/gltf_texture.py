@@ -1,4 +1,4 @@
-"""Texture coordinates and materials of a glTF file."""
+"""Read texture coordinates and materials of a glTF file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, unless it is damaged; images are in `folder` or below it."""
+    """Return the texture of a scene, or its error in `left_out`; images must be in `folder`."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
@@ -44,36 +44,36 @@ def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
 
 @dataclass(frozen=True)
 class _Use:
-    """The coordinates that a material uses: their set, and their affine map."""
+    """Texture coordinates that a material uses: the set of coordinates, and an affine map."""
 
-    coordinates: int = 0
+    coordinates: int = 0  # index of the set: TEXCOORD_0, TEXCOORD_1, ...
     offset: tuple[float, ...] = (0.0, 0.0)
     rotation: float = 0.0
     scale: tuple[float, ...] = (1.0, 1.0)
 
     def moved(self, pairs: Floats) -> Floats:
-        """Map pairs to coordinates of the image, v down."""
+        """Apply the affine map to texture coordinates, (n, 2), with v pointing down."""
         if (self.offset, self.rotation, self.scale) == ((0.0, 0.0), 0.0, (1.0, 1.0)):
             return pairs
         cosine, sine = np.cos(self.rotation), np.sin(self.rotation)
-        u, v = (pairs * self.scale).T  # the rotation is counterclockwise, as v points down
+        u, v = (pairs * self.scale).T  # v points down, so the rotation is counterclockwise
         turned = np.stack([cosine * u + sine * v, cosine * v - sine * u], axis=1)
         return np.asarray(turned + self.offset)
 
 
 @dataclass
 class _Reader:
-    """Reads each material, image and array of coordinates once."""
+    """Reads materials, images and texture coordinates, each of them once."""
 
     gltf: Gltf
     folder: Path | None
     left_out: list[str] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
-    uses: list[_Use] = field(default_factory=list)  # of the color texture of each material
+    uses: list[_Use] = field(default_factory=list)  # coordinates of each material's color texture
     coordinates: list[Floats] = field(default_factory=list)
     n_coordinates: int = 0
     n_image_bytes: int = 0
-    _material_of: dict[int, int] = field(default_factory=dict)  # by index in the document
+    _material_of: dict[int, int] = field(default_factory=dict)  # keyed by index in the document
     _image_of: dict[int, TextureImage] = field(default_factory=dict)
     _first_of: dict[tuple[int, _Use], int] = field(default_factory=dict)
 
@@ -96,7 +96,7 @@ class _Reader:
         )
 
     def _parts(self, index: int) -> list[tuple[Array, int]]:
-        """Indices of coordinates, (n, 3), and the material of each primitive of a mesh."""
+        """Return texture coordinate indices, (n, 3), and the material, for each primitive."""
         parts = []
         for primitive in triangle_primitives(self.gltf, index):
             positions = read_accessor(self.gltf, positions_of(primitive, index), "VEC3")
@@ -112,24 +112,23 @@ class _Reader:
         return parts
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
-        """Offset of the coordinates of an accessor among all coordinates."""
+        """Return the index of an accessor's first coordinates among all coordinates."""
         key = (whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
             if len(stored) != n_vertices:
-                raise MeshError(f"{len(stored)} texture coordinates for {n_vertices} vertices")
+                raise MeshError(f"expected {n_vertices} texture coordinates, got {len(stored)}")
             pairs = as_doubles(stored)
             if stored.dtype.kind != "f" and self.gltf.item("accessors", accessor).get("normalized"):
                 pairs = np.maximum(pairs / np.iinfo(stored.dtype).max, -1.0)
             self._first_of[key] = self.n_coordinates
             self.n_coordinates += len(pairs)
             if pairs.itemsize * 2 * self.n_coordinates > most_bytes_of(self.gltf.n_bytes):
-                raise MeshError("the file repeats its texture coordinates too often")
+                raise MeshError("the file uses its texture coordinates too many times")
             self.coordinates.append(use.moved(pairs))
         return self._first_of[key]
 
     def _material(self, index: Any) -> int:
-        """Index in `materials` of a material of the document."""
         document = self.gltf.item("materials", index)
         if index not in self._material_of:
             self._material_of[index] = len(self.materials)
@@ -143,7 +142,7 @@ class _Reader:
         name = name if isinstance(name, str) else f"material_{index}"
         shading = document.get("pbrMetallicRoughness", {})
         if not isinstance(shading, dict):
-            raise MeshError(f"broken glTF: materials[{index}] is damaged")
+            raise MeshError(f"broken glTF: materials[{index}] has a wrong pbrMetallicRoughness")
         red, green, blue, _ = numbers(shading, "baseColorFactor", [1.0] * 4).tolist()
         info = shading.get("baseColorTexture")
         use = _use_of(info) if isinstance(info, dict) else _Use()
@@ -161,7 +160,7 @@ class _Reader:
         return Material(name, (red, green, blue), image, (wrap_u, wrap_v), kept), use
 
     def image_and_sampler(self, index: Any) -> tuple[TextureImage, dict[str, Any]]:
-        """Return image and sampler of a texture of the document."""
+        """Return the image and the sampler of a texture of the document."""
         texture = self.gltf.item("textures", index)
         sampler = self.gltf.item("samplers", texture["sampler"]) if "sampler" in texture else {}
         extensions = texture.get("extensions")
@@ -188,8 +187,8 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # a small file could use up all memory
-                raise MeshError("the images of the file overlap")
+            if self.n_image_bytes > self.gltf.n_bytes:  # otherwise a small file could fill memory
+                raise MeshError("broken glTF: the images in the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"
         kind = kind_of_image(content)
@@ -200,18 +199,18 @@ class _Reader:
 
 @dataclass
 class _SourceReader:
-    """Rewrites the JSON of a material: its textures become indices in `images` and `samplers`."""
+    """Replaces textures in the JSON of a material by indices into `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # of the color texture, whose coordinates are kept
+    use: _Use  # coordinates of the color texture
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
 
     def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
-        """Rewrite a reference; None if it uses other coordinates than the color texture."""
+        """Convert a reference to a texture; None if its coordinates differ from the color's."""
         if _use_of(info) != self.use:
-            self.left_out.append(f"{key}, which uses other coordinates than the color,")
+            self.left_out.append(f"{key}, whose coordinates differ from the color's,")
             return None
         image, sampler = self.reader.image_and_sampler(info["index"])
         self.images.append(image)
@@ -227,20 +226,19 @@ class _SourceReader:
 
 
 def _use_of(info: dict[str, Any]) -> _Use:
-    """The coordinates that a reference to a texture uses."""
     extensions = info.get("extensions", {})
     transform = extensions.get(_TRANSFORM, {}) if isinstance(extensions, dict) else None
     if not isinstance(transform, dict):
-        raise MeshError("broken glTF: a reference to a texture is damaged")
+        raise MeshError("broken glTF: extensions of a texture reference must be objects")
     offset = tuple(numbers(transform, "offset", [0.0, 0.0]).tolist())
     scale = tuple(numbers(transform, "scale", [1.0, 1.0]).tolist())
     rotation = transform.get("rotation", 0.0)
     if type(rotation) not in (int, float) or not np.isfinite(rotation):
-        raise MeshError("broken glTF: rotation is not a finite number")
+        raise MeshError("broken glTF: the rotation of a texture must be a finite number")
     place = whole(transform, "texCoord", whole(info, "texCoord", 0))
     return _Use(place, offset, float(rotation), scale)
 
 
 def _wrap_of(sampler: dict[str, Any], key: str) -> str:
-    """The wrap mode of an image; unknown codes mean the default."""
+    """Return the wrap mode of an image; the default for unknown codes."""
     return WRAP_OF_CODE.get(whole(sampler, key, 10497), "repeat")

@@ -1,4 +1,4 @@
-"""Parts of readers of volume meshes: a cursor that reads blocks of numbers, and a grid of cells."""
+"""Helpers for readers of volume meshes: `Cursor` reads blocks of numbers, `Grid` stores cells."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ..guards import Content, counted
 from .text import Lines, as_count, as_integers, runs, split_lines
 
 TETS = {10: 4, 24: 10}
-"""Number of nodes of VTK's types of tetrahedra; the first four nodes are corners."""
+"""Number of nodes for each VTK type of tetrahedra. The first four nodes are the corners."""
 
 _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
-"""VTK's types of cells without a volume."""
+"""VTK types of cells without volume."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Number of corners of flat cells by VTK type, to detect files with a truncated last block."""
+"""Number of corners for VTK types of flat cells; a different number indicates a truncated file."""
 
 _NAMES = {
     1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
@@ -35,22 +35,22 @@ _NAMES = {
 class Grid:
     """Vertices and cells, in the order of the file."""
 
-    vertices: Floats  # (V, 3)
+    vertices: Floats  # (V, 3) positions of the vertices
     kinds: Array  # (C,) VTK type of each cell
-    sizes: Array  # (C,) corners of each cell
-    corners: Array  # (S,) corners of all cells; S is the sum of `sizes`
-    values: Array | None  # (C,) cell data of the requested name; None if there is none
+    sizes: Array  # (C,) number of corners of each cell
+    corners: Array  # (S,) vertices of the corners of all cells, one cell after the other
+    values: Array | None  # (C,) cell data with the requested name, or None
 
     def tets(self) -> Array:
-        """Corners of the tetrahedra, (N, 4); a MeshError if there are none, or other volumes."""
+        """Return the corners of tetrahedra, (N, 4); a MeshError if there are other volume cells."""
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
         if others:
-            raise MeshError(f"the file has volume cells that are not tetrahedra: {_named(others)}")
+            raise MeshError(f"all volume cells must be tetrahedra, but there are {_named(others)}")
         chosen = self.is_tet()
         if not chosen.any():
             raise MeshError(
-                f"the file has no tetrahedra{': it has ' if kinds else ''}{_named(kinds)}"
+                f"the file has no tetrahedra{', only ' if kinds else ''}{_named(kinds)}"
             )
         for kind, n_corners in (*_SIZES.items(), *TETS.items()):
             wrong = np.flatnonzero((self.kinds == kind) & (self.sizes != n_corners))
@@ -72,53 +72,54 @@ def _named(kinds: list[int]) -> str:
 
 
 def sizes_between(offsets: Array, what: str) -> Longs:
-    """Sizes of lists from their end offsets."""
+    """Return the sizes of lists, given the offset of the end of each list."""
     offsets = offsets.astype(np.int64, copy=False)
     sizes = np.diff(offsets, prepend=0)
     if (offsets < 0).any() or (sizes < 0).any():
-        raise MeshError(f"the offsets of {what} must be ascending integers of 0 or more")
+        raise MeshError(f"the offsets of {what} must be non-negative and ascending")
     return sizes
 
 
 class Cursor:
-    """Read position in a file of header lines and blocks of numbers, text or binary."""
+    """Reads header lines and blocks of text or binary numbers, one after the other."""
 
     def __init__(self, data: Content) -> None:
         self.data = data  # content of the file
-        self.place = 0  # offset of the next byte
-        self.byte_order: Literal["", "<", ">"] = ""  # of binary numbers; empty for text
+        self.place = 0  # offset of the next byte to read
+        self.byte_order: Literal["", "<", ">"] = ""  # byte order of numbers; empty for text
 
     @cached_property
     def _lines(self) -> tuple[Lines, Longs]:
-        """Lines of a text file, and the number of tokens up to the end of each line."""
+        """Lines of a text file, and the cumulative number of tokens at the end of each line."""
         lines = split_lines(self.data)
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
     def any_line(self) -> bytes:
-        """Read the next line, which may be blank, and strip it."""
+        """Return the next line, which may be blank, without surrounding whitespace."""
         newline = self.data.find(b"\n", self.place)
         end = newline if newline >= 0 else len(self.data)
         line, self.place = self.data[self.place : end], min(end + 1, len(self.data))
         return line.strip()
 
     def line(self) -> bytes:
-        """Read the next line that is not blank; empty at the end of the file."""
+        """Return the next line that is not blank, or empty bytes at the end of the file."""
         while self.place < len(self.data):
             if line := self.any_line():
                 return line
         return b""
 
     def counts(self, n: int, what: str) -> list[int]:
-        """Read the counts on the next line that is not blank; a MeshError if fewer than `n`."""
+        """Return the counts on the next line that is not blank, of which `n` are required."""
         tokens = self.line().split()
         if len(tokens) < n:
-            raise MeshError(f"{what} are missing: the file may be truncated")
+            raise MeshError(f"{what}: expected {n} or more numbers, got {len(tokens)}")
         return [as_count(token, what) for token in tokens]
 
     def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
-        """Read `n` numbers; a MeshError, before memory is allocated, if the file has fewer.
+        """Return the next `n` numbers; a MeshError if the file has fewer than `n` left.
 
-        In text, floats are parsed as float64 and rounded to `dtype`; integers keep the parsed type.
+        Memory is allocated only after this check. In text files, floats are parsed as float64 and
+        rounded to `dtype`, and integers are returned with the parsed type.
         """
         stored = np.dtype(dtype)
         if not self.byte_order:
@@ -131,13 +132,13 @@ class Cursor:
         return found.astype(stored)
 
     def rows(self, n: int, what: str) -> Lines:
-        """Read the next `n` lines."""
+        """Return the next `n` lines."""
         lines, _ = self._lines
         first = int(np.searchsorted(lines.starts, self.place))
         if n > len(lines) - first:
             raise MeshError(
-                f"{counted(n, 'line')} of {what} are declared, but {len(lines) - first} follow: the"
-                " file may be truncated"
+                f"{counted(n, 'line')} of {what} are declared, but only {len(lines) - first}"
+                " follow: the file may be truncated"
             )
         found = lines[first : first + n]
         if n:
@@ -152,7 +153,7 @@ class Cursor:
         if n and last == len(lines):
             raise _too_few(n, int(totals[-1]) - before, what)
         if n and totals[last] != before + n:
-            raise MeshError(f"line {lines.number(last)}: there are too many numbers of {what}")
+            raise MeshError(f"line {lines.number(last)}: there are too many numbers for {what}")
         part = self.rows(last + 1 - first if n else 0, what)
         if stored.kind != "f":
             return as_integers(part.parse_integers_or_floats(), what)

@@ -1,4 +1,4 @@
-"""Labels of cells: read from a file, and checked."""
+"""Read labels of cells from files, and check labels."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .text import shown, split_lines
 from .vtk_xml import vtp_labels
 
 MAX_LABEL = 2**31 - 1
-"""Largest label: labels are int32."""
+"""Largest allowed label, because labels are int32."""
 
 NO_REGION = -1
-"""The label of cells that are in no region."""
+"""Label of cells that are in no region."""
 
 
 def read_labels(
@@ -38,37 +38,37 @@ def read_labels(
     Parameters
     ----------
     path : path-like
-        The ending, in upper or lower case, selects the format:
+        File of labels. The ending, in upper or lower case, selects the format:
 
-        - ``.npy``: one-dimensional, any integer type;
-        - ``.seg`` and ``.txt``: one integer per line, no header;
+        - ``.npy``: a one-dimensional array of any integer type;
+        - ``.seg`` and ``.txt``: one integer per line, without a header;
         - ``.ply``: integer property ``label`` of the faces, or of the vertices if there are no
           faces;
         - ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh``: integer cell data ``label``;
         - other formats of `read_cloud`: a column or dimension ``label``;
-        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: a label of
-          each vertex, which is its key or row in the table of colors minus 1. The first entry of
-          the table means no region, and becomes -1.
-        - ``.stl`` (text) and ``.obj``: parts, which are solids, groups or objects. ``region_17`` is
-          label 17 if all parts have such names; otherwise parts are numbered in the order of the
-          file.
+        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: one label
+          per vertex, which is its key or row in the color table minus 1. The first entry of the
+          table means no region, and becomes -1;
+        - ``.stl`` (text) and ``.obj``: parts of the mesh, which are solids, groups or objects. If
+          all parts have names like ``region_17``, the labels are these numbers. Otherwise parts are
+          numbered in the order of the file.
     n_faces : int, optional
         Number of cells; if given, the file must have this number of labels.
     name : str, default "label"
-        Name of the labels in files that hold more than labels; for example ``"Label"`` or
+        Name of the labels in files that contain more than labels, for example ``"Label"`` or
         ``"classification"``.
 
     Returns
     -------
     ndarray, shape (F,), int32
-        Labels of 0 and above, and -1 where a cell is in no region. Labels may have gaps.
+        Label of each cell, 0 or greater; -1 if a cell is in no region. Labels may have gaps.
 
     Raises
     ------
     MeshError
         If the file is empty, truncated or damaged, if a label is not an integer or is below -1, if
-        there are not `n_faces` labels, or if the ending is unknown. The message is one line that
-        begins with the path.
+        the number of labels is not `n_faces`, or if the ending is unknown. The message is one line
+        that begins with the path.
     MissingExtraError
         If the format needs a package that is not installed.
     OSError
@@ -86,7 +86,7 @@ def read_labels(
     """
     path = Path(path)
     if path.name.lower().endswith(".segs.json"):
-        raise MeshError(f"{path}: holds labels of vertices: give labels of faces, or transfer them")
+        raise MeshError(f"{path}: has labels of vertices: pass labels of faces, or transfer them")
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     with named_errors(path):
@@ -94,7 +94,7 @@ def read_labels(
 
 
 def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
-    """Whether the file of a mesh or a cloud also holds labels with this name."""
+    """Whether the file of a mesh or point cloud also contains labels with this name."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in _FINDERS and ending not in (".ply", *PART_ENDINGS):
@@ -103,7 +103,7 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     if ending in PART_ENDINGS:
         return has_region_parts(data)
     with named_errors(path):
-        if ending == ".ply":  # the header suffices
+        if ending == ".ply":  # only the header is parsed
             return has_ply_labels(data, name)
         return _FINDERS[ending](data, name) is not None
 
@@ -115,7 +115,7 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
     if array.ndim != 1:
         raise MeshError(f"labels must be one-dimensional, got shape {array.shape}")
     if not len(array):
-        raise MeshError("there are no labels")
+        raise MeshError("labels must have at least one value, got an empty array")
     if array.dtype.kind not in "iu":
         raise MeshError(f"labels must be integers, got {array.dtype}")
     if n_faces is not None and len(array) != n_faces:
@@ -161,15 +161,15 @@ def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
-"""Endings of clouds with a column of labels; .npy and .txt files usually hold only labels."""
+"""Endings of clouds with a column of labels. .npy and .txt files usually have only labels."""
 
 _FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
     ".vtp": vtp_labels,
     **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
     **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
 }
-"""Functions that find labels by name, by ending of files that hold more than labels. They return
-None if there are no labels with the name."""
+"""For endings of files that contain more than labels, functions of the content and the name of the
+labels. They return the labels, or None if there are none with this name."""
 
 _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,

@@ -1,9 +1,9 @@
-"""LAS and LAZ: a record per point. lazrs decompresses the records of LAZ.
+"""Read LAS and LAZ files, which have one record per point. lazrs decompresses LAZ.
 
-lazrs aborts the process if a file declares more chunks or larger layers than memory can hold.
-Therefore each number from which lazrs computes a size of memory is first compared with the size of
-the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
-this with damaged files.
+lazrs aborts the process if a file declares more chunks, or larger layers, than fit in memory.
+Therefore all numbers from which lazrs computes the size of memory are first compared with the size
+of the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
+these checks with damaged files.
 """
 
 from __future__ import annotations
@@ -21,12 +21,14 @@ from ..attributes import PROJECTION, LasFrame, is_word
 from ..guards import Content, counted, narrowed, shortened
 
 _MOST_COMPRESSED = 1000
+"""Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20; only equal
+points reach 3,000."""
 _SMALL = 64 << 20
-"""Upper bound of the size of decompressed points: 1,000 times the size of the file, or 64 MB if
-that is more. Scans are compressed 5 to 20 times; only equal points are compressed 3,000 times."""
+"""Size of decompressed points in bytes that is accepted even if `_MOST_COMPRESSED` is exceeded."""
 
 _Field = tuple[str, str | dict[str, int]]
-"""Type and name of a field; for packed fields, names and numbers of bits, lowest bits first."""
+"""Type and name of a field. A field of packed bits has a dict of names and numbers of bits instead,
+from the lowest to the highest bits."""
 
 _POINT_0: tuple[_Field, ...] = (
     ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
@@ -50,7 +52,7 @@ _WAVE: tuple[_Field, ...] = (("V29", {}),)  # reference to a wave packet, which 
 
 
 class _Part(NamedTuple):
-    """An item of LAZ: fields that are compressed together, and the number of their layers."""
+    """An item of LAZ: fields that are compressed together, and their number of layers."""
 
     fields: tuple[_Field, ...]
     n_layers: int
@@ -60,38 +62,38 @@ _PARTS = {
     6: _Part(_POINT_0, 0), 7: _Part(_TIME, 0), 8: _Part(_COLORS, 0), 9: _Part(_WAVE, 0),
     10: _Part(_POINT_6, 9), 11: _Part(_COLORS, 1), 12: _Part(_NIR, 2), 13: _Part(_WAVE, 1),
 }  # fmt: skip
-"""Items by type number of LAZ."""
+"""Items of LAZ, keyed by type number."""
 
 _FORMATS = (
     (6,), (6, 7), (6, 8), (6, 7, 8), (6, 7, 9), (6, 7, 8, 9),
     (10,), (10, 11), (10, 12), (10, 13), (10, 12, 13),
 )  # fmt: skip
-"""Items of a record, by point format."""
+"""Type numbers of the items of a record, for each point format."""
 
 _EXTRA = {6: 0, 10: 14}
-"""Type number of the item for extra bytes, by the type number of the first item of a record."""
+"""Type number of the item with extra bytes, keyed by the type number of a record's first item."""
 
 _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
 
 
 class _Header(NamedTuple):
-    minor: int  # of version 1
+    minor: int  # minor version: LAS 1.minor
     is_wkt: bool  # whether the coordinate reference system is WKT
     n_points: int
     point_format: int
-    size: int  # of a point record, in bytes
-    begin: int  # offset of the points in the file
+    size: int  # size of a point record in bytes
+    begin: int  # offset of the first point in the file
     is_compressed: bool
     scales: tuple[float, float, float]
     offsets: tuple[float, float, float]
-    records: dict[tuple[bytes, int], bytes]  # variable length records by user and id
+    records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
 
 
 def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFrame]:
-    """Return columns x, y and z, in the units of the file, all other fields, and the frame.
+    """Return columns x, y and z, in the unit of the file, all other fields, and the `LasFrame`.
 
-    Fields have the names of laspy. Waves, and extra dimensions without a name or with several
-    numbers, are skipped.
+    Fields have the same names as in laspy. Wave packets are skipped, and so are extra dimensions
+    without a name or with several numbers.
     """
     header = _header_of(data)
     n_bytes = header.n_points * header.size
@@ -122,7 +124,7 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFram
 
 def _header_of(data: Content) -> _Header:
     if data[:4] != b"LASF" or len(data) < 227:
-        raise MeshError("the file does not begin with the header of a LAS file")
+        raise MeshError("not a LAS file: the header is missing or truncated")
     minor = data[25]
     begin, n_records, point_format, size, n_points = struct.unpack_from("<IIBHI", data, 96)
     if minor >= 4:
@@ -134,7 +136,7 @@ def _header_of(data: Content) -> _Header:
         raise MeshError(f"expected point format 0 to {len(_FORMATS) - 1}, got {point_format}")
     least = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[point_format])
     if size < least:
-        raise MeshError(f"points of format {point_format} have {least} bytes, not {size}")
+        raise MeshError(f"points of format {point_format} need {least} or more bytes, got {size}")
     if not n_points:
         raise MeshError("the file has no points")
     (header_size,) = struct.unpack_from("<H", data, 94)
@@ -159,12 +161,11 @@ def _size_of(fields: tuple[_Field, ...]) -> int:
 
 
 def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
-    """Variable length records, by user and id."""
     found = {}
     place = 0
     for record in range(n_records):
         if place + 54 > len(content):
-            raise MeshError(f"record {record} of {n_records} overlaps the points")
+            raise MeshError(f"variable length record {record} of {n_records} overlaps the points")
         user, number, size = struct.unpack_from("<2x16sHH", content, place)
         found[user.rstrip(b"\0"), number] = content[place + 54 : place + 54 + size]
         place += 54 + size
@@ -172,7 +173,6 @@ def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
 
 
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
-    """Yield the name and the values of each field of the points."""
     fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
     place = 0
     for kind, name in fields:
@@ -209,7 +209,7 @@ def _extra_columns(records: Bytes, header: _Header, place: int) -> Iterator[tupl
 
 
 def _size_of_numbers(kind: int) -> int:
-    """Bytes of an extra dimension; types 11 to 30 are pairs and triples."""
+    """Return the size of an extra dimension in bytes; types 11 to 30 are pairs and triples."""
     if kind > 30:
         raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
     return np.dtype(_EXTRA_TYPES[(kind - 1) % 10 + 1]).itemsize * ((kind - 1) // 10 + 1)
@@ -228,8 +228,8 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
     n_bytes = header.n_points * header.size
     if n_bytes > max(_SMALL, _MOST_COMPRESSED * len(data)):
         raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, over"
-            f" {_MOST_COMPRESSED} times the {len(data)} bytes of the file"
+            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, more"
+            f" than {_MOST_COMPRESSED} times the size of the file, {len(data)} bytes"
         )
     description = header.records.get((b"laszip encoded", 22204), b"")
     n_layers = _n_layers(description, header)
@@ -241,7 +241,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
             _check_layers(content, table, header.size, n_layers)
         records = np.empty(n_bytes, np.uint8)
         lazrs.decompress_points_with_chunk_table(content, description, records, table)
-    except BaseException as error:  # Rust's PanicException is no Exception, and cannot be imported
+    except BaseException as error:  # PanicException is no Exception and cannot be imported
         if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
             raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
         raise
@@ -249,7 +249,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 
 def _n_layers(description: bytes, header: _Header) -> int:
-    """Number of layers per chunk, 0 in older formats; a MeshError if the items are wrong."""
+    """Return the number of layers per chunk, 0 in old formats; a MeshError if items are wrong."""
     parts = _FORMATS[header.point_format]
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
@@ -272,7 +272,7 @@ def _n_layers(description: bytes, header: _Header) -> int:
 
 
 def _begin_of_table(data: Content, header: _Header) -> int:
-    """Offset of the chunk table, which is stored before the points or at the end of the file."""
+    """Return the offset of the chunk table, which is stored before the points or at the end."""
     begin = header.begin + 8
     if begin <= len(data):
         for at in (header.begin, len(data) - 8):
@@ -280,26 +280,25 @@ def _begin_of_table(data: Content, header: _Header) -> int:
             if begin <= place <= len(data) - 8:
                 return int(place)
     raise MeshError(
-        "the table of the compressed points is outside of the file: the file may be truncated"
+        "the chunk table of the compressed points is outside the file: the file may be truncated"
     )
 
 
 def _chunks(
     lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
 ) -> list[tuple[int, int]]:
-    """Number of points and number of bytes of each chunk."""
     (n_chunks,) = struct.unpack_from("<I", table, 4)
     if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
         raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
-    if any(size > n_bytes for _, size in chunks):  # 64-bit sizes could overflow their sum
-        raise MeshError(f"a chunk declares more than the {n_bytes} bytes of all chunks")
+    if any(size > n_bytes for _, size in chunks):  # otherwise the sum of sizes may overflow
+        raise MeshError(f"a chunk declares more bytes than all chunks have, {n_bytes}")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
-    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the rest
+    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk has fewer points
         largest = counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
-    counts = counts[counts.any(axis=1)]  # some writers end with an empty chunk
+    counts = counts[counts.any(axis=1)]  # some programs write an empty chunk at the end
     n_points, n_used = counts.sum(axis=0)
     sizes_fit = counts.min(initial=1) > 0 and counts[:, 0].max(initial=0) <= largest
     if not sizes_fit or n_points != header.n_points or n_used > n_bytes:
@@ -312,7 +311,7 @@ def _chunks(
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    place = 0  # of a chunk: its first point, its number of points, sizes of layers, layers
+    place = 0  # offset of a chunk: first point, number of points, sizes of layers, layers
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:

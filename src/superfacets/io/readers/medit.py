@@ -1,4 +1,4 @@
-"""MESH: text files of Medit. A section has a keyword, a count, and rows of numbers."""
+"""Read MESH files of Medit: text with sections of a keyword, a count, and rows of numbers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _KINDS = {
     b"Pyramids": (14, 5), b"Prisms": (13, 6), b"Wedges": (13, 6), b"Hexahedra": (12, 8),
     b"Hexaedra": (12, 8),
 }  # fmt: skip
-"""VTK's cell type and number of corners by section."""
+"""VTK cell type and number of corners, keyed by the keyword of the section."""
 
 
 def read_medit(data: Content, name: str) -> Grid:
-    """Read the cells of a file; the values ``medit:ref`` are their reference numbers."""
+    """Read the cells of a file; the cell data ``medit:ref`` are the reference numbers of cells."""
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
@@ -28,7 +28,7 @@ def read_medit(data: Content, name: str) -> Grid:
     words = [lines.content(int(head)).split() for head in heads]
     if not words or heads[0] or words[0][0] != b"MeshVersionFormatted":
         raise MeshError("not a MESH file: it does not begin with MeshVersionFormatted")
-    ends = [*heads[1:], len(lines)]  # some programs do not write End
+    ends = [*heads[1:], len(lines)]  # the keyword End may be missing
     for head, end, tokens in zip(heads, ends, words, strict=True):
         section = lines[head + 1 : end]
         if tokens[0] == b"Dimension":
@@ -43,7 +43,7 @@ def read_medit(data: Content, name: str) -> Grid:
             sizes, corners = np.full(len(rows), n_corners), rows[:, :-1].ravel() - 1
             parts.append((np.full(len(rows), kind), sizes, corners, rows[:, -1]))
     if vertices is None:
-        raise MeshError("the file has no Vertices")
+        raise MeshError("the file has no section Vertices")
     kinds, sizes, corners, references = map(np.concatenate, zip(*parts, strict=True))
     points = np.ascontiguousarray(vertices[:, :3])
     return Grid(points, kinds, sizes, corners, references if name == "medit:ref" else None)
@@ -52,7 +52,7 @@ def read_medit(data: Content, name: str) -> Grid:
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
 ) -> Array:
-    """The (n, width) numbers of a section; the count follows the keyword or is on the next line."""
+    """Parse the (n, width) numbers of a section, after a count on the same or the next line."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):
         tokens, section = [*tokens, *section.content(0).split()], section[1:]
@@ -61,8 +61,8 @@ def _rows_of(
     if n_found != n_rows * width:
         declared = f"{n_rows} rows" if n_rows >= 0 else "one count"
         raise MeshError(
-            f"{what} must be {declared} of {counted(width, 'number')}, but {n_found} numbers"
-            f" follow: the file may be truncated"
+            f"{what} must have {declared} of {counted(width, 'number')}, but {n_found} numbers"
+            " follow: the file may be truncated"
         )
     values = section.parse(dtype) if dtype is np.float64 else section.parse_integers_or_floats()
     return values.reshape(n_rows, width)

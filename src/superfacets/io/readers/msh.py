@@ -1,4 +1,4 @@
-"""MSH: meshes of Gmsh, versions 2.2 and 4.1, text or binary."""
+"""Read MSH files of Gmsh, versions 2.2 and 4.1, text or binary."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..guards import Content, as_doubles
 from .grids import Cursor, Grid
 from .text import as_count, as_integers, runs, shown
 
-# VTK's cell type and the number of nodes of Gmsh's types 1 to 19. Types above 19 are refused.
+# VTK cell type, and number of nodes, of Gmsh's types 1 to 19. Types above 19 are not supported.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
 Parts = tuple[Array, ...]
-"""A block of elements: tags, types, physical tags, geometrical tags, nodes (flat)."""
+"""A block of elements: tags, types, physical tags, geometrical tags, and nodes (flat)."""
 
 
 def read_msh(data: Content, name: str) -> Grid:
@@ -30,8 +30,6 @@ def read_msh(data: Content, name: str) -> Grid:
 
 
 class _MshReader(Cursor):
-    """Reads all sections of a file."""
-
     def __init__(self, data: Content, name: str) -> None:
         super().__init__(data)
         self._name = name
@@ -55,7 +53,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format; return a reader per section, which returns False for unread data."""
+        """Parse the format; return the reader of each section, which returns False if it skips."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -78,7 +76,7 @@ class _MshReader(Cursor):
     def _skip(self, section: bytes) -> None:
         end = self.data.find(b"$End" + section, self.place)
         if end < 0:
-            raise MeshError(f"the section {shown(section)} does not end: the file may be truncated")
+            raise MeshError(f"the section {shown(section)} has no end: the file may be truncated")
         self.place = end
 
     def _close(self, section: bytes) -> None:
@@ -90,7 +88,7 @@ class _MshReader(Cursor):
         return self.numbers(n, "i4", what)
 
     def _sizes(self, n: int, what: str) -> Array:
-        """Read `n` counts or tags: 8 bytes each in binary files."""
+        """Read `n` counts or tags, which have 8 bytes in binary files."""
         return self.numbers(n, "i8", what)
 
     def _count(self, what: str) -> int:
@@ -102,7 +100,7 @@ class _MshReader(Cursor):
         return True
 
     def _tagged(self, n: int, width: int, what: str) -> tuple[Array, Array]:
-        """Read `n` rows, each of a tag and `width` doubles; return (tags, doubles)."""
+        """Read `n` rows of a tag and `width` doubles; return all tags and all doubles."""
         if not self.byte_order:
             rows = self.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
             return as_integers(rows[:, 0], f"tags of {what}"), np.ascontiguousarray(rows[:, 1:])
@@ -113,7 +111,7 @@ class _MshReader(Cursor):
         return tags.view(order + "i4")[:, 0].astype(np.int64), doubles
 
     def _read_elements(self) -> bool:
-        """Read elements from lines: tag, type, number of further tags, these tags, nodes."""
+        """Read elements from text lines: tag, type, number of other tags, other tags, nodes."""
         n_elements = self._count("Elements")
         rows = self.rows(n_elements, "Elements")
         values = as_integers(rows.parse_integers_or_floats(), "Elements")
@@ -125,8 +123,8 @@ class _MshReader(Cursor):
         wrong = np.flatnonzero((n_tags < 0) | (3 + n_tags + n_nodes != rows.counts))
         if len(wrong):
             line = rows.number(int(wrong[0]))
-            raise MeshError(f"line {line}: an element has too many or too few numbers")
-        values = np.append(values, 0)  # value of a missing tag
+            raise MeshError(f"line {line}: the element has too many or too few numbers")
+        values = np.append(values, 0)  # index -1 is used for missing tags, whose value is 0
         tags = [values[np.where(n_tags > i, starts + 3 + i, -1)] for i in range(2)]
         nodes = values[runs(starts + 3 + n_tags, n_nodes)]
         self._elements.append((values[starts], types, *tags, nodes))
@@ -142,7 +140,7 @@ class _MshReader(Cursor):
             width = 1 + n_tags + int(_N_NODES[head[0]])
             if not 0 < n_rows <= n_left or n_tags < 0:
                 raise MeshError("a block of Elements declares a wrong number of elements")
-            if n_rows == 1:  # Gmsh writes one element per block
+            if n_rows == 1:  # Gmsh writes a separate block for each element
                 self.place = begin
                 rows = self._equal_blocks(head, 3 + width, n_left)[:, 3:]
             else:
@@ -154,7 +152,7 @@ class _MshReader(Cursor):
         return True
 
     def _equal_blocks(self, head: Array, width: int, n_left: int) -> Array:
-        """Read consecutive blocks of one element, all with the header `head`, at once."""
+        """Read consecutive blocks that have one element each, and the same header `head`."""
         begin, n_rows, n_equal = self.place, 1, 1
         while n_equal == n_rows:  # n_rows doubles, so at most half of the rows are read twice
             n_fitting = (len(self.data) - begin) // (4 * width)
@@ -169,7 +167,7 @@ class _MshReader(Cursor):
         return rows[:n_equal]
 
     def _read_data(self) -> bool:
-        """Read element data with one value per element; other data is skipped."""
+        """Read element data with the requested name and one value per element, or skip it."""
         begin = self.place
         texts = [self.line() for _ in range(self._few("texts"))]
         for _ in range(self._few("reals")):
@@ -211,7 +209,7 @@ class _MshReader(Cursor):
         return True
 
     def _block(self, what: str) -> tuple[int, int, int, int]:
-        """Read the three numbers of a block header, and the number of rows of the block."""
+        """Read a block header: three numbers, and the number of rows of the block."""
         if self.byte_order:
             first, second, third = self._integers(3, what).tolist()
             return first, second, third, _natural(self._sizes(1, what)[0], what)
@@ -223,7 +221,7 @@ class _MshReader(Cursor):
         for _ in range(_natural(self._sizes(4, "Nodes")[0], "Nodes")):
             _, _, has_parameters, n = self._block("Nodes")
             if has_parameters:
-                raise MeshError("nodes with parameters are not supported: save the mesh without")
+                raise MeshError("parametric nodes are not supported: save the mesh without them")
             tags.append(self._sizes(n, "Nodes"))
             points.append(self.numbers(3 * n, "f8", "Nodes"))
         self._nodes = np.concatenate(tags), np.concatenate(points).reshape(-1, 3)
@@ -241,7 +239,7 @@ class _MshReader(Cursor):
 
     def _grid(self) -> Grid:
         if self._nodes is None or not self._elements:
-            raise MeshError("the file has no Nodes, or no Elements: it may be truncated")
+            raise MeshError("the section Nodes or Elements is missing: the file may be truncated")
         node_tags, points = self._nodes
         tags, types, first, second, nodes = map(np.concatenate, zip(*self._elements, strict=True))
         corners = _places(node_tags, nodes, "nodes")
@@ -257,7 +255,7 @@ class _MshReader(Cursor):
 
 def _natural(value: Any, what: str) -> int:
     if value < 0:
-        raise MeshError(f"the sizes of {what} must not be negative, got {value}")
+        raise MeshError(f"the counts in {what} must be 0 or greater, got {value}")
     return int(value)
 
 
@@ -269,7 +267,7 @@ def _checked_types(types: Array) -> Array:
 
 
 def _places(tags: Array, wanted: Array, what: str) -> Array:
-    """Index of each wanted tag in `tags`, without a sort if the tags are 1, 2, 3, ..."""
+    """Return the index of each wanted tag in `tags`; fast if the tags are 1, 2, 3, ..."""
     if np.array_equal(tags, np.arange(1, len(tags) + 1)):
         wrong = (wanted < 1) | (wanted > len(tags))
         places = wanted - 1
@@ -278,5 +276,5 @@ def _places(tags: Array, wanted: Array, what: str) -> Array:
         places = order[np.minimum(np.searchsorted(tags, wanted, sorter=order), len(tags) - 1)]
         wrong = tags[places] != wanted
     if wrong.any():
-        raise MeshError(f"{what} have no tag {int(wanted[wrong][0])}, which an element refers to")
+        raise MeshError(f"an element refers to tag {int(wanted[wrong][0])}, missing in {what}")
     return places

@@ -1,4 +1,4 @@
-"""MTL: the materials of OBJ files."""
+"""Read MTL files, which have the materials of OBJ files."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from ..textures import Material, MaterialSource
 
 _WIDTHS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1,
            "-imfchan": 1, "-mm": 2, "-texres": 1, "-type": 1}  # fmt: skip
-"""Number of values of each option of maps."""
+"""Number of values of each texture map option."""
 
 _VECTORS = ("-o", "-s", "-t")
-"""Options of maps with one to three numbers."""
+"""Texture map options that have one to three numbers."""
 
 
 @dataclass
 class _Block:
-    """The lines of a material; indices replace the names of images."""
+    """Lines of a material, in which indices replace the names of images."""
 
     name: str
     lines: list[str] = field(default_factory=list)
@@ -36,7 +36,7 @@ class _Block:
     is_clamped: bool = False
 
     def material(self) -> Material:
-        """Return the material; its color is white if it has an image."""
+        """Return the material; the color of a material with an image is white."""
         color = self.color if self.map is None else (1.0, 1.0, 1.0)
         wrap = "clamp" if self.is_clamped else "repeat"
         source = MaterialSource("mtl", "\n".join(self.lines), tuple(self.images))
@@ -44,10 +44,10 @@ class _Block:
 
 
 def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
-    """Return the materials of an MTL file by name; images must be in `folder` or below it.
+    """Return the materials of an MTL file by name; images must be in `folder` or its subfolders.
 
-    ``map_Kd`` names the image, and ``Kd`` is the sRGB color of a material without an image. All
-    lines are kept unchanged, for output.
+    ``map_Kd`` is the image, and ``Kd`` is the sRGB color of a material without an image. All lines
+    are stored, so that they can be written again.
     """
     text = read_content(path)[:].decode("utf-8", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
@@ -71,7 +71,7 @@ def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
 
 
 def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
-    """Return the image with this name in the folder `beside`; equal names give the same object."""
+    """Return the image `name` in the folder `beside`; the same object for equal names."""
     path = str(Path(beside, name.replace("\\", "/")))
     if path not in known:
         known[path] = image_beside(path, folder)
@@ -81,7 +81,6 @@ def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str
 def _add_line(
     block: _Block, keyword: str, rest: str, image_of: Callable[[str], TextureImage]
 ) -> None:
-    """Add a line to a material."""
     if keyword == "Kd":
         block.color = _linear_color(rest) or block.color
     if not keyword.lower().startswith(("map_", "bump", "disp", "decal", "refl", "norm")):
@@ -98,7 +97,7 @@ def _add_line(
 
 
 def _split_options(text: str) -> tuple[list[str], str]:
-    """Options of a map, and the name of its image, which may contain blanks."""
+    """Split a texture map into its options and the name of its image, which may have spaces."""
     options: list[str] = []
     rest = text
     while rest.startswith("-"):
@@ -125,7 +124,7 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """Color in linear light; None if there are no three numbers, for example for a spectrum."""
+    """Parse an sRGB color to linear light; None if the text is not three numbers."""
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None
@@ -137,7 +136,7 @@ def _linear_color(text: str) -> tuple[float, float, float] | None:
 def read_libraries(
     names: list[str], folder: Path | None
 ) -> tuple[dict[str, Material], list[Path], list[str]]:
-    """Return the materials of ``mtllib`` lines, their files, and notes on missing files."""
+    """Return the materials in the files `names`, the files, and notes about missing files."""
     materials: dict[str, Material] = {}
     found: list[Path] = []
     left_out: list[str] = []
@@ -148,7 +147,7 @@ def read_libraries(
                 raise FileNotFoundError(name)
             read = read_mtl(path, Path(os.path.realpath(folder)))
         except (OSError, MeshError):
-            left_out.append(f"materials in {name!r}, which cannot be read beside the mesh")
+            left_out.append(f"materials in {name!r}, which cannot be read in the mesh's folder")
             continue
         found.append(path)
         for key, material in read.items():

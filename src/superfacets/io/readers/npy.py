@@ -1,4 +1,4 @@
-"""NPY: one array. NPZ: a ZIP archive of arrays by name."""
+"""Read arrays from NPY files, and from NPZ files, which are ZIP archives of NPY files."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ from ...errors import MeshError
 from ..guards import Content, shortened
 
 MAX_NPY_HEADER = 10_000
-"""NumPy's limit of the header's text, in bytes. Headers of labels have about 60."""
+"""Maximum length of the header text in bytes, the same as in NumPy. The usual length is 60."""
 
 _SIZES = {b"\1\0": 2, b"\2\0": 4, b"\3\0": 4}
-"""Bytes of the header's length field, by version of the format."""
+"""Size of the length field of the header in bytes, for each version of the format."""
 
 _AS_JSON = {ord("'"): '"', ord("("): "[", ord(")"): "]"}
 _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
-"""Commas before a closing bracket, and the suffix of integers in Python 2."""
+"""Parts of the header to remove: commas before a closing bracket, and the integer suffix L."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
     """Return the array of a .npy file.
 
-    numpy.load would allocate the memory that a damaged header declares. Here the declared size must
-    be the size of the file, and arrays of objects, which are pickled, are refused.
+    numpy.load allocates the memory that the header declares, even if the header is damaged. This
+    function first checks that the declared size matches the file. Pickled arrays of objects are
+    refused.
     """
     shape, dtype, is_fortran, begin = npy_header(data)
     if dtype.hasobject:
@@ -49,21 +50,21 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
 def npz_array(data: Content, name: str) -> Array:
     """Return one array of a .npz file by name.
 
-    A damaged archive raises errors of zipfile, of zlib, a KeyError or a MeshError.
+    If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         return npy_array(archive.read(f"{name}.npy"))
 
 
 def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    """Return shape, type, whether the order is Fortran's, and the offset of the numbers."""
+    """Return shape, dtype, whether the array is in Fortran order, and the offset of its data."""
     try:
         if bytes(data[:6]) != b"\x93NUMPY" or bytes(data[6:8]) not in _SIZES:
-            raise ValueError("expected it to begin with \\x93NUMPY and version 1.0, 2.0 or 3.0")
+            raise ValueError("expected the magic bytes \\x93NUMPY and version 1.0, 2.0 or 3.0")
         begin = 8 + _SIZES[bytes(data[6:8])]
         end = begin + int.from_bytes(data[8:begin], "little")
         if end > min(len(data), begin + MAX_NPY_HEADER):
-            raise ValueError(f"expected {end} bytes, and at most {MAX_NPY_HEADER}")
+            raise ValueError(f"its {end - begin} bytes exceed the file or {MAX_NPY_HEADER} bytes")
         return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
     except (ValueError, TypeError, RecursionError) as error:
         why = shortened(str(error))
@@ -71,16 +72,16 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 
 
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Parse the header, the text of a Python dictionary, as JSON; `ast` is not safe on threads."""
+    """Parse the header, a Python dictionary, as JSON, because `ast` is not thread-safe."""
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
     fields = json.loads(_NOT_JSON.sub("", plain))
     if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:
         raise ValueError(f"expected descr, fortran_order and shape, got {reprlib.repr(text)}")
     kind, shape, is_fortran = fields["descr"], fields["shape"], fields["fortran_order"]
     if not isinstance(shape, list) or not all(type(side) is int for side in shape):
-        raise ValueError(f"expected a tuple of integers as shape, got {reprlib.repr(shape)}")
+        raise ValueError(f"shape must be a tuple of integers, got {reprlib.repr(shape)}")
     if not isinstance(is_fortran, bool):
-        raise ValueError(f"expected True or False as fortran_order, got {reprlib.repr(is_fortran)}")
-    if not isinstance(kind, str) or "," in kind:  # structured types are refused
-        raise ValueError(f"expected a type as '<i4', got {reprlib.repr(kind)}")
+        raise ValueError(f"fortran_order must be True or False, got {reprlib.repr(is_fortran)}")
+    if not isinstance(kind, str) or "," in kind:  # structured types are not supported
+        raise ValueError(f"descr must be a type such as '<i4', got {reprlib.repr(kind)}")
     return tuple(shape), np.dtype(kind), is_fortran

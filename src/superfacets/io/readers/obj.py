@@ -1,4 +1,4 @@
-"""OBJ: the `v` and `f` lines of all objects, groups and materials."""
+"""Read OBJ files: the `v` and `f` lines of all objects, groups and materials."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
-"""A line without a comment that continues on the next line."""
+"""Matches a line that continues on the next line and has no comment."""
 
 _LINE = re.compile(r"line (\d+)")
-"""Line number in a message."""
+"""Matches the line number at the beginning of a message."""
 
 
 def read_obj(data: Content) -> Arrays:
     """Return vertices, one per `v` line, and faces, one per `f` line, of an OBJ file.
 
-    Texture and normal indices do not split vertices. Lines and points are skipped. A file that is
-    truncated between two lines cannot be detected, because the format declares no counts.
+    Texture and normal indices do not split vertices. Lines and points are skipped. If a file is
+    truncated between two lines, this is not detected, because OBJ does not declare counts.
     """
     data = without_continuations(data)
     blocks = list(read_blocks(data))
@@ -45,21 +45,19 @@ def read_obj(data: Content) -> Arrays:
 
 
 def without_continuations(data: Content) -> Content:
-    """Join lines that end in a backslash to the next line."""
+    """Join each line that ends in a backslash with the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Vertices and faces of a block of lines."""
-
-    vertices: Floats  # (V, 3) of the `v` lines
-    corners: Array  # (C,) vertex index of each corner, from 0; negative if invalid
-    lengths: Ints  # (F,) corners of each `f` line
+    vertices: Floats  # (V, 3) positions in the `v` lines
+    corners: Array  # (C,) vertex index of each corner, counted from 0; negative if invalid
+    lengths: Ints  # (F,) number of corners of each `f` line
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
-    """Yield blocks of lines of a text; `n_vertices` vertices precede the text in its file."""
+    """Parse a text block by block; `n_vertices` is the number of vertices before the text."""
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
@@ -68,7 +66,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            last = np.repeat(n_before, faces.counts)  # vertex of index -1, counted from 1
+            last = np.repeat(n_before, faces.counts)  # vertex with the index -1, counted from 1
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
@@ -76,7 +74,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
 
 
 def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
-    """Yield blocks of lines of a file; about `size` bytes of text are in memory."""
+    """Parse a file block by block, with about `size` bytes of text in memory."""
     n_vertices, n_lines = 0, 0
     for text in _text_blocks(path, size):
         try:
@@ -92,7 +90,7 @@ def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
 
 
 def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
-    """Yield a text in blocks of whole lines; continued lines stay together."""
+    """Yield a text in blocks of complete lines; continued lines are in the same block."""
     rest = b""
     with path.open("rb") as file:
         while block := file.read(size):
@@ -106,7 +104,7 @@ def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
 
 
 def _end_of_lines(text: bytes) -> int:
-    """Offset after the last line that does not continue on the next line; 0 if there is none."""
+    """Return the offset after the last line that does not continue on the next line, or 0."""
     end = text.rfind(b"\n") + 1
     while end:
         begin = text.rfind(b"\n", 0, end - 1) + 1
@@ -117,7 +115,7 @@ def _end_of_lines(text: bytes) -> int:
 
 
 def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:
-    """Raise a MeshError that quotes the first line with an index out of range."""
+    """Raise a MeshError that reports the first line with an index out of range."""
     place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
     ends = np.cumsum(lengths, dtype=np.int64)
     face = int(np.searchsorted(ends, place, side="right"))

@@ -1,4 +1,4 @@
-"""Texture coordinates and materials of an OBJ file."""
+"""Read texture coordinates and materials of an OBJ file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ COORDINATES, FACE, MATERIAL, LIBRARY = range(4)
 
 
 def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
-    """Return vertices and faces of an OBJ file, and its texture; MTL files must be beside it.
+    """Return vertices, faces and texture of an OBJ file; MTL files must be in `folder`.
 
-    If the texture cannot be read, the mesh is read without it.
+    If the texture cannot be read, the result has no texture, and `left_out` has the reason.
     """
     data = without_continuations(data)
     arrays = read_obj(data)
@@ -37,14 +37,14 @@ def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays
 
 @dataclass
 class _Found:
-    """Data of all lines up to the current one."""
+    """Data of all lines up to the current line; lists have one entry per block of lines."""
 
     coordinates: list[Floats] = field(default_factory=list)
-    indices: list[Array] = field(default_factory=list)  # of corners, from 0; negative if missing
-    materials: list[Ints] = field(default_factory=list)  # of the faces
-    names: dict[str, int] = field(default_factory=dict)  # index of each material
-    libraries: list[str] = field(default_factory=list)
-    material: int = -1  # of the next face
+    indices: list[Array] = field(default_factory=list)  # texture index of corners; < 0 if missing
+    materials: list[Ints] = field(default_factory=list)  # material index of faces
+    names: dict[str, int] = field(default_factory=dict)  # index of each material, by name
+    libraries: list[str] = field(default_factory=list)  # names of MTL files
+    material: int = -1  # material index of the next face
     n_coordinates: int = 0
 
 
@@ -72,7 +72,7 @@ def _read_texture(
 
 
 def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
-    """Add the texture coordinates in a block of lines, and their indices at corners."""
+    """Add the texture coordinates of a block of lines, and the texture indices of corners."""
     is_pair, is_face = kinds == COORDINATES, kinds == FACE
     pairs = lines.after_keyword(is_pair, b"vt")
     pairs.refuse(pairs.counts < 2, "texture coordinates need 2 numbers")
@@ -80,7 +80,7 @@ def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
     indices = faces.parse_second_indices()
     if indices.min(initial=1) < 0:
         n_before = found.n_coordinates + np.cumsum(is_pair, dtype=np.int64)[is_face]
-        last = np.repeat(n_before, faces.counts)  # pair of index -1, counted from 1
+        last = np.repeat(n_before, faces.counts)  # pair with the index -1, counted from 1
         indices = np.where(indices < 0, np.maximum(indices + last + 1, 0), indices)
     values = pairs.parse(np.float64)
     firsts = np.cumsum(pairs.counts, dtype=np.int64) - pairs.counts
@@ -90,7 +90,6 @@ def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
 
 
 def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
-    """Add the materials of the faces in a block of lines."""
     found.libraries += [
         _name_at(lines, place) for place in np.flatnonzero(kinds == LIBRARY).tolist()
     ]
@@ -108,7 +107,7 @@ def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
 
 
 def _name_at(lines: Lines, place: int) -> str:
-    """The text after the keyword of a line. Names may contain blanks and ``#``."""
+    """Return the text after the keyword of a line; it may contain spaces and ``#``."""
     text = lines.text[lines.starts[place] :][:4096].tobytes().split(b"\n")[0]
     _, _, name = text.decode("utf-8", "surrogateescape").strip().replace("\t", " ").partition(" ")
     return name.strip()

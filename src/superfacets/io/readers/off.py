@@ -1,6 +1,6 @@
-"""OFF: the word OFF, the counts, vertices, faces; comments and blank lines are allowed anywhere.
+"""Read OFF files: the word OFF, counts, vertices and faces, with comments and blank lines anywhere.
 
-Also the .tri format: vertex count, a line per vertex, triangle count, a line per triangle.
+Also reads .tri files: vertex count, one line per vertex, triangle count, one line per triangle.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from ..guards import (
 )
 from .text import Lines, as_integers, runs, shown, split_lines, table
 
-# The letters declare texture coordinates, colors and normals, which follow x y z on a vertex line.
-# Some data sets (ModelNet) have no blank between the word and the counts.
+# ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
+# data sets, such as ModelNet, have no space between the word and the counts.
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
@@ -39,13 +39,12 @@ def read_off(data: Content) -> Arrays:
         )
     if n_rows > n_vertices + n_faces:
         extra = lines.number(n_header + n_vertices + n_faces)
-        raise MeshError(f"line {extra} is more than the header declares")
+        raise MeshError(f"line {extra}: there are more lines than the header declares")
     body = lines[n_header:]
     return body[:n_vertices].parse_vertices(), _read_faces(body[n_vertices:])
 
 
 def _read_header(lines: Lines) -> tuple[int, int, int]:
-    """Numbers of vertices, faces and header lines."""
     first = lines.content(0).rstrip() if len(lines) else b""
     magic = MAGIC.match(first)
     if magic is None:
@@ -53,7 +52,7 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
     counts = first[magic.end() :]
     n_header = 1
     if counts.upper().startswith(b"BINARY"):
-        raise MeshError("binary OFF files are not supported")
+        raise MeshError("binary OFF files are not supported: save the mesh as ASCII OFF or PLY")
     if not counts and len(lines) > 1:
         counts = lines.content(1)
         n_header = 2
@@ -62,7 +61,7 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
         raise MeshError(
             f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
         )
-    # No count has 30 digits; `int` refuses more than 4,300 digits.
+    # Digits are limited, because `int` raises a ValueError for more than 4,300 digits.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header
 
@@ -74,8 +73,8 @@ def _read_faces(lines: Lines) -> Array | Polygons:
     if len(short):
         line = short[0]
         raise MeshError(
-            f"line {lines.number(line)}: a face of {n_corners[line]} corners"
-            f" needs {n_corners[line]} indices, got {lines.counts[line] - 1}"
+            f"line {lines.number(line)}: a face with {n_corners[line]} corners"
+            f" must have {n_corners[line]} indices, got {lines.counts[line] - 1}"
         )
     check_corner_counts(n_corners)
     if len(n_corners) and n_corners.min() == n_corners.max():
@@ -87,24 +86,24 @@ def _read_faces(lines: Lines) -> Array | Polygons:
 
 
 def read_tri(data: Content) -> Arrays:
-    """Return vertices and faces of a .tri file; indices count from 0."""
+    """Return vertices and faces of a .tri file, in which indices are counted from 0."""
     lines = split_lines(data)
     vertices, rest = _read_block(lines, "vertex", np.float64)
     faces, rest = _read_block(rest, "triangle", np.int64)
     if len(rest):
-        raise MeshError(f"line {rest.number(0)} follows the last declared triangle")
+        raise MeshError(f"line {rest.number(0)}: there are more lines than declared triangles")
     return vertices, faces
 
 
 def _read_block(
     lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
 ) -> tuple[Array, Lines]:
-    """Read a count and this number of lines of three numbers; return also the remaining lines."""
+    """Read a count, and as many lines of three numbers; return the numbers and remaining lines."""
     first = lines.content(0).strip() if len(lines) else b""
     if not first.isdigit():
         where = f"line {lines.number(0)}" if len(lines) else "the end of the file"
-        raise MeshError(f"expected a {thing} count at {where}: is this a complete .tri file?")
-    n_rows = int(first[:30])  # no count has 30 digits
+        raise MeshError(f"expected a {thing} count at {where}: the .tri file may be truncated")
+    n_rows = int(first[:30])  # `int` raises a ValueError for more than 4,300 digits
     if len(lines) - 1 < n_rows:
         raise MeshError(
             f"the file declares {counted(n_rows, thing)} but only"

@@ -1,4 +1,4 @@
-"""Labels from the named parts of a text file: solids of an STL file, groups of an OBJ file."""
+"""Read labels from the named parts of a mesh: solids of a text STL file, groups of an OBJ file."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from .stl import is_binary_stl, read_stl
 from .text import iterate_lines
 
 PART_ENDINGS = (".stl", ".obj")
-"""Formats whose parts are labels. `write_mesh` sorts their faces by region."""
+"""Endings of formats in which parts are labels. `write_mesh` sorts their faces by region."""
 
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
-"""Names of parts that `write_mesh` writes."""
+"""Matches the names that `write_mesh` gives to parts."""
 
 _OUR_PART = re.compile(rb"^(?:solid|g) region_\d", re.MULTILINE)
 
 
 def has_region_parts(data: Content) -> bool:
-    """Whether the file has a part with a name of `write_mesh`."""
+    """Whether a part of the file has a name like ``region_17``, as written by `write_mesh`."""
     return _OUR_PART.search(data) is not None
 
 
 def stl_labels(data: Content) -> Array:
     """Return the label of each triangle, from the name of its solid; a MeshError if binary."""
-    read_stl(data)  # raises the errors of damaged files
+    read_stl(data)  # raises a MeshError if the file is damaged
     if is_binary_stl(data):
-        raise MeshError("a binary STL file has no solids: write text STL, or PLY with labels")
+        raise MeshError("a binary STL file has no solids: use a text STL file, or PLY with labels")
     return _labels_by_part(data, (b"facet", b"solid"), any_case=True)
 
 
 def obj_labels(data: Content) -> Array:
     """Return the label of each face, from the last `g` or `o` line before the face."""
-    read_obj(data)  # raises the errors of damaged files
+    read_obj(data)  # raises a MeshError if the file is damaged
     labels = _labels_by_part(without_continuations(data), (b"f", b"g", b"o"), comment=b"#")
     if not len(labels) or labels.max() < 0:
         raise MeshError("the OBJ file has no groups: no face follows a `g` or `o` line")
@@ -47,7 +47,7 @@ def obj_labels(data: Content) -> Array:
 def _labels_by_part(
     data: Content, words: tuple[bytes, ...], *, any_case: bool = False, comment: bytes = b""
 ) -> Array:
-    """Labels of the lines of cells, which begin with ``words[0]``; other words begin a part."""
+    """Return a label per cell: ``words[0]`` begins the line of a cell, other words begin a part."""
     names: dict[bytes, int] = {}
     blocks, last = [], -1
     for lines in iterate_lines(data, comment=comment):
@@ -60,8 +60,8 @@ def _labels_by_part(
         blocks.append(np.array(parts)[np.cumsum(is_part)[keywords == 0]])
         last = parts[-1]
     matches = [_REGION.fullmatch(name) for name in names]
-    numbers = np.arange(-1, len(names))  # label of each part; the first is for cells in no part
-    if all(matches):  # all names are `region_17` or `unlabeled`
+    numbers = np.arange(-1, len(names))  # label of each part, after label -1 for no part
+    if all(matches):  # all names are like `region_17` or `unlabeled`
         numbers[1:] = [int(match[1]) if match and match[1] else -1 for match in matches]
     labels: Array = numbers[np.concatenate(blocks) + 1]
     return labels

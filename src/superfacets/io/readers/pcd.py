@@ -1,4 +1,4 @@
-"""PCD (Point Cloud Library): a header, then points as text, records or compressed columns."""
+"""Read PCD files: a header, then points as text, binary records or compressed columns."""
 
 from __future__ import annotations
 
@@ -20,52 +20,52 @@ _KINDS = {
     for letter, sizes in (("I", (1, 2, 4, 8)), ("U", (1, 2, 4, 8)), ("F", (4, 8)))
     for size in sizes
 }
-"""NumPy's type by TYPE and SIZE of the header."""
+"""NumPy type for each TYPE and SIZE of a field in the header, for example F4."""
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 
 _PADDING = "_"
-"""Name of padding fields."""
+"""Name of fields that are only padding."""
 
 _MOST_COMPRESSED = 100
-"""Largest ratio of compression: LZF decodes 3 bytes to at most 264."""
+"""Upper bound of the compression ratio. LZF compresses at most 264 bytes to 3 bytes."""
 
 _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-"""The pose that programs write if the pose is unknown."""
+"""Pose that programs write if the pose is unknown: translation 0, identity quaternion."""
 
 
 class _Field(NamedTuple):
     name: str
     dtype: np.dtype[Any]
-    length: int  # numbers per point
+    length: int  # count of numbers per point
 
 
 class _Header(NamedTuple):
     fields: list[_Field]
     n_points: int
-    viewpoint: Floats | None  # (3,)
-    form: str
-    begin: int  # offset of the points
+    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
+    form: str  # "ascii", "binary" or "binary_compressed"
+    begin: int  # offset of the first point
 
     @property
     def record_size(self) -> int:
-        """Bytes of a point."""
+        """Size of a point in bytes."""
         return sum(field.dtype.itemsize * field.length for field in self.fields)
 
 
 class PcdPoints(NamedTuple):
-    """The points of a file that have a position."""
+    """Points of a file that have a position."""
 
-    columns: dict[str, Array]  # x, y, z and all other fields by name; colors as red, green, blue
-    viewpoint: Floats | None  # (3,) position of the scanner; None if the pose is `_AT_REST`
-    left_out: tuple[str, ...]  # descriptions of fields that are not kept
+    columns: dict[str, Array]  # all fields by name; packed colors become red, green and blue
+    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
+    left_out: tuple[str, ...]  # descriptions of fields that were skipped
 
 
 def read_pcd(data: Content) -> PcdPoints:
-    """Read all fields of the points. Points without a position (NaN) are skipped.
+    """Read all fields of the points. Points whose position is NaN are skipped.
 
-    Organized clouds, which have a point per pixel, have such points. If a point is skipped, the
-    column ``record`` holds the index in the file of each remaining point.
+    Organized clouds, which have one point per pixel, contain points without a position. If points
+    are skipped, the column ``record`` has the index in the file of each remaining point.
     """
     header = _header_of(data)
     read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
@@ -77,7 +77,7 @@ def read_pcd(data: Content) -> PcdPoints:
         if name == _PADDING:
             continue
         if name in columns or not is_word(name):
-            left_out.append(f"field {shown(name)}, whose name is taken or is not a word of ASCII")
+            left_out.append(f"field {shown(name)}, whose name is repeated or not a word of ASCII")
             continue
         columns[name] = values
     columns = _with_positions(_with_colors(columns), left_out)
@@ -88,7 +88,7 @@ def read_pcd(data: Content) -> PcdPoints:
 def _header_of(data: Content) -> _Header:
     found = _DATA.search(data[: 1 << 16])
     if found is None:
-        raise MeshError("the line DATA, which ends the header of a PCD file, is missing")
+        raise MeshError("not a PCD file: the header has no line DATA")
     words = {}
     for line in data[: found.start()].decode("latin-1").splitlines():
         key, *values = line.split("#")[0].split() or [""]
@@ -97,14 +97,14 @@ def _header_of(data: Content) -> _Header:
     sizes, kinds = words.get("SIZE", []), words.get("TYPE", [])
     counts = words.get("COUNT", ["1"] * len(names))
     if not len(names) == len(sizes) == len(kinds) == len(counts):
-        raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header differ in length")
+        raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header must have the same length")
     fields = [
         _Field(name, _type_of(kind + size), as_count(count, "COUNT"))
         for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
     ]
     for axis in "xyz":
         if [field.length for field in fields if field.name == axis] != [1]:
-            raise MeshError(f"the points of the file have no coordinate {axis}")
+            raise MeshError(f"FIELDS must contain {axis}, with COUNT 1")
     return _Header(
         [field for field in fields if field.length],
         _n_points(words),
@@ -116,12 +116,12 @@ def _header_of(data: Content) -> _Header:
 
 def _type_of(word: str) -> np.dtype[Any]:
     if word not in _KINDS:
-        raise MeshError(f"expected a TYPE and SIZE of numbers, such as F 4, got {shown(word)}")
+        raise MeshError(f"expected a TYPE and SIZE such as F and 4, got {shown(word)}")
     return np.dtype(_KINDS[word])
 
 
 def _n_points(words: dict[str, list[str]]) -> int:
-    """Number of points: POINTS, or WIDTH times HEIGHT if POINTS is missing."""
+    """Return the number of points: POINTS, or WIDTH times HEIGHT if POINTS is missing."""
     sides = [as_count("".join(words.get(key, ["1"])), key) for key in ("WIDTH", "HEIGHT")]
     n_points = math.prod(sides)
     given = as_count("".join(words["POINTS"]), "POINTS") if "POINTS" in words else n_points
@@ -157,19 +157,19 @@ def _read_text(data: Content, header: _Header) -> list[Array]:
 
 
 def _as_declared(values: Floats, field: _Field) -> Array:
-    """Convert decimals to the declared type, except coordinates."""
+    """Convert the numbers of a text file to the declared type, except coordinates."""
     if field.name in ("x", "y", "z"):
         return values
     kind = field.dtype.kind
     is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
-    # In text, packed colors are integers, even if the header declares floats.
+    # In text files, packed colors are integers, even if the header declares floats.
     if field.name in ("rgb", "rgba") and is_whole and (kind != "f" or values.max() >= 1):
         return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
     with np.errstate(invalid="ignore", over="ignore"):
         declared = values.astype(field.dtype)
     if kind != "f" and not np.array_equal(declared, values):
         raise MeshError(
-            f"the field {field.name} must hold integers of {field.dtype.itemsize} bytes"
+            f"the field {field.name} must have integers of {field.dtype.itemsize} bytes"
         )
     return declared
 
@@ -182,19 +182,20 @@ def _read_records(data: Content, header: _Header) -> list[Array]:
 
 
 def _read_compressed(data: Content, header: _Header) -> list[Array]:
-    """Read columns that are stored one after the other and compressed together."""
+    """Read columns that are concatenated and compressed."""
     begin = header.begin + 8
     sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
     packed = np.frombuffer(data, np.uint8)[begin : begin + sizes[0]]
     n_bytes = header.n_points * header.record_size
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
         raise MeshError(
-            f"{counted(header.n_points, 'point')} need {n_bytes} bytes; the file declares"
-            f" {sizes[1]} in {sizes[0]} and has {len(packed)}: the file may be truncated or damaged"
+            f"{counted(header.n_points, 'point')} need {n_bytes} bytes, but the file declares"
+            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)}: the file may be"
+            " truncated or damaged"
         )
     content = _core.unpack_lzf(packed, n_bytes)
     if len(content) != n_bytes:
-        raise MeshError("the compressed points are damaged")
+        raise MeshError("the compressed points cannot be decompressed: the file is damaged")
     columns, place = [], 0
     for field in header.fields:
         end = place + header.n_points * field.length * field.dtype.itemsize
@@ -204,21 +205,20 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
 
 
 def _check_points(n_found: int, header: _Header) -> None:
-    """Raise a MeshError if there are fewer points than declared."""
     if n_found < header.n_points:
         raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')} and the file holds"
-            f" {n_found}: it may be truncated"
+            f"the header declares {counted(header.n_points, 'point')}, but the file has {n_found}:"
+            " it may be truncated"
         )
 
 
 def _flat(values: Array) -> Array:
-    """Copy a table; a table of one column becomes one-dimensional."""
+    """Copy a table; a table with one column becomes one-dimensional."""
     return np.ascontiguousarray(values[:, 0] if values.shape[1] == 1 else values)
 
 
 def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
-    """Replace packed colors by red, green and blue; a fourth byte is opacity, and is ignored."""
+    """Replace packed colors by red, green and blue; the fourth byte, opacity, is ignored."""
     name = next((name for name in ("rgb", "rgba") if name in columns), None)
     if name is None or columns[name].ndim != 1 or columns[name].itemsize != 4:
         return columns
@@ -235,7 +235,7 @@ def _with_positions(columns: dict[str, Array], left_out: list[str]) -> dict[str,
     is_known: Bools = np.asarray(np.isfinite(points).all(axis=0))
     records = np.flatnonzero(is_known).astype(np.int32)
     if not len(records):
-        raise MeshError("no point of the file has a position")
+        raise MeshError("no point of the file has a position: all coordinates are NaN")
     if len(records) == len(is_known):
         return columns
     n_lost = len(is_known) - len(records)

@@ -1,4 +1,4 @@
-"""Meshes and clouds in files and folders, as tables that are read in ranges of rows."""
+"""Open meshes and clouds in files and folders as tables of which ranges of rows can be read."""
 
 from __future__ import annotations
 
@@ -22,26 +22,27 @@ from .read import CELL_ENDINGS, cell_ending
 from .tileset import read_tileset, tileset_at
 
 FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
-"""Endings of files that are read from a folder; ``.npy``, ``.txt``, ``.csv`` often hold labels."""
+"""Endings of files that are read from a folder. ``.npy``, ``.txt`` and ``.csv`` are excluded,
+because they often contain labels."""
 
 AXES = ("x", "y", "z")
 NORMALS = ("nx", "ny", "nz")
 AXES_OF_SPLATS = ((*TURNS, *SCALES), (*TURNS, *SCALES[:2]))
 
 _ROWS_AT_ONCE = 1 << 16
-"""Number of rows per block."""
+"""Number of rows that are read at a time."""
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Tables of a mesh or a cloud, which are read in ranges of rows."""
+    """Tables of a mesh or a cloud, of which ranges of rows can be read."""
 
-    points: Rows  # vertices, or the points of a cloud: three coordinates
-    corners: Rows | None = None  # (F, 3) vertices of each triangle; with offsets, (C,)
-    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, and the end of the last
-    normals: Rows | None = None  # (N, 3) of points, of length 1 or 0
-    axes: Rows | None = None  # (N, 3) normals of unknown sign, of length 1 or 0
-    viewpoint: Viewpoint | None = None  # position that estimated normals face
+    points: Rows  # (V, 3) vertices, or (N, 3) points of a cloud
+    corners: Rows | None = None  # (F, 3) vertices of triangles, or (C,) of polygons; None: cloud
+    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, then C; None: triangles
+    normals: Rows | None = None  # (N, 3) normals of points, of length 1 or 0
+    axes: Rows | None = None  # (N, 3) normals with unknown sign, of length 1 or 0
+    viewpoint: Viewpoint | None = None  # sensor position, which estimated normals face
 
     @property
     def n_cells(self) -> int:
@@ -50,14 +51,14 @@ class Pieces:
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """Offsets of the cells of each file of the source, shape (n_files + 1,)."""
+        """Index of the first cell of each file, then the number of cells, (n_files + 1,)."""
         if self.offsets is not None:
             return 0, self.offsets.n_rows - 1
         cells = self.points if self.corners is None else self.corners
         return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
 
     def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
-        """Corners of faces `begin` to `end` - 1, flat, and offsets; None if all are triangles."""
+        """Return corners of faces `begin` to `end` - 1, flat; and offsets, None for triangles."""
         assert self.corners is not None
         if self.offsets is None:
             return self.corners.read(begin, end).reshape(-1).astype(np.int64), None
@@ -75,12 +76,12 @@ class SourceFile(NamedTuple):
 
 
 def holds_files(path: Path) -> bool:
-    """Whether a source is a folder or a tileset; both may have several files."""
+    """Whether a source is a folder or a tileset, which may have several files."""
     return path.is_dir() or tileset_at(path) is not None
 
 
 def files_of(path: Path) -> list[SourceFile]:
-    """Return the file itself, the files of a folder sorted by name, or the models of a tileset."""
+    """Return a file itself, the files of a folder sorted by name, or the models of a tileset."""
     tileset = tileset_at(path)
     if tileset is not None:
         found = [SourceFile(*tile) for tile in read_tileset(tileset).tiles]
@@ -97,31 +98,31 @@ def files_of(path: Path) -> list[SourceFile]:
 
 
 def holds_points(path: Path) -> bool:
-    """Whether the file, or the first file of the folder, is a point cloud."""
+    """Whether a file, or the first file of a folder, is a point cloud."""
     first = files_of(path)[0].path
     ending = cell_ending(first)
     return holds_cloud(read_header(first)[1] if ending == ".ply" else b"", ending)
 
 
 def pieces_of_file(path: Path) -> Pieces | None:
-    """Return the tables in a file, or None if the file must be read whole."""
+    """Return the tables in a file, or None if the file must be loaded completely."""
     readers = {".ply": _ply_pieces, ".npy": _npy_pieces}
     return readers.get(cell_ending(path), lambda _: None)(path)
 
 
 def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
-    """Join meshes, or clouds, to one; a MeshError if they are of different kinds."""
+    """Join several meshes, or several clouds; a MeshError if there are both."""
     if len(pieces) == 1:
         return pieces[0]
     corners = [part.corners for part in pieces if part.corners is not None]
     normals = [part.normals for part in pieces if part.normals is not None]
     if 0 < len(corners) < len(pieces):
-        raise MeshError("the folder holds meshes and point clouds: use one kind at a time")
+        raise MeshError("the folder has both meshes and point clouds: use separate folders")
     if 0 < len(normals) < len(pieces):
-        raise MeshError("some point clouds of the folder have normals, and others have none")
+        raise MeshError("all or none of the point clouds in a folder must have normals, not some")
     axes = [part.axes for part in pieces if part.axes is not None]
     if any(part.offsets is not None for part in pieces):
-        raise MeshError("the files of a folder must hold triangles, but one has other polygons")
+        raise MeshError("all files in a folder must be triangle meshes, but one has other polygons")
     points = JoinedRows(tuple(part.points for part in pieces))
     return Pieces(
         points,
@@ -132,12 +133,12 @@ def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
 
 
 def as_doubles(rows: Array, _begin: int) -> Array:
-    """Convert numbers to float64 for `ConvertedRows`; see `exact_doubles`."""
+    """Convert rows of a table with `exact_doubles`, for `ConvertedRows`."""
     return exact_doubles(rows)
 
 
 def _are_zero(rows: RecordRows) -> bool:
-    """Whether all numbers are 0; reading stops at the first block with another number."""
+    """Whether all numbers are 0; reading stops at the first block with a number that is not 0."""
     blocks = range(0, rows.n_rows, _ROWS_AT_ONCE)
     return not any(
         rows.read(begin, min(begin + _ROWS_AT_ONCE, rows.n_rows)).any() for begin in blocks
@@ -145,19 +146,19 @@ def _are_zero(rows: RecordRows) -> bool:
 
 
 def _as_normals(rows: Array, begin: int) -> Array:
-    """Scale vectors to length 1, except zeros; a MeshError names the first that is not finite."""
+    """Scale vectors other than 0 to length 1; a MeshError if one is not finite."""
     return checked_normals(rows, len(rows), begin)
 
 
 def _as_axes(rows: Array, begin: int) -> Array:
-    """Axes of Gaussian splats, from rotations and scales."""
+    """Convert rotations and scales of Gaussian splats to their shortest axes."""
     axes = splat_axes(dict(zip((*TURNS, *SCALES), rows.T, strict=False)))
     assert axes is not None
     return checked_normals(axes, len(axes), begin)
 
 
 def _ply_pieces(path: Path) -> Pieces | None:
-    """Return the tables of a binary PLY file, or None if the file must be read whole."""
+    """Return the tables of a binary PLY file, or None if the file must be loaded completely."""
     header, content = read_header(path)
     is_cloud, n_bytes = holds_cloud(content, ".ply"), path.stat().st_size
     found, begin = dict[str, tuple[int, Element, np.dtype[Any]]](), header.size
@@ -166,11 +167,11 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if record is None:
             break
         if element.n_rows * record.itemsize > n_bytes - begin:
-            if is_cloud or element.name == "face":  # not all faces are triangles, or a cut file
+            if is_cloud or element.name == "face":  # faces may have fewer than three corners
                 break
             raise MeshError(
                 f"{path}: the PLY header declares {element.n_rows} rows of element"
-                f" {element.name!r} but the file is shorter: it may be truncated"
+                f" {element.name!r} but the file has fewer: it may be truncated"
             )
         found[element.name] = begin, element, record
         begin += element.n_rows * record.itemsize
@@ -187,7 +188,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if len(set(names)) < len(names):
             return None
         normals = rows("vertex", NORMALS)
-        if normals is not None and _are_zero(normals):  # the same rule as in `read_cloud`
+        if normals is not None and _are_zero(normals):  # as in `read_cloud`, ignore zero normals
             normals = None
         tables = [rows("vertex", names) for names in AXES_OF_SPLATS]
         axes = next((table for table in tables if table is not None), None)
@@ -202,7 +203,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
 
 
 def _npy_pieces(path: Path) -> Pieces | None:
-    """Return the points of a .npy file of shape (N, 3), or None if the file must be read whole."""
+    """Return the points of a .npy file of shape (N, 3), or None for all other arrays."""
     with path.open("rb") as file:
         shape, dtype, is_fortran, begin = npy_header(file.read(2 * MAX_NPY_HEADER))
     if len(shape) != 2 or shape[1] != 3 or is_fortran or dtype.kind not in "fiu" or not shape[0]:

@@ -1,4 +1,4 @@
-"""PLY: vertices, faces, labels and attributes, from the tables of a file."""
+"""Read vertices, faces, labels and attributes from the tables of a PLY file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .ply_texture import with_texture
 from .text import as_integers
 
 RESTART = -1
-"""Index that separates two strips in a list."""
+"""Index in a list of vertices that separates two triangle strips."""
 
 
 def read_ply(data: Content) -> Arrays:
@@ -29,7 +29,7 @@ def read_ply_with_attributes(
 ) -> tuple[Arrays, MeshAttributes]:
     """Return vertices and faces, and copies of all other properties.
 
-    Images in ``comment TextureFile`` must be in `folder` or below it.
+    Images in comments ``TextureFile`` must be in `folder` or in its subfolders.
     """
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
@@ -47,7 +47,7 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
         what = "faces" if faces.name == "face" else "triangle strips"
         raise MeshError(f"the PLY {what} have no list {INDEX_NAMES[0]}")
     if not faces.properties[column].is_integer:
-        raise MeshError(f"the PLY list {INDEX_NAMES[0]} must hold integers")
+        raise MeshError(f"the type of the PLY list {INDEX_NAMES[0]} must be an integer type")
     tables = read_tables(header, data)
     indices = tables[face][column]
     axes = [_present(tables[vertex][place].values) for place in xyz]
@@ -68,7 +68,7 @@ def _find_scalar(element: Element, name: str) -> int:
 
 def _find_faces(header: Header) -> tuple[int, Element]:
     if header.faces is None:
-        raise MeshError("the PLY file has no faces: is it a point cloud? use read_cloud")
+        raise MeshError("the PLY file has no faces: if it is a point cloud, use read_cloud")
     return header.faces, header.elements[header.faces]
 
 
@@ -78,22 +78,22 @@ def _present(values: Array | None) -> Array:
 
 
 def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
-    """Triangles, (F, 3), in the order of strips; each vertex after the second ends a triangle."""
-    # Degenerate triangles are kept, so that indices of faces agree with other programs.
+    """Convert strips to triangles, (F, 3): each vertex after the second one adds a triangle."""
+    # Degenerate triangles are kept, so that face indices are the same as in other programs.
     begins = np.zeros(len(corners) + 1, dtype=bool)
     begins[np.cumsum(lengths, dtype=np.int64)] = True
     begins = begins[:-1] if len(corners) else begins[:0]
     is_restart = corners == RESTART
     begins[1:] |= is_restart[:-1]
     begins[:1] = True
-    # Position of each corner in its strip.
+    # Index of each corner within its strip.
     places = np.arange(len(corners))
     places -= np.maximum.accumulate(np.where(begins, places, 0))
     ends = np.flatnonzero((places >= 2) & ~is_restart)
     if not len(ends):
         raise MeshError("the PLY file has no faces: no strip has three vertices")
     triangles = np.stack([corners[ends - 2], corners[ends - 1], corners[ends]], axis=1)
-    is_turned = places[ends] % 2 == 1  # every other triangle of a strip has the other orientation
+    is_turned = places[ends] % 2 == 1  # every second triangle of a strip is oriented inversely
     triangles[is_turned] = triangles[is_turned][:, [1, 0, 2]]
     return triangles.astype(np.int64)
 
@@ -107,19 +107,19 @@ def read_ply_labels(data: Content, name: str = "label") -> Array:
         things = "faces" if element.name in ("face", STRIPS) else "points"
         raise MeshError(f"the PLY {things} have no property {name}")
     if not element.properties[column].is_integer:
-        raise MeshError("labels must be integers: the PLY file declares another type")
+        raise MeshError(f"labels must be integers, but the PLY property {name} has another type")
     return as_integers(_present(read_tables(header, data)[place][column].values), "labels")
 
 
 def has_ply_labels(data: Content, name: str) -> bool:
-    """Whether the faces, or the vertices if there are no faces, have a property `name`."""
+    """Whether the faces, or the vertices if there are no faces, have the property `name`."""
     header = parse_header(data)
     has_cells = header.faces is not None or header.find("vertex") is not None
     return has_cells and _find_labels(header, name)[1] is not None
 
 
 def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
-    """Index of the labeled element, and of its property; None for strips and if it is missing."""
+    """Return the index of the labeled element, and of its property, or None if there is none."""
     vertex = header.find("vertex")
     place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
     element = header.elements[place]
@@ -127,7 +127,7 @@ def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
 
 
 def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
-    """Copy all properties except x, y, z and corners, so that the content can be freed."""
+    """Copy all properties except x, y, z and corners, so that the file content can be freed."""
     left_out: list[str] = []
     kept: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
     for place, (element, columns) in enumerate(zip(header.elements, tables, strict=True)):
@@ -140,7 +140,7 @@ def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
 
 
 def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dict[str, Array]:
-    """Columns by name, without positions and corners; columns not kept are added to `left_out`."""
+    """Copy columns except positions and corners; skipped columns are added to `left_out`."""
     is_vertex = element.name == "vertex"
     own = [element.find(axis) for axis in "xyz"] if is_vertex else [element.find(*INDEX_NAMES)]
     copies: dict[str, Array] = {}
@@ -151,14 +151,14 @@ def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dic
         if column.values is None:
             left_out.append(f"{what}, whose lists differ in length")
         elif stored.name in copies or not is_word(stored.name):
-            left_out.append(f"{what}, whose name is taken or is not a word of ASCII")
+            left_out.append(f"{what}, whose name is repeated or not a word of ASCII")
         else:
             copies[stored.name] = _as_stored(column.values, stored)
     return copies
 
 
 def _as_stored(values: Array, stored: Property) -> Array:
-    """A contiguous copy of the declared type, or float64 if that type cannot hold the numbers."""
+    """Copy values with the declared type, or as float64 if this type cannot store them."""
     declared = np.dtype(stored.dtype).newbyteorder("=")
     with np.errstate(invalid="ignore", over="ignore"):
         copy = np.array(values, dtype=declared, order="C")
@@ -169,7 +169,7 @@ def _as_stored(values: Array, stored: Property) -> Array:
 
 
 def _one_line(line: str) -> str:
-    """Decode a comment, and replace line breaks inside of the comment by blanks."""
+    """Decode a comment, and replace line breaks in the comment by spaces."""
     try:
         text = line.encode("latin-1").decode("utf-8")
     except UnicodeDecodeError:  # some programs write Latin-1

@@ -1,4 +1,4 @@
-"""The tables of a PLY file as columns, for all elements and properties."""
+"""Read the body of a PLY file: one table per element, with one column per property."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
 MAX_RECORD_SIZE = 2**31 - 1
-"""Largest size of a record in bytes: numpy refuses larger records."""
+"""Maximum size of a record in bytes, which is a limit of NumPy."""
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The values of one property."""
+    """Values of one property in all R rows of an element."""
 
-    values: Array | None  # (R,), or for lists (R, n); None if lists differ in length
+    values: Array | None  # (R,) numbers, or (R, n) lists of length n; None if lengths differ
     lengths: Array | None = None  # (R,) length of each list; None if the property is not a list
-    ragged: Array | None = None  # (L,) values of all lists, flat, if lists differ in length
+    ragged: Array | None = None  # (L,) values of all lists, flat, if their lengths differ
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Return the columns of all elements, in the order of the header.
 
-    Declared sizes are compared with the size of the file before memory is allocated. Only blanks
-    may follow the last element. Lists of equal length, such as triangles, are read at once; if
-    lengths differ, rows are visited one by one.
+    Declared sizes are compared with the size of the file before memory is allocated. Only
+    whitespace may follow the last element. If all lists have the same length, as in a triangle
+    mesh, an element is read as one array. Otherwise its rows are visited one by one.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
@@ -59,7 +59,7 @@ def _read_binary(header: Header, data: Content) -> list[list[Column]]:
 
 
 def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[list[Column], int]:
-    """Columns of an element, and its end offset."""
+    """Return the columns of an element, and the offset of its end."""
     heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
     least = sum(head.itemsize for head in heads)
     if element.n_rows * least > len(data) - begin:
@@ -80,7 +80,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
 def _read_uniform(
     element: Element, lengths: list[int], data: Content, begin: int
 ) -> tuple[list[Column] | None, int]:
-    """Columns and end offset if all rows have lists of these lengths, else None and `begin`."""
+    """Return columns and end offset if lists have these lengths in all rows; or None, `begin`."""
     fields: list[Any] = []
     for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if stored.is_list:
@@ -100,7 +100,7 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """Byte offset and number of values of each row and property, and end offset of the rows."""
+    """Return byte offset and length of each property in each row, and the end offset of rows."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),
@@ -121,11 +121,11 @@ def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Lon
 
 def _check_lengths(lengths: Array) -> None:
     if lengths.min(initial=0) < 0:
-        raise MeshError(f"the PLY file has a list of {lengths.min()} numbers")
+        raise MeshError(f"lengths of lists in the PLY file must be >= 0, got {lengths.min()}")
 
 
 def _gather(stored: Property, data: Content, starts: Longs, lengths: Longs) -> Column:
-    """Gather a column whose rows begin at the byte offsets `starts` and have `lengths` values."""
+    """Copy a column whose rows begin at the byte offsets `starts` and have `lengths` values."""
     listed = lengths if stored.is_list else None
     content = np.frombuffer(data, dtype=np.uint8)
     if np.any(lengths != lengths[0]):
@@ -148,7 +148,7 @@ def _read_text(header: Header, data: Content) -> list[list[Column]]:
         tables.append(_read_text_element(element, lines[:n_rows]))
         lines = lines[n_rows:]
     if len(lines):
-        raise MeshError(f"line {lines.number(0)} is more than the PLY header declares")
+        raise MeshError(f"line {lines.number(0)}: there are more lines than the header declares")
     return tables
 
 
@@ -162,7 +162,7 @@ def _read_text_element(element: Element, lines: Lines) -> list[Column]:
 
 
 def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Column] | None:
-    """Columns if all rows have lists of the same lengths, else None."""
+    """Return columns if lists have the same lengths in all rows, otherwise None."""
     if not len(counts) or counts.min() != counts.max():
         return None
     rows = values.reshape(len(counts), -1)
@@ -186,7 +186,7 @@ def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Co
 
 
 def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
-    """Columns of lines whose lists differ in length; a MeshError for a line that is not a row."""
+    """Return columns if lengths of lists differ; a MeshError if a line does not match a row."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []
@@ -210,13 +210,13 @@ def _check_tokens(lines: Lines, is_right: Bools) -> None:
     if not is_right.all():
         line = int(np.argmin(is_right))
         raise MeshError(
-            f"line {lines.number(line)}: {counted(int(lines.counts[line]), 'number')}"
-            " do not form a row as the PLY header declares it"
+            f"line {lines.number(line)}: {counted(int(lines.counts[line]), 'number')} cannot be a"
+            " row of the element that the PLY header declares"
         )
 
 
 def _as_declared(values: Array, stored: Property) -> Array:
-    """Values rounded to the declared type, as in a binary file with the same header."""
+    """Round values to the declared type, as if they were stored in a binary file."""
     if stored.dtype[-2:] != "f4":
         return values
     with np.errstate(over="ignore"):  # `Mesh` refuses infinite coordinates
@@ -224,7 +224,7 @@ def _as_declared(values: Array, stored: Property) -> Array:
 
 
 def _list_column(values: Array, places: Longs, lengths: Longs) -> Column:
-    """Column of the lists that begin at `places` in `values`."""
+    """Return the column of lists that begin at the indices `places` of `values`."""
     if not len(lengths) or np.any(lengths != lengths[0]):
         return Column(None, lengths, values[runs(places, lengths)])
     listed: Array = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]

@@ -1,4 +1,4 @@
-"""The header of a PLY file."""
+"""Parse the header of a PLY file."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from ..guards import Content
 TYPES = {word: stored for stored, word in PLY_TYPES.items()} | {
     np.dtype(stored).name: stored for stored in PLY_TYPES
 }
-"""NumPy's type code by PLY's name of a type, without the byte order."""
+"""NumPy type codes without byte order, keyed by the names of types in PLY."""
 
 COMMENT_WORDS = ("comment", "obj_info")
 """First words of comment lines."""
 
 INDEX_NAMES = ("vertex_indices", "vertex_index")
-"""Names of the list of the corners of a face."""
+"""Possible names of the list with the corners of a face."""
 
 STRIPS = "tristrips"
-"""Name of the element of triangle strips in files without faces; each row is a list of vertices."""
+"""Name of the element with triangle strips; each row is a list of vertices."""
 
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Number of bytes in which the end of the header is searched: at first, and at most."""
+"""Number of bytes that are read first, and maximum number, to find the end of the header."""
 
 
 @dataclass(frozen=True)
 class Property:
-    """A column: one number per row, or one list of numbers per row."""
+    """A column of an element, with one number or one list of numbers per row."""
 
     name: str
-    dtype: str  # of numpy, with the byte order
-    count_dtype: str | None = None  # type of the length of a list; None if this is not a list
+    dtype: str  # NumPy type with byte order
+    count_dtype: str | None = None  # type of the length of lists; None if rows have one number
 
     @property
     def is_list(self) -> bool:
-        """Whether rows hold lists."""
+        """Whether rows have lists of numbers."""
         return self.count_dtype is not None
 
     @property
@@ -54,14 +54,14 @@ class Property:
 
 @dataclass(frozen=True)
 class Element:
-    """A table of vertices, of faces, or of other things."""
+    """Declaration of a table, for example of vertices or faces."""
 
     name: str
     n_rows: int
     properties: list[Property] = field(default_factory=list)
 
     def record(self) -> np.dtype[Any] | None:
-        """Return the record type of a row if the only list is corners of triangles, else None."""
+        """Return the record type of rows, or None if there are lists other than triangles."""
         record: list[tuple[Any, ...]] = []
         for column, stored in enumerate(self.properties):
             name = stored.name if self.find(stored.name) == column else f"again {column}"
@@ -75,7 +75,7 @@ class Element:
         return np.dtype(record)
 
     def find(self, *names: str) -> int | None:
-        """Return the index of the first property with one of the names; None if there is none."""
+        """Return the index of the first property with one of these names, or None."""
         columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
         return next(columns, None)
 
@@ -84,14 +84,14 @@ class Element:
 class Header:
     """The declarations of a PLY file."""
 
-    byte_order: str  # "<" or ">" in a binary file; empty in an ASCII file
+    byte_order: str  # "<" or ">" for a binary file; empty for an ASCII file
     elements: list[Element]  # in the order of the file
-    size: int  # in bytes: offset of the body
+    size: int  # size of the header in bytes
     comments: list[str] = field(default_factory=list)  # lines that begin with COMMENT_WORDS
 
     @property
     def faces(self) -> int | None:
-        """Index of the element of faces, else of strips; None if both are missing or empty."""
+        """Index of the element with faces or strips; None if both are missing or empty."""
         for name in ("face", STRIPS):
             place = self.find(name)
             if place is not None and self.elements[place].n_rows:
@@ -99,13 +99,13 @@ class Header:
         return None
 
     def find(self, name: str) -> int | None:
-        """Return the index of the element with this name; None if there is none."""
+        """Return the index of the element with this name, or None."""
         places = (place for place, element in enumerate(self.elements) if element.name == name)
         return next(places, None)
 
 
 def read_header(path: Path) -> tuple[Header, bytes]:
-    """Read the header of a file; return the header and the bytes that were read."""
+    """Read the header of a file; return the header, and all bytes that were read."""
     size = _HEADER_BLOCK
     with path.open("rb") as file:
         content = file.read(size)
@@ -116,7 +116,7 @@ def read_header(path: Path) -> tuple[Header, bytes]:
 
 
 def parse_header(data: Content) -> Header:
-    """Parse the header at the begin of `data`; a MeshError quotes the line that is wrong."""
+    """Parse the header at the beginning of `data`; a MeshError if a line is not valid."""
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise MeshError("not a PLY file: it does not begin with the word ply")
     newline = b"\r\n" if data[3:5] == b"\r\n" else data[3:4]
@@ -140,7 +140,7 @@ def _parse_format(words: list[str]) -> str:
     if len(words) != 3 or words[0] != "format" or words[1] not in BYTE_ORDERS:
         raise _bad_line(" ".join(words), f"`format` and one of {', '.join(BYTE_ORDERS)}")
     if words[2] != "1.0":
-        raise MeshError(f"PLY version {reprlib.repr(words[2])} is not supported")
+        raise MeshError(f"PLY version {reprlib.repr(words[2])} is not supported; only 1.0 is")
     return BYTE_ORDERS[words[1]]
 
 
@@ -150,7 +150,7 @@ def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
     if not words or words[0] in COMMENT_WORDS:
         return
     if words[0] == "element" and len(words) == 3 and words[2].isdecimal() and words[2].isascii():
-        # No count has 30 digits; `int` refuses more than 4,300 digits.
+        # Digits are limited, because `int` raises a ValueError for more than 4,300 digits.
         elements.append(Element(words[1], int(words[2][:30])))
     elif words[0] == "property" and elements:
         elements[-1].properties.append(_parse_property(words, byte_order))
@@ -171,4 +171,4 @@ def _parse_property(words: list[str], byte_order: str) -> Property:
 
 
 def _bad_line(line: str, expected: str) -> MeshError:
-    return MeshError(f"the PLY header has {reprlib.repr(line)} where {expected} was expected")
+    return MeshError(f"expected {expected} in the PLY header, got {reprlib.repr(line)}")

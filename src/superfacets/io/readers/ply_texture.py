@@ -1,4 +1,4 @@
-"""Texture coordinates and images of a PLY file."""
+"""Read texture coordinates and images of a PLY file."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .ply_body import Column
 from .ply_header import Header
 
 PAIRS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
-"""Names of texture coordinates of vertices."""
+"""Names of vertex properties that are texture coordinates."""
 
 OF_CORNERS, IMAGE_OF_FACE = "texcoord", "texnumber"
-"""Names of the face properties in which MeshLab stores coordinates and images."""
+"""Names of face properties in which MeshLab stores texture coordinates and image indices."""
 
 OF_TEXTURE = (OF_CORNERS, IMAGE_OF_FACE)
 
@@ -33,7 +33,7 @@ def with_texture(
     faces: Array | Polygons,
     folder: Path | None,
 ) -> MeshAttributes:
-    """Add the texture in the attributes: lists at faces, or pairs at vertices."""
+    """Add a texture if attributes have texture coordinates, as lists of faces or per vertex."""
     names = images_in(attributes.comments)
     if not names:
         return attributes
@@ -55,18 +55,18 @@ def with_texture(
 
 
 def images_in(comments: tuple[str, ...]) -> list[str]:
-    """Return the names of images in the comments of a header."""
+    """Return the names of images in the comments of a PLY header."""
     found = [line[len(IMAGE_COMMENT) :].strip() for line in comments if is_image(line)]
     return [name for name in found if name]
 
 
 def is_image(comment: str) -> bool:
-    """Whether a comment names an image."""
+    """Whether a comment has the name of an image."""
     return comment.startswith(IMAGE_COMMENT)
 
 
 def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
-    """Vertices of all corners, and the offsets of the faces."""
+    """Return the vertices of all corners, flat, and the offsets of faces."""
     if isinstance(faces, Polygons):
         return faces.indices, faces.offsets
     return faces.ravel(), 3 * np.arange(len(faces) + 1)
@@ -75,7 +75,7 @@ def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
 def _pairs_of_faces(
     header: Header, tables: list[list[Column]], offsets: Longs
 ) -> tuple[Array, Ints] | None:
-    """Pairs in lists at faces, and the pair of each corner; -1 if a list has another length."""
+    """Return texture coordinates in lists of faces, and the row of each corner, or -1."""
     place = header.find("face")
     column = None if place is None else header.elements[place].find(OF_CORNERS)
     if place is None or column is None or place != header.faces:

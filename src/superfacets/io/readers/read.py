@@ -1,4 +1,4 @@
-"""Reading a mesh from a file of any supported format."""
+"""Read meshes and point clouds from files of all supported formats."""
 
 from __future__ import annotations
 
@@ -54,26 +54,26 @@ ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
 
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
-"""Endings of meshes and of point clouds."""
+"""Endings of mesh files and of point cloud files."""
 
 CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                ".fcstd": "FCStd"}  # fmt: skip
-"""Formats of CAD programs, which hold no mesh, by their endings."""
+"""Formats of CAD programs, which contain no mesh, keyed by ending."""
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
-"""Endings of files by their first bytes."""
+"""Endings, keyed by the first bytes of the file."""
 
 _RASTER = (
-    "a raster file is not a mesh: make a mesh of its heights, see Terrain in the documentation"
+    "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
 )
 _VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
 _NO_MESHES = dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER) | {".shp": _VECTOR, ".gpkg": _VECTOR}
-"""Messages about files of geographic information, by ending."""
+"""Error messages for files with geographic data, keyed by ending."""
 
 Parsed = TypeVar("Parsed")
 
-# First word of a text outside of comment lines.
+# Matches comment lines, and then the first word of a text.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
 
 _OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
@@ -88,49 +88,50 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Parameters
     ----------
     path : path-like
-        The ending, in upper or lower case, selects the format:
+        Mesh file. The ending, in upper or lower case, selects the format:
 
         - surfaces: ``.ply`` and ``.stl`` (ASCII and binary), ``.obj`` (Wavefront), ``.off``
-          (ASCII), ``.vtp``, ``.glb`` and ``.gltf`` (2.0; compression by Draco or meshopt needs the
-          extra ``compressed``), ``.b3dm`` (z up; RTC_CENTER is not added), and ``.tri`` (vertex
-          count, a line of x y z per vertex, triangle count, a line of three indices from 0 per
-          triangle);
-        - surfaces of the cortex, with the extra ``cortex``: ``.gii`` (GIFTI), and ``.white``,
+          (ASCII), ``.vtp``, ``.glb`` and ``.gltf`` (2.0; compression with Draco or meshopt needs
+          the extra ``compressed``), ``.b3dm`` (z up; RTC_CENTER is not added), and ``.tri`` (vertex
+          count, one line with x y z per vertex, triangle count, one line with three indices from 0
+          per triangle);
+        - surfaces of a brain cortex, with the extra ``cortex``: ``.gii`` (GIFTI), and ``.white``,
           ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
         - tetrahedra: ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh``
           (Medit, text).
 
         Triangle strips in a PLY file become triangles. All groups and objects form one mesh. All
-        meshes of a glTF scene form one mesh, in the order of the file, with a copy for each node
-        that shows the mesh; the arrays may have 100 times the size of the file, or 64 MB if that is
-        more. A glTF file may refer to other files only in its folder or below.
+        meshes of a glTF scene form one mesh, in the order of the file, with one copy for each node
+        that refers to a mesh. The arrays of a glTF file may have at most 100 times the size of the
+        file, or 64 MB if this is larger. A glTF file may only refer to files in its folder or in
+        subfolders.
 
     Returns
     -------
     Mesh, PolygonMesh or TetMesh
-        A `Mesh` if all faces are triangles, else a `PolygonMesh`; a `TetMesh` for formats of
+        A `Mesh` if all faces are triangles, otherwise a `PolygonMesh`; a `TetMesh` for formats of
         tetrahedra, whose triangles, lines and points are skipped. Vertices are float64, and
-        decimals are rounded to the nearest double.
+        decimal numbers are rounded to the nearest double.
 
     Raises
     ------
     MeshError
         If the file is empty, truncated or damaged, or if its format does not match its ending; if
         there is no face, or a face with fewer than three corners; if an index or a coordinate is
-        invalid; if the ending is unknown. The message is one line that begins with the path. Two
-        cases cannot be detected: a text file that is truncated within its last number, and an OBJ
+        invalid; or if the ending is unknown. The message is one line that begins with the path. Two
+        errors are not detected: a text file that is truncated within its last number, and an OBJ
         file that is truncated between lines.
     MissingExtraError
-        If DracoPy, meshopt or nibabel is needed and is not installed.
+        If DracoPy, meshopt or nibabel is needed but not installed.
     OSError
         If the file does not exist or cannot be read.
 
     Notes
     -----
     Time and memory are linear in the size of the file. Sizes that a header declares are compared
-    with the content of the file before memory is allocated, except for the cortex, whose files
-    nibabel reads. Compressed arrays of a VTK file may have 100 times the size of the file, or 64 MB
-    if that is more.
+    with the content of the file before memory is allocated, except for cortex files, which nibabel
+    reads. Compressed arrays of a VTK file may have at most 100 times the size of the file, or 64 MB
+    if this is larger.
 
     Examples
     --------
@@ -147,32 +148,32 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
-    r"""Read the points in a file, with their normals and colors, if the file has any.
+    r"""Read the points in a file, and their normals and colors, if the file has them.
 
     Parameters
     ----------
     path : path-like
-        The ending, in upper or lower case, selects the format:
+        Point cloud file. The ending, in upper or lower case, selects the format:
 
-        - ``.ply``: vertices, with properties x, y, z, and optionally nx, ny, nz and red, green,
+        - ``.ply``: vertices with the properties x, y, z, and optionally nx, ny, nz and red, green,
           blue;
-        - ``.xyz``, ``.csv`` and ``.txt``: a line of numbers per point, separated by blanks, commas
-          or semicolons. The first line may name the columns, as in PLY. Without names, the three
-          columns after x, y and z are colors if all numbers are whole and 0 to 255, or normals if
-          all have length 1;
+        - ``.xyz``, ``.csv`` and ``.txt``: one line of numbers per point, separated by spaces,
+          commas or semicolons. The first line may have the names of the columns, as in PLY. In
+          files without names, the three columns after x, y and z are colors if all numbers are
+          integers from 0 to 255, or normals if all vectors have length 1;
         - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
-        - ``.las``, and ``.laz``, which needs the extra ``las``: its points may have 1,000 times the
-          size of the file, or 64 MB if that is more;
+        - ``.las``, and with the extra ``las`` also ``.laz``, whose points may have at most 1,000
+          times the size of the file, or 64 MB if this is larger;
         - ``.pcd``: text, binary or compressed;
-        - ``.e57``, which needs the extra ``e57``: the points of all scans, one scan after the
-          other, each moved to its pose.
+        - ``.e57``, with the extra ``e57``: the points of all scans, one scan after the other, each
+          transformed by its pose.
 
     Returns
     -------
     PointCloud
-        The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares
-        invalid, and points of a PCD file whose coordinates are NaN, have no position: they are
-        skipped, and labels belong to the remaining points in their order.
+        The points; for a mesh in a PLY file, its vertices. Points without a position are skipped,
+        which are points that an E57 file declares invalid, and points of a PCD file whose
+        coordinates are NaN. Labels belong to the remaining points, in their order.
 
     Raises
     ------
@@ -200,35 +201,36 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
 
 
 def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
-    """Read the mesh in a file, or its points if it has no faces; `placement` moves a 3D Tile."""
+    """Read a mesh, or a point cloud if the file has no faces; `placement` is for 3D Tiles."""
     parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
     return _read(path, CELL_ENDINGS, parse)[0]
 
 
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Read cells like `read_cells`, and attributes of a cloud or of a mesh in PLY, OBJ or glTF."""
+    """Read cells as `read_cells` does, and attributes of a cloud, or of a PLY, OBJ or glTF mesh."""
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Read the data of a file other than the mesh that `read_mesh` returns.
+    """Read the properties of a mesh file that `read_mesh` does not return, and its texture.
 
-    ``write_mesh(..., attributes=...)`` writes these data to a file again.
+    ``write_mesh(..., attributes=...)`` writes them to a file again.
 
     Parameters
     ----------
     path : path-like
-        A ``.ply`` file has vertex colors, normals and all other properties except positions and
-        corners, and a texture if comments ``TextureFile`` name its images. An ``.obj``, ``.glb``,
-        ``.gltf`` or ``.b3dm`` file has a texture. Files of materials and images must be in the
-        folder of the mesh or below it. Images are read later, on demand.
+        Mesh file. From a ``.ply`` file all properties except positions and corners are read, such
+        as vertex colors and normals, and also a texture if comments ``TextureFile`` have the names
+        of its images. From an ``.obj``, ``.glb``, ``.gltf`` or ``.b3dm`` file a texture is read.
+        Files of materials and images must be in the folder of the mesh or in its subfolders. Images
+        are read later, on demand.
 
     Returns
     -------
     MeshAttributes
-        Arrays of the types that the file declares, in the order of the file. A property of a text
-        file is float64 if the declared type cannot hold one of its integers. `left_out` names
-        missing images, and the reason why a texture cannot be read.
+        Arrays in the order of the file, with the types that the file declares. A property of a text
+        file is float64 if the declared type cannot store one of its integers. `left_out` has the
+        names of missing images, and the reason why a texture cannot be read.
 
     Raises
     ------
@@ -239,7 +241,8 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
 
     Notes
     -----
-    The whole file is read. Time and memory are as for `read_mesh`, plus memory for the attributes.
+    The complete file is read. Time and memory are the same as for `read_mesh`, plus memory for the
+    attributes.
 
     Examples
     --------
@@ -255,7 +258,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     array([1., 1., 1.])
     """
     _, attributes = _read(path, ATTRIBUTE_ENDINGS, parse_cells_and_attributes)
-    assert attributes is not None  # the endings have readers of attributes
+    assert attributes is not None  # files with these endings always have attributes
     return attributes
 
 
@@ -264,7 +267,7 @@ def _read(
     endings: tuple[str, ...],
     parse: Callable[[Content, str, Path | None], Parsed],
 ) -> Parsed:
-    """Read and parse a file with one of these endings; errors name it."""
+    """Read and parse a file with one of these endings; error messages begin with its path."""
     path = Path(path)
     ending = cell_ending(path, endings)
     data = read_content(path)
@@ -273,7 +276,7 @@ def _read(
 
 
 def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
-    """Return the ending of the file of a mesh or a cloud; a MeshError if there is no reader."""
+    """Return the ending of a mesh or point cloud file; a MeshError if it is not in `endings`."""
     try:
         return known_ending(path, endings)
     except MeshError as error:
@@ -284,14 +287,14 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
             raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
         advice = ": convert the file first" if suffix else ""
         if suffix == ".json":
-            advice = ": tilesets are for batch, convert and segment --tiled"
+            advice = ": tilesets can be read only by batch, convert and segment --tiled"
         if suffix in CLOUD_READERS:
-            advice = ": it holds points, use read_cloud"
+            advice = ": the file contains points, use read_cloud"
         raise MeshError(f"{error}{advice}") from None
 
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
-    """Parse the mesh in the content of a file; a glTF file may refer to files in `folder`."""
+    """Parse the content of a mesh file; a glTF file may refer to other files in `folder`."""
     if ending in _GLTF_ENDINGS:
         return _parse_gltf(data, folder, keep=False, placement=None)[0]
     if ending in TET_ENDINGS:
@@ -307,9 +310,9 @@ def parse_cells_and_attributes(
     keep: bool = True,
     placement: Placement | None = None,
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Parse the mesh in the content of a file, or the point cloud if there are no faces.
+    """Parse the content of a mesh file, or of a point cloud file if there are no faces.
 
-    With `keep`, the attributes are parsed, too. `placement` moves a model of 3D Tiles.
+    If `keep` is true, attributes are parsed, too. `placement` is applied to models of 3D Tiles.
     """
     if ending in _GLTF_ENDINGS:
         return _parse_gltf(data, folder, keep=keep, placement=placement)
@@ -344,7 +347,7 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
 
 
 def recognized_ending(data: Content) -> str | None:
-    """Return the likely ending of a file from its content; None if the format is unknown."""
+    """Guess the ending of a file from its content; return None if the format is unknown."""
     for begin, ending in _BEGINS.items():
         if data[: len(begin)] == begin:
             return ending

@@ -1,4 +1,4 @@
-"""STL, ASCII and binary: three vertices per triangle, which are not merged."""
+"""Read ASCII and binary STL files; the three vertices of each triangle are not merged."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ STEP_MAGIC = b"ISO-10303-21"
 
 
 def cad_advice(name: str) -> str:
-    """Return the message for a file in a format of CAD programs."""
+    """Return the error message for a CAD file."""
     return (
-        f"{name} is CAD, not a mesh: export an STL from your CAD program, or"
+        f"{name} is a CAD format, not a mesh: export STL from your CAD program, or run"
         " gmsh part.step -2 -o part.stl"
     )
 
@@ -44,18 +44,18 @@ def read_stl(data: Content) -> Arrays:
 
 
 def _declared(data: Content) -> tuple[int, int]:
-    """Number of faces that the header of a binary file declares, and the implied file size."""
+    """Return the number of faces that a binary header declares, and the implied file size."""
     n_faces = int.from_bytes(data[HEADER_SIZE : HEADER_SIZE + 4], "little")
     return n_faces, HEADER_SIZE + 4 + n_faces * TRIANGLE.itemsize
 
 
 def has_binary_size(data: Content) -> bool:
-    """Whether the content has exactly the size that its binary header implies."""
+    """Whether the file size is exactly the size that a binary header implies."""
     return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
 
 
 def is_binary_stl(data: Content) -> bool:
-    """Whether the file is binary; the size decides, as a binary header may begin with "solid"."""
+    """Whether the file is binary, decided by its size: binary files may begin with solid, too."""
     return (
         has_binary_size(data)
         or not re.match(rb"\s*solid", data, re.I)
@@ -85,7 +85,7 @@ def _read_ascii(data: Content) -> Floats:
 
 
 def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
-    """Flat coordinates of the vertex lines, and the keyword of each line."""
+    """Return the coordinates in vertex lines, flat, and the keyword of each line."""
     keywords = lines.keywords(KEYWORDS, any_case=True)
     vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])
     vertices.refuse(vertices.counts != 3, "a vertex needs 3 coordinates")
@@ -93,7 +93,7 @@ def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
 
 
 def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError if a `solid` has no `endsolid` before the next `solid` or the end."""
+    """Raise a MeshError if a `solid` is not closed by an `endsolid`."""
     borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
     expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
     if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
@@ -105,7 +105,7 @@ def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError for the first line with a wrong keyword in the list of triangles."""
+    """Raise a MeshError that reports the first line of a triangle with a wrong keyword."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
     n_rest = len(content) % 7
@@ -116,7 +116,7 @@ def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
     place = int(np.argmax(is_wrong)) if is_wrong.any() else len(content)
     if place == len(content):
         if n_rest:
-            raise MeshError("the last facet is incomplete")
+            raise MeshError("the last facet is incomplete: the file may be truncated")
         return
     number = split_lines(data).number(np.flatnonzero(is_content)[place])
     wanted = TRIANGLE_LINES[place % 7]

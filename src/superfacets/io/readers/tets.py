@@ -1,4 +1,4 @@
-"""Tetrahedra in VTU, VTK, MSH and MESH files."""
+"""Read tetrahedra from VTU, VTK, MSH and MESH files."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from .vtk_xml import XmlFile
 
 
 def read_tets(data: Content, ending: str) -> TriangleArrays:
-    """Return vertices (V, 3) and tetrahedra (N, 4) in the order of the file.
+    """Return vertices, (V, 3), and tetrahedra, (N, 4), in the order of the file.
 
-    Points, lines and faces are skipped. Other volume cells are refused.
+    Points, lines and faces are skipped. Raises a MeshError if there are other volume cells.
     """
     grid = _read(data, ending, "")
     return grid.vertices, grid.tets()
 
 
 def tet_labels(data: Content, name: str, *, ending: str) -> Array | None:
-    """Return the cell data `name` of the tetrahedra; None if there is none."""
+    """Return the cell data `name` of the tetrahedra, or None if the file has no such data."""
     grid = _read(data, ending, name)
     if grid.values is None:
         return None
-    return as_integers(grid.values[grid.is_tet()], "labels")  # some formats store floats
+    return as_integers(grid.values[grid.is_tet()], "labels")  # MSH stores cell data as floats
 
 
 def _read(data: Content, ending: str, name: str) -> Grid:
@@ -37,12 +37,13 @@ def _read(data: Content, ending: str, name: str) -> Grid:
     n_cells = len(grid.kinds)
     if len(grid.sizes) != n_cells or int(grid.sizes.sum()) != len(grid.corners):
         raise MeshError(
-            f"there are types of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
-            f" {counted(len(grid.corners), 'corner')}: the file may be damaged"
+            f"the file has types of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
+            f" {counted(len(grid.corners), 'corner')}: it may be damaged"
         )
     if grid.values is not None and len(grid.values) != n_cells:
         raise MeshError(
-            f"{name} has {counted(len(grid.values), 'value')}, but there are {n_cells} cells"
+            f"{name} must have one value per cell: there are {n_cells} cells and"
+            f" {counted(len(grid.values), 'value')}"
         )
     return grid
 
@@ -50,7 +51,7 @@ def _read(data: Content, ending: str, name: str) -> Grid:
 def _read_vtu(data: Content, name: str) -> Grid:
     file = XmlFile(data, "UnstructuredGrid")
     if not file.pieces:
-        raise MeshError("the file has no pieces")
+        raise MeshError("the VTU file has no element Piece")
     points, sizes, corners = file.cells("Cells", "NumberOfCells")
     values = file.cell_data(name, "NumberOfCells") if name else None
     return Grid(points, file.kinds(), sizes, corners, values)

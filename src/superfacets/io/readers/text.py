@@ -1,7 +1,7 @@
-"""Numbers in lines of text, which the core finds and parses on all threads.
+"""Parse numbers in lines of text with the multithreaded core.
 
-The core parses decimals and integers in their usual form. Python parses lines with any other form,
-and reports errors.
+The core parses numbers in common notation. Lines with numbers in another notation are parsed in
+Python, which also reports errors.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from ..guards import Content
 _Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23
-"""Bytes of text per block of `iterate_lines`, to keep memory small."""
+"""Number of bytes of text per block of `iterate_lines`, small to save memory."""
 
 EXACT = 2.0**53
-"""Largest number up to which float64 holds every integer."""
+"""Largest number up to which float64 represents all integers exactly."""
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d+")
@@ -34,12 +34,12 @@ _INTEGER = re.compile(rb"[+-]?\d+")
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """A selection of lines of a text, each with at least one token."""
+    """A selection of lines of a text, each of which has at least one token."""
 
-    text: Bytes  # (B,) the whole text
-    starts: Longs  # (L,) first byte of the first token of each line
-    ends: Longs  # (L,) end of each line, before its comment and its newline
-    counts: Ints  # (L,) number of tokens, which are separated by blanks
+    text: Bytes  # (B,) complete text
+    starts: Longs  # (L,) offset of the first token of each line
+    ends: Longs  # (L,) offset of the end of each line, before its comment and newline
+    counts: Ints  # (L,) number of tokens, which are separated by whitespace
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -48,23 +48,23 @@ class Lines:
         return Lines(self.text, self.starts[part], self.ends[part], self.counts[part])
 
     def content(self, line: int) -> bytes:
-        """Bytes of one line, from its first token to its end."""
+        """Return the bytes of one line, from its first token to its end."""
         return self.text[self.starts[line] : self.ends[line]].tobytes()
 
     def number(self, line: int) -> int:
-        """Line number in the file, counted from 1."""
+        """Return the number of a line in the file, counted from 1."""
         return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
 
     def refuse(self, is_wrong: Bools, expected: str) -> None:
-        """Raise a MeshError for the first wrong line; the message tells its number of tokens."""
+        """Raise a MeshError with the number of tokens of the first line where `is_wrong`."""
         if is_wrong.any():
             line = int(np.argmax(is_wrong))
             raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
 
     def keywords(self, words: Sequence[bytes], *, any_case: bool = False) -> npt.NDArray[np.int8]:
-        """Index of the first token of each line in `words`; ``len(words)`` for any other token.
+        """Return the index of each line's first token in `words`; ``len(words)`` if not found.
 
-        With `any_case`, letter case is ignored, and `words` must be in lower case.
+        If `any_case` is true, letter case is ignored, and `words` must be in lower case.
         """
         names = [word.decode("ascii") for word in words]
         return _core.match_keywords(
@@ -72,40 +72,40 @@ class Lines:
         )
 
     def after_keyword(self, mask: Bools, keyword: bytes) -> Lines:
-        """Lines of `mask`, without the keyword, which is their first token."""
+        """Return the lines where `mask` is true, without their first token, the keyword."""
         lines = self[mask]
         return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
     def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
-        """Parse all numbers, flat; a MeshError names the line if a token is not a number.
+        """Return all numbers, flat; a MeshError with the line if a token is not a number.
 
-        Decimals are rounded to the nearest double. Integers are int32 if all fit, else int64;
-        integers outside the range of int64 are clipped.
+        Decimal numbers are rounded to the nearest double. Integers are int32 if all of them fit,
+        otherwise int64. Integers outside the range of int64 are clipped.
         """
         if dtype is np.float64:
             return self._parse([_core.parse_doubles], _read_double)
         return self._parse([_core.parse_integers, _core.parse_long_integers], _read_integer)
 
     def parse_vertices(self) -> Floats:
-        """Parse the first three numbers of each line, (L, 3); a weight or a color may follow."""
+        """Return the first three numbers of each line, (L, 3); a weight or color may follow."""
         self.refuse(self.counts < 3, "a vertex needs 3 coordinates")
         return table(self.parse(np.float64), self.counts, 3)
 
     def parse_corners(self) -> Array:
-        """Parse the vertex index of each corner: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
+        """Return the vertex index of each corner: 7 for ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
 
-        The result is flat, with the types and errors of `parse`.
+        The result is flat, with the same types and errors as in `parse`.
         """
         return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
     def parse_second_indices(self) -> Array:
-        """Parse the second index of each corner: the 2 in ``7/2`` and ``7/2/3``; 0 if missing."""
+        """Return the second index of each corner: 2 for ``7/2`` and ``7/2/3``; 0 if missing."""
         return self._parse(
             [_core.parse_second_indices, _core.parse_long_second_indices], _read_second_index
         )
 
     def parse_integers_or_floats(self) -> Array:
-        """Parse all numbers, flat: integers if all are written as integers, else float64."""
+        """Return all numbers, flat: as integers if all are written as integers, or as float64."""
         if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
         try:
@@ -114,7 +114,7 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Parse lines with the first kernel that can, or with the last kernel and `read_token`."""
+        """Parse with the first kernel that can parse all lines, or else use `read_token`, too."""
         for kernel in kernels:
             values, left_out = kernel(
                 self.text, self.starts, self.ends, self.counts, checked_threads(None)
@@ -138,11 +138,11 @@ def _read_double(token: bytes) -> float:
 
 
 def _read_integer(token: bytes) -> int:
-    """Parse an integer, clipped to the range of int64; `int` refuses more than 4,300 digits."""
+    """Parse an integer and clip it to int64; `int` would refuse more than 4,300 digits."""
     if not _INTEGER.fullmatch(token):
         raise ValueError(f"expected an integer, got {shown(token)}")
     digits = token.lstrip(b"+-").lstrip(b"0")
-    size = int(digits[:20] or b"0")  # a number of 20 digits is outside the range of int64
+    size = int(digits[:20] or b"0")  # 20 digits are always outside the range of int64
     return -min(size, 2**63) if token.startswith(b"-") else min(size, 2**63 - 1)
 
 
@@ -165,7 +165,7 @@ def _read_second_index(token: bytes) -> int:
 def as_count(token: bytes | str, what: str) -> int:
     """Parse an integer >= 0 of at most 18 digits; a MeshError if the token is something else."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
-        raise MeshError(f"{what} must be whole numbers, got {shown(token)}")
+        raise MeshError(f"{what} must be integers >= 0, got {shown(token)}")
     return int(token)
 
 
@@ -175,26 +175,26 @@ def shown(token: bytes | str) -> str:
 
 
 def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
-    r"""Find the lines of `data`, from byte `begin` on, that contain a token.
+    r"""Find all lines of `data`, from byte `begin` on, that have at least one token.
 
-    Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment` and the
-    rest of its line are skipped.
+    Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment` begins a
+    comment, which ends with the line and is skipped.
     """
     return _scan(_as_text(data), begin, None, comment)
 
 
 def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
-    """Yield the lines of `split_lines` in blocks, to limit memory."""
+    """Yield the same lines as `split_lines`, in blocks, to save memory."""
     text = _as_text(data)
     for begin in range(0, max(1, len(text)), BLOCK):
         yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
 def _as_text(data: Content) -> Bytes:
-    """Bytes of a text without byte order mark and padding; lines end with newlines."""
+    """Return the bytes of a text without byte order mark and padding; lines end in newlines."""
     if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
-    if data[-1:] == b"\0":  # padding to the blocks of a disk, or of an archive
+    if data[-1:] == b"\0":  # some archives pad files with zeros
         data = data[:].rstrip(b"\0")
     if data.find(b"\n") < 0:
         data = data[:].replace(b"\r", b"\n")
@@ -202,7 +202,7 @@ def _as_text(data: Content) -> Bytes:
 
 
 def _next_line(text: Bytes, place: int) -> int:
-    """Offset of the first line that begins at or after `place`; the length of the text if none."""
+    """Return the offset of the first line that begins at or after `place`, or the text length."""
     begin = place - 1
     while 0 <= begin < len(text):
         newlines = np.flatnonzero(text[begin : begin + 4096] == ord("\n"))
@@ -213,7 +213,7 @@ def _next_line(text: Bytes, place: int) -> int:
 
 
 def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
-    """Lines that begin in bytes `begin` to `end`, or to the end of the text if `end` is None."""
+    """Find the lines that begin from byte `begin` to `end`; None means the end of the text."""
     stop = len(text) if end is None else min(end, len(text))
     character = ord(comment) if comment else 0
     found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
@@ -221,7 +221,7 @@ def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
 
 
 def table(values: Array, counts: Ints, width: int) -> Array:
-    """First `width` values of each row; row i consists of ``counts[i] >= width`` values."""
+    """Return the first `width` values of each row; row i has ``counts[i] >= width`` values."""
     if len(values) == 0:
         return values.reshape(0, width)
     if counts.min() == counts.max():
@@ -232,14 +232,14 @@ def table(values: Array, counts: Ints, width: int) -> Array:
 
 
 def runs(starts: Array, lengths: Array) -> Longs:
-    """Concatenated indices of runs: start, start + 1, ... for each run."""
+    """Concatenate runs of indices; each run is start, start + 1, ..., start + length - 1."""
     lengths = lengths.astype(np.int64, copy=False)
     before = np.cumsum(lengths) - lengths
     return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
 
 
 def as_integers(values: Array, what: str) -> Array:
-    """Convert values to integers; a MeshError, which calls them `what`, if one has a fraction."""
+    """Convert values, called `what` in messages, to integers; a MeshError if one is no integer."""
     if values.dtype.kind in "iu":
         return values
     is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)

@@ -1,4 +1,4 @@
-"""Tilesets of 3D Tiles 1.0 and 1.1: the models of the finest level, and their placements."""
+"""Read tilesets of 3D Tiles 1.0 and 1.1: the models of the finest level, and their placements."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ from .gltf_file import items, numbers, parsed_json
 USUAL_NAME = "tileset.json"
 
 MAX_TILES = 1_000_000
-"""Largest number of tiles of a tileset: files that include each other can have any number."""
+"""Maximum number of tiles of a tileset. Without a limit, small files that include each other could
+have any number of tiles."""
 
 FAR = 100_000.0
-"""Distance of a tileset from zero, in meters, from which an origin is subtracted from positions.
-At this distance, float32 has steps of 8 mm."""
+"""Minimum distance of a tileset from zero, in meters, for which an origin is subtracted from
+positions. At this distance, the precision of float32 is 8 mm."""
 
 _EQUATOR, _ECCENTRICITY = 6378137.0, 6.69437999014e-3
-"""Radius of the WGS84 ellipsoid at the equator in meters, and its squared eccentricity."""
+"""Equatorial radius of the WGS84 ellipsoid in meters, and its squared eccentricity."""
 
 
 class Tile(NamedTuple):
@@ -41,26 +42,25 @@ class Tile(NamedTuple):
 
 @dataclass(frozen=True)
 class Tileset:
-    """The models of a tileset, in the order of the tileset."""
+    """Models of a tileset, in the order of the tileset."""
 
     tiles: tuple[Tile, ...]
-    origin: tuple[float, ...]
-    """Offset subtracted from all positions: whole numbers, 0 if the tileset is near zero."""
+    origin: tuple[float, ...]  # offset subtracted from all positions; 0 if they are near zero
 
 
 class _Visit(NamedTuple):
     """A tile on the stack of the traversal."""
 
     tile: dict[str, Any]
-    file: Path  # JSON file of the tile
-    above: Floats  # matrix of the parent tile
-    refine: str  # of the parent tile
+    file: Path  # JSON file that contains the tile
+    above: Floats  # global matrix of the parent tile
+    refine: str  # refinement of the parent tile: "ADD" or "REPLACE"
     up: str  # up axis of the models
-    files: tuple[Path, ...]  # chain of included files from the top to this tile
+    files: tuple[Path, ...]  # files from the top of the tileset to `file`, each includes the next
 
 
 def tileset_at(path: Path) -> Path | None:
-    """Return the path itself if it ends in .json, or the tileset.json in a folder; else None."""
+    """Return the path if it ends in .json, or the tileset.json in a folder, or None."""
     if path.suffix.lower() == ".json":
         return path
     inside = path / USUAL_NAME
@@ -68,23 +68,23 @@ def tileset_at(path: Path) -> Path | None:
 
 
 def read_tileset(path: Path) -> Tileset:
-    """Return the models that a tileset shows at full detail, without reading the models.
+    """Return the models of a tileset at the highest level of detail, without reading the models.
 
     The content of a tile whose `refine` is ``"REPLACE"`` is skipped if the tile has children. All
-    files must be in the folder of the tileset or below it.
+    files must be in the folder of the tileset or in its subfolders.
 
     Raises
     ------
     MeshError
-        If a file is damaged, includes itself, refers to a file outside of the folder, or uses
-        implicit tiling; if there is no model, or more than `MAX_TILES` tiles.
+        If a file is damaged, includes itself, refers to a file outside the folder, or uses implicit
+        tiling; or if there are no models, or more than `MAX_TILES` tiles.
     OSError
         If a file of the tileset cannot be read.
     """
     walk = _Walk(path.parent)
     found = [*walk.models(path)]
     if not found:
-        raise MeshError(f"{path}: the tileset shows no models")
+        raise MeshError(f"{path}: the tileset has no models")
     origin = walk.origin(path)
     away = translation(-origin)
     start = tuple(origin.tolist())
@@ -97,13 +97,13 @@ def read_tileset(path: Path) -> Tileset:
 
 @dataclass
 class _Walk:
-    """Traverses the tiles of a tileset and of the tilesets that it includes."""
+    """Traversal of the tiles of a tileset and of included tilesets."""
 
     folder: Path
     documents: dict[Path, dict[str, Any]] = field(default_factory=dict)
 
     def models(self, path: Path) -> Iterator[tuple[Path, str, Floats, str]]:
-        """Yield path, name, matrix and up axis of each model, depth first."""
+        """Yield path, name, matrix and up axis of each model, in depth-first order."""
         stack = [self._root(path, np.eye(4), "REPLACE", ())]
         n_tiles = 1
         while stack:
@@ -118,12 +118,12 @@ class _Walk:
                 yield file, name, matrix, visit.up
 
     def _visited(self, visit: _Visit) -> tuple[list[_Visit], list[tuple[Path, str, Floats]]]:
-        """The children of a tile, and the models of the tile itself that are shown."""
+        """Return the children of a tile, and its models unless the children replace them."""
         tile, file = visit.tile, visit.file
         extensions = tile.get("extensions")
         named = extensions if isinstance(extensions, dict) else {}
         if "implicitTiling" in tile or "3DTILES_implicit_tiling" in named:
-            raise MeshError("implicit tiling is not supported")
+            raise MeshError("implicit tiling is not supported: convert to explicit tiles first")
         matrix = product(visit.above, _transform(tile)) if "transform" in tile else visit.above
         refine = str(tile.get("refine", visit.refine)).upper()
         below = [
@@ -141,7 +141,7 @@ class _Walk:
         return below, [] if is_replaced else models
 
     def _root(self, file: Path, above: Floats, refine: str, files: tuple[Path, ...]) -> _Visit:
-        """The root tile of a tileset."""
+        """Return the root tile of a tileset file."""
         if file.resolve() in files:
             raise MeshError(f"the tileset {file.name} includes itself")
         if file not in self.documents:
@@ -151,14 +151,14 @@ class _Walk:
         document = self.documents[file]
         up = str(document["asset"].get("gltfUpAxis", "Y")).upper()
         if up not in UP_AXES:
-            raise MeshError(f"{file}: broken tileset: gltfUpAxis is {up[:20]!r}")
+            raise MeshError(f"{file}: gltfUpAxis must be X, Y or Z, got {up[:20]!r}")
         return _Visit(document["root"], file, above, refine, up, (*files, file.resolve()))
 
     def _file_of(self, content: dict[str, Any], file: Path) -> tuple[Path, str]:
-        """The file of a content, and its path relative to the folder."""
+        """Return the file of a tile's content, and its path relative to the folder."""
         address = content.get("uri", content.get("url"))
         if not isinstance(address, str):
-            raise MeshError("broken tileset: a content has no uri")
+            raise MeshError("broken tileset: the content of a tile must have a uri")
         shown = repr(address if len(address) < 80 else f"{address[:77]}...")
         try:
             named = unquote(address.split("?")[0].split("#")[0], errors="strict")
@@ -166,11 +166,11 @@ class _Walk:
         except (OSError, ValueError):
             path = None
         if path is None:
-            raise MeshError(f"the content {shown} is not in the folder of the tileset")
+            raise MeshError(f"the file {shown} is not in the folder of the tileset")
         return path, path.relative_to(self.folder.resolve()).as_posix()
 
     def origin(self, path: Path) -> Floats:
-        """Center of the bounding volume of the root, rounded; 0 if it is near zero."""
+        """Return the center of the root's bounding volume, rounded; 0 if it is near zero."""
         root = self.documents[path]["root"]
         matrix = _transform(root)
         center = matrix[:3, 3]
@@ -185,29 +185,29 @@ class _Walk:
                     center = product(matrix, translation(given))[:3, 3]
         if not np.isfinite(center).all():
             raise MeshError(f"{path}: the position of the tileset is not finite")
-        rounded: Floats = np.rint(center) + 0.0  # no negative zeros
+        rounded: Floats = np.rint(center) + 0.0  # converts -0.0 to 0.0
         return rounded if np.abs(center).max() >= FAR else np.zeros(3)
 
 
 def _parsed(content: bytes) -> dict[str, Any]:
-    """The JSON of a tileset, which has an asset and a root."""
+    """Parse the JSON of a tileset; a MeshError if asset or root are missing."""
     document = parsed_json(content, "tileset")
     asset, root = document.get("asset"), document.get("root")
     if not isinstance(asset, dict) or not isinstance(root, dict):
-        raise MeshError("not a tileset: the JSON has no asset or no root")
+        raise MeshError("not a tileset: the JSON must have the entries asset and root")
     version = asset.get("version")
     if not isinstance(version, str) or not version.startswith(("0.", "1.")):
-        raise MeshError("the version of the tileset is not supported, only 1.0 and 1.1 are")
+        raise MeshError(f"tileset version {version!r:.20} is not supported; only 1.0 and 1.1 are")
     return document
 
 
 def _transform(tile: dict[str, Any]) -> Floats:
-    """The matrix of a tile, which is stored column by column."""
+    """Return the matrix of a tile, which the file stores column by column."""
     return numbers(tile, "transform", np.eye(4).ravel().tolist()).reshape(4, 4).T
 
 
 def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
-    """The contents of a tile: one, or several in 3D Tiles 1.1 or with the extension of 1.0."""
+    """Return the contents of a tile; 3D Tiles 1.1, and an extension of 1.0, allow several."""
     found = [tile["content"]] if isinstance(tile.get("content"), dict) else []
     found += items(tile, "contents")
     if isinstance(extension, dict):
@@ -216,10 +216,10 @@ def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
 
 
 def _center_of_region(region: Floats) -> Floats:
-    """Center of west, south, east, north (radians) and heights, in earth-centered coordinates."""
+    """Return the earth-centered center of a region: west, south, east, north, and two heights."""
     west, south, east, north, low, high = region.tolist()
     longitude, latitude, height = (west + east) / 2, (south + north) / 2, (low + high) / 2
-    if west > east:  # across the date line
+    if west > east:  # the region crosses the date line
         longitude += np.pi
     normal = _EQUATOR / np.sqrt(1 - _ECCENTRICITY * np.sin(latitude) ** 2)
     across = (normal + height) * np.cos(latitude)

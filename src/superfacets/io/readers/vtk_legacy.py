@@ -1,4 +1,4 @@
-"""VTK: legacy files of unstructured grids, versions 3.0 to 5.1, text and binary."""
+"""Read legacy VTK files of unstructured grids, versions 3.0 to 5.1, text and binary."""
 
 from __future__ import annotations
 
@@ -20,36 +20,34 @@ _TYPES = {
     "vtkidtype": "i4",
     **{f"vtktype{word.lower()}": stored for word, stored in NUMBER_TYPES.items()},
 }  # fmt: skip
-"""NumPy's type code by VTK's name of a type. Binary files store ids (``vtkidtype``) as ``int``."""
+"""NumPy type codes, keyed by VTK type names. Binary files store ids (``vtkidtype``) as ``int``."""
 
 _WIDTHS = {
     "VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1,
 }  # fmt: skip
-"""Number of components of the attributes with a name and a type."""
+"""Number of components of attributes whose header line has a name and a type."""
 
 
 def read_vtk(data: Content, name: str) -> Grid:
-    """Read the cells of a file, with the cell data `name`."""
+    """Read the cells of a file, and the cell data with this name."""
     return _LegacyReader(data, name).read()
 
 
 class _LegacyReader(Cursor):
-    """Reads all sections of a file."""
-
     def __init__(self, data: Content, name: str) -> None:
         super().__init__(data)
         self._name = name
         self._arrays: dict[str, Array] = {}
         self._values: Array | None = None
-        self._owner = ""  # section of the current attributes: CELL_DATA or POINT_DATA
-        self._n_values = 0
+        self._owner = ""  # current section of attributes: CELL_DATA or POINT_DATA
+        self._n_values = 0  # number of cells or points in this section
 
     def read(self) -> Grid:
         version = re.fullmatch(rb"# vtk DataFile Version (\d)\.\d", self.any_line())
         if version is None:
             raise MeshError("not a VTK file: it does not begin with # vtk DataFile Version")
         self._has_offsets = int(version[1]) >= 5
-        self.any_line()  # skips the title
+        self.any_line()  # skip the title
         form = self.line()
         if form not in (b"ASCII", b"BINARY"):
             raise MeshError(f"expected ASCII or BINARY, got {shown(form)}")
@@ -109,8 +107,8 @@ class _LegacyReader(Cursor):
         self._keep(words[0], self._numbers(width * n, _word(words, 3), "a field"))
 
     def _read_attribute(self, keyword: str, words: list[str]) -> None:
-        """Read an attribute, or a lookup table."""
-        n, place = self._n_values, 2  # place: index of the type in `words`
+        """Read an attribute or a lookup table."""
+        n, place = self._n_values, 2  # `place` is the index of the type in `words`
         if keyword == "SCALARS":
             n *= self._count(words, 3) if len(words) > 3 else 1
             begin = self.place
@@ -125,7 +123,7 @@ class _LegacyReader(Cursor):
         elif keyword in _WIDTHS:
             n *= _WIDTHS[keyword]
         else:
-            raise MeshError(f"expected a keyword of VTK, got {shown(words[0])}")
+            raise MeshError(f"expected a VTK keyword, got {shown(words[0])}")
         self._keep(_word(words, 1), self._numbers(n, _word(words, place), keyword))
 
     def _count(self, words: list[str], place: int) -> int:
@@ -139,7 +137,7 @@ class _LegacyReader(Cursor):
         return self.numbers(n, _TYPES[word.lower()], what)
 
     def _keep(self, name: str, values: Array) -> None:
-        """Keep an array if it is the requested cell data; names in files are percent-encoded."""
+        """Store an array if it is the requested cell data; names in files are percent-encoded."""
         stored = unquote_to_bytes(name.encode("latin-1")).decode("utf-8", "replace")
         if self._owner == "CELL_DATA" and self._values is None and stored == self._name:
             self._values = values
@@ -148,7 +146,7 @@ class _LegacyReader(Cursor):
         missing = [key for key in ("points", "corners", "kinds") if key not in self._arrays]
         if missing:
             section = {"points": "POINTS", "corners": "CELLS", "kinds": "CELL_TYPES"}[missing[0]]
-            raise MeshError(f"the file has no {section}: it may be truncated")
+            raise MeshError(f"the file has no section {section}: it may be truncated")
         points = as_doubles(self._arrays["points"]).reshape(-1, 3)
         kinds, sizes, corners = (self._arrays[key] for key in ("kinds", "sizes", "corners"))
         return Grid(points, kinds, sizes, corners, self._values)
@@ -163,7 +161,7 @@ def _word(words: list[str], place: int) -> str:
 
 
 def _split_rows(rows: Array, n_rows: int) -> tuple[Array, Array]:
-    """Split rows of (size, corners ...) into sizes and flat corners."""
+    """Split rows (size, corner, corner, ...) into sizes and flat corners."""
     width = len(rows) // n_rows if n_rows else 0
     if width and len(rows) == width * n_rows and (rows[::width] == width - 1).all():
         return np.full(n_rows, width - 1), rows.reshape(n_rows, width)[:, 1:].ravel()
@@ -174,5 +172,5 @@ def _split_rows(rows: Array, n_rows: int) -> tuple[Array, Array]:
             break
         place += 1 + sizes[place]
     if place != len(rows) or len(places) != n_rows:
-        raise MeshError("the numbers of CELLS do not form the declared number of cells")
+        raise MeshError(f"the numbers in CELLS do not match the declared {n_rows} cells")
     return rows[places], np.delete(rows, places)

@@ -1,4 +1,4 @@
-"""VTK XML files: pieces and their arrays, inline or appended. VTP: surfaces of polygons."""
+"""Read VTK XML files, which have pieces with inline or appended arrays; VTP files of polygons."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ NUMBER_TYPES = {
     "Float32": "f4",
     "Float64": "f8",
 }
-"""NumPy's type code by VTK's name of a type."""
+"""NumPy type codes, keyed by VTK type names."""
 
 _NONE = np.empty(0, np.uint8)
-"""Empty array, which keeps the type of integers that are concatenated with it."""
+"""Empty array; concatenating it with other integers does not change their type."""
 
 _UNNAMED = "without a name"
 
@@ -48,11 +48,11 @@ def read_vtp(data: Content) -> Arrays:
 
 
 def vtp_labels(data: Content, name: str) -> Array | None:
-    """Return the cell data `name` of the polygons; None if there is none."""
+    """Return the cell data `name` of the polygons, or None if the file has no such data."""
     before = ("NumberOfVerts", "NumberOfLines")
     labels = _open(data).cell_data(name, "NumberOfPolys", before)
     if labels is not None and labels.dtype.kind not in "iu":
-        raise MeshError("labels must be integers: the VTP file has another type")
+        raise MeshError(f"labels must be integers, got {labels.dtype} in the VTP file")
     return labels
 
 
@@ -61,12 +61,12 @@ def _open(data: Content) -> XmlFile:
         raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
     file = XmlFile(data, "PolyData")
     if any(_count(piece, "NumberOfStrips") for piece in file.pieces):
-        raise MeshError("the VTP file holds triangle strips: save it with polygons")
+        raise MeshError("triangle strips in VTP are not supported: save the file with polygons")
     return file
 
 
 def _count(piece: Element, name: str) -> int:
-    """A count from the tag of a piece; 0 if it is missing."""
+    """Return a count in the attributes of a Piece element; 0 if it is missing."""
     return as_count(piece.get(name, "0"), name)
 
 
@@ -87,7 +87,7 @@ class XmlFile:
             self._appended = memoryview(data[body + 1 : end])
         root = _parsed_xml(text)
         if root.get("type") != kind or root.find(kind) is None:
-            raise MeshError(f"the VTKFile is not of type {kind}")
+            raise MeshError(f"expected a VTKFile of type {kind}, got {root.get('type')!s:.40}")
         self.pieces = root.findall(f"{kind}/Piece")
         self._order = _ORDERS.get(root.get("byte_order", ""))
         self._header = np.dtype(NUMBER_TYPES.get(root.get("header_type", "UInt32"), "u4"))
@@ -96,7 +96,7 @@ class XmlFile:
         self._encoding = "" if appended is None else appended.get("encoding", "")
 
     def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
-        """Return vertices (V, 3), sizes and flat corners of the cells of all pieces."""
+        """Return vertices, (V, 3), sizes of cells, and flat corners of cells, of all pieces."""
         parts: list[tuple[Floats, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
         n_points = 0
         for piece in self.pieces:
@@ -110,7 +110,7 @@ class XmlFile:
         return points, sizes, corners
 
     def kinds(self) -> Array:
-        """Return VTK's type of each cell of all pieces."""
+        """Return the VTK type of each cell of all pieces."""
         found = [
             self._integers(piece, "Cells", "types", _count(piece, "NumberOfCells"))
             for piece in self.pieces
@@ -118,7 +118,7 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return cell data of all pieces, without cells of `before`; None if a piece lacks it."""
+        """Return cell data, except of cells counted by `before`; None if a piece has no data."""
         parts = []
         for piece in self.pieces:
             n_before = sum(_count(piece, name) for name in before)
@@ -139,30 +139,30 @@ class XmlFile:
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
     def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
-        """An array of `n` integers; a MeshError if it is missing."""
+        """Return the named array of `n` integers; a MeshError if it is missing."""
         found = self._array(piece, section, name, n) if n else _NONE
         if found is None:
-            raise MeshError(f"the {section} of the file have no array {name}")
+            raise MeshError(f"{section} in the file must have an array {name}")
         if found.dtype.kind not in "iu":
-            raise MeshError(f"the array {name} must hold integers")
+            raise MeshError(f"the array {name} must have an integer type, got {found.dtype}")
         return found
 
     def _array(self, piece: Element, section: str, name: str, n: int) -> Array | None:
-        """The array of this name, with `n` values; None if there is none."""
+        """Return the named array, which must have `n` values, or None if it is missing."""
         arrays = piece.findall(f"{section}/DataArray")
         array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
         if array is None:
             return None
         if array.get("NumberOfComponents", "1") not in ("0", "1"):
-            raise MeshError(f"the array {shown(name)} has more than one number per cell")
+            raise MeshError(f"the array {shown(name)} must have one number per cell")
         return self._values(array, n)
 
     def _values(self, array: Element, n: int) -> Array:
-        """The `n` numbers of an array; a MeshError names the array if it has another size."""
+        """Return the `n` numbers of an array; a MeshError if it has another size."""
         try:
             self._left -= 8 * n
             if self._left < 0:
-                raise MeshError(f"{counted(n, 'number')} are too many for a file of this size")
+                raise MeshError(f"it declares {counted(n, 'number')}, too many for the file size")
             return self._decoded(array, n)
         except MeshError as error:
             raise MeshError(f"the array {shown(array.get('Name', _UNNAMED))}: {error}") from None
@@ -191,12 +191,12 @@ class XmlFile:
         else:
             raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
         if self._order is None:
-            raise MeshError("the VTKFile has no byte_order LittleEndian or BigEndian")
+            raise MeshError("the byte_order of the VTKFile must be LittleEndian or BigEndian")
         content = self._content(data, is_base64, n * stored.itemsize)
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
     def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
-        """The decompressed bytes of an array; a MeshError if there are not `n_bytes`."""
+        """Return `n_bytes` decompressed bytes of an array; a MeshError if the number differs."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
         first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
@@ -206,7 +206,7 @@ class XmlFile:
         if not first:
             _check_size(0, n_bytes)
             return b""
-        head = size * (3 + first)  # encoded separately from the blocks
+        head = size * (3 + first)  # the header is encoded separately from the blocks
         sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
         full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
         _check_size(full * (first - 1) + last, n_bytes)
@@ -226,7 +226,7 @@ class XmlFile:
                 content = lzma.LZMADecompressor(memlimit=1 << 28).decompress(block, size + 1)
             else:
                 raise MeshError(
-                    f"blocks are compressed by {shown(self._compressor)}:"
+                    f"the compressor {shown(self._compressor)} is not supported:"
                     " save the file with vtkZLibDataCompressor"
                 )
         except (zlib.error, lzma.LZMAError, EOFError):
@@ -240,36 +240,36 @@ def _stored_size(n: int, is_base64: bool) -> int:
 
 
 def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
-    """The first `n` bytes; a MeshError, before memory is allocated, if there are fewer."""
+    """Return the first `n` bytes; a MeshError if there are fewer, before memory is allocated."""
     size = _stored_size(n, is_base64)
     if size > len(data):
         raise MeshError(
-            f"{counted(size, 'byte')} are needed, {len(data)} follow: the file may be truncated"
+            f"expected {counted(size, 'byte')}, but {len(data)} follow: the file may be truncated"
         )
     if not is_base64:
         return bytes(data[:n])
-    try:  # the last group of four characters may encode more than n bytes
+    try:  # the last group of 4 characters may encode more than `n` bytes
         found = binascii.a2b_base64(data[:size], strict_mode=True)[:n]
     except binascii.Error:
         found = b""
     if len(found) < n:
-        raise MeshError("the data is not base64")
+        raise MeshError("the data is not valid base64: the file may be damaged")
     return found
 
 
 def _parsed_xml(text: bytes) -> Element:
-    """Parse a VTKFile; document types, which define entities, are refused."""
+    """Parse VTK XML; a document type is refused, because it can define entities."""
     if b"<!DOCTYPE" in text:
-        raise MeshError("the XML declares a document type, which files of VTK do not have")
+        raise MeshError("the XML must not have a DOCTYPE, which VTK files never have")
     try:
         root = fromstring(text)
-    except (ParseError, LookupError, ValueError) as error:  # also unknown encodings
+    except (ParseError, LookupError, ValueError) as error:  # LookupError: unknown encoding
         raise MeshError(f"the XML is truncated or damaged: {error}") from None
     return root if root.tag == "VTKFile" else Element("")
 
 
 def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
-    """Parse a text to numbers of this type."""
+    """Parse all numbers in a text, and convert them to the type `stored`."""
     lines = split_lines(text)
     if stored.kind != "f":
         return as_integers(lines.parse_integers_or_floats(), "values")

@@ -1,1 +1,1 @@
-"""Pages with a mesh and its regions: single files that a browser opens offline."""
+"""HTML pages that show a mesh and its regions, as single files for offline use."""

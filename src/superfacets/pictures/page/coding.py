@@ -1,4 +1,4 @@
-"""Encoding of arrays for the front end, as one block of bytes, or as base64 text for pages."""
+"""Encode arrays for the JavaScript viewer, as one block of bytes or as base64 text."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from ..._types import Array
 
 Coding = Literal["plain", "planes", "difference", "newest"]
 
-# Compression level of zlib. Level 9 takes three times as long, for 1 % less on a page of the bunny.
+# Compression level of zlib. Level 9 takes three times as long, and saves only 1 % of the bytes.
 _EFFORT = 6
 
 _ALIGNMENT = 4
-"""Alignment of arrays in the block, in bytes, so that plain arrays are used in place."""
+"""Alignment of arrays in the block, in bytes. JavaScript can use aligned arrays without copying."""
 
 
 class Entry(TypedDict):
-    """Entry of an array in the table of contents."""
+    """Description of one array in the block."""
 
     name: str
     dtype: str  # uint8, uint16, uint32, int32 or float32
     shape: list[int]
-    offset: int  # first byte in the block
+    offset: int  # offset in the block, in bytes
     coding: Coding
 
 
 class Arrays:
-    """Named arrays, in the order of addition."""
+    """Named arrays, encoded one after the other into one block of bytes."""
 
     def __init__(self) -> None:
         self.entries: list[Entry] = []
@@ -41,10 +41,11 @@ class Arrays:
     def add(self, name: str, array: Array, coding: Coding) -> None:
         """Add an array of numbers, shape (n,) or (n, columns).
 
-        "plain" stores the memory of the array. The other codings compress better. They store
-        numbers column by column, and bytes in planes: all lowest bytes, then all second bytes, and
-        so on. "difference" replaces each number of a column, except the first, by its difference
-        to the previous number. "newest" stores the `newest_codes` of the numbers, row by row.
+        "plain" stores the array as it is in memory. The other codings compress better. They store
+        numbers column by column, as byte planes: the lowest bytes of all numbers, then their second
+        bytes, and so on. "difference" replaces each number of a column, except the first, by its
+        difference to the previous number. "newest" stores the `newest_codes` of the numbers, row by
+        row.
         """
         self.entries.append(
             {
@@ -58,11 +59,11 @@ class Arrays:
 
     @property
     def data(self) -> bytes:
-        """The block: all arrays, concatenated."""
+        """Block of all encoded arrays."""
         return b"".join(self._blocks)
 
     def text(self) -> str:
-        """The block, compressed, in base64."""
+        """Return the block, compressed with zlib and encoded in base64."""
         packer = zlib.compressobj(_EFFORT)
         parts = [packer.compress(block) for block in self._blocks]
         return base64.b64encode(b"".join([*parts, packer.flush()])).decode("ascii")
@@ -80,7 +81,7 @@ def _planes(array: Array, coding: Coding) -> bytes:
 
 
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """High-watermark encoding: one more than the highest number so far, minus each number.
+    """High-watermark encoding: the highest previous number plus 1, minus each number.
 
     Codes are small if consecutive triangles share corners.
     """
@@ -91,5 +92,5 @@ def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
 
 
 def little_endian(array: Array) -> Array:
-    """The array in little-endian order, which needs no copy on most machines."""
+    """Return the array in little-endian byte order, without copying on most machines."""
     return array.astype(array.dtype.newbyteorder("<"), copy=False)

@@ -1,4 +1,4 @@
-"""`view`: pages with a mesh and its regions, for notebooks and files."""
+"""`view`: HTML pages that show a mesh and its regions, for notebooks and files."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from .texture import texture_parts
 
 _MAX_TITLE = 200
 
-# Height of the frame in a notebook, in pixels.
+# Height of the page in a notebook, in pixels.
 _FRAME_HEIGHT = 480
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page with a mesh and its regions: the result of ``superfacets.view``.
+    """HTML page that shows a mesh and its regions; result of ``superfacets.view``.
 
     A notebook shows the page at the end of a cell.
 
     Attributes
     ----------
     html : str
-        The whole page, as self-contained HTML.
+        Complete page, as self-contained HTML.
     """
 
     html: str = field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the page to a file that ends in .html, and return its path.
+        """Write the page to a file whose name ends in .html or .htm, and return its path.
 
         The file is written atomically.
 
@@ -62,7 +62,7 @@ class Page:
         return target
 
     def _repr_html_(self) -> str:
-        """An iframe with the page, which cannot access the notebook."""
+        """Return an iframe that shows the page, and prevents it from accessing the notebook."""
         return (
             f'<iframe title="superfacets" width="100%" height="{_FRAME_HEIGHT}"'
             ' style="border:0" sandbox="allow-scripts"'
@@ -80,13 +80,14 @@ def view(
     title: str = "superfacets",
     camera: View | None = None,
 ) -> Page:
-    """Return a page that shows a mesh and its regions in a browser, as a single offline file.
+    """Return an HTML page that shows a mesh and its regions, as a single file for offline use.
 
-    On the page, the mesh can be turned, zoomed and moved. Pointing at a region shows its number,
-    cells and area. Cells are colored by region, by ground truth or by value, and a slider changes
-    the level. Colors of regions are as from `face_colors`, and borders are as from `render`.
-    Positions are rounded to 1/65535 of the bounding box, and values to 1/65534 of their range. Time
-    and size are linear in cells: about 12 bytes per triangle. The browser needs WebGL 2.
+    On the page, the mesh can be rotated, zoomed and moved. Pointing at a region shows its number,
+    its number of cells, and its area. Cells are colored by region, by ground truth or by value, and
+    a slider changes the level. Region colors are the same as from `face_colors`, and borders are
+    the same as in `render`. Positions are rounded to 1/65535 of the bounding box, and values to
+    1/65534 of their range. Time and size are linear in cells, with about 12 bytes per triangle. The
+    browser needs WebGL 2.
 
     Parameters
     ----------
@@ -94,34 +95,34 @@ def view(
         As for `segment`. Polygons are drawn as triangles, and tetrahedra by their outer surface.
     labels : array_like of integers, shape (N,) or (L, N), or Hierarchy, optional
         Region of each cell. Labels may be any integers; cells with label -1 are gray. Several
-        levels may be given as a 2D array, a list of arrays or a `Hierarchy`; the page shows the
-        first level first. Without labels, all cells have one plain color.
+        levels can be given as a 2D array, as a list of arrays, or as a `Hierarchy`. The page
+        initially shows the first level. If labels are omitted, all cells have the same color.
     ground_truth : array_like of integers, shape (N,), optional
-        Labels of a ground truth, for comparison.
+        Ground truth labels, for comparison.
     features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
-        Values by name: one per cell, or one per region of the first level, in ascending order of
-        their labels. NaN marks a missing value.
+        Named arrays with one value per cell, or with one value per region of the first level, in
+        ascending order of the labels. NaN marks a missing value.
     texture : Texture, optional
-        Texture from `read_attributes`. A slider, and the key T, blend the texture with the colors
-        of regions. All images together are scaled down to 2048 x 2048 pixels. A texture needs the
-        extra ``texture``.
+        Texture from `read_attributes`. A slider and the key T blend the texture with the colors of
+        regions. All images together are scaled down to at most 2048 x 2048 pixels. A texture needs
+        the extra ``texture``.
     title : str, default "superfacets"
         Title of the page; only the first 200 characters are used.
     camera : View, optional
-        Initial viewpoint. The default is from the right and a little above.
+        Initial viewpoint. The default is from the right and slightly above.
 
     Returns
     -------
     Page
-        Has ``save(path)``. A notebook shows the page.
+        Page with the method ``save(path)``. A notebook shows the page directly.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid, the texture does not fit the mesh, or an image is missing or
-        damaged.
+        If the mesh is not valid, if the texture does not match the mesh, or if an image is missing
+        or damaged.
     MissingExtraError
-        If there is a texture, and Pillow is not installed.
+        If a texture is given but Pillow is not installed.
     ValueError, TypeError
         If another argument is invalid.
 
@@ -163,10 +164,10 @@ def view(
 
 
 def checked_page_path(path: str | os.PathLike[str]) -> Path:
-    """The path of a page in an existing folder."""
+    """Return the path of a page; an error if its ending is wrong or its folder does not exist."""
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
-        raise ValueError(f"{target.name!r} must end in .html")
+        raise ValueError(f"the name of a page must end in .html or .htm, got {target.name!r}")
     checked_targets([target])
     return target
 
@@ -174,7 +175,6 @@ def checked_page_path(path: str | os.PathLike[str]) -> Path:
 def _arrays(
     shape: Shape, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
 ) -> Arrays:
-    """All arrays of the page."""
     arrays = Arrays()
     labelings = [*levels, *([] if truth is None else [truth])]
     for name, (array, coding) in shape.parts(shape.quantized()).items():
@@ -194,7 +194,7 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """The first view, and the grid of quantized positions, in a box of diagonal 1 at the origin."""
+    """Return the initial view, and how to decode positions to a bounding box of diagonal 1."""
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),
@@ -205,13 +205,13 @@ def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
-    """The page as HTML; text is escaped so that it cannot close its element."""
+    """Insert the parts into the HTML template, escaped so that text cannot end its element."""
     folder = files(__package__)
     template, style, script = (
         folder.joinpath(name).read_text(encoding="utf-8")
         for name in ("page.html", "viewer.css", "viewer.js")
     )
-    title = title.encode("utf-8", "replace").decode("utf-8")  # file names may not be UTF-8
+    title = title.encode("utf-8", "replace").decode("utf-8")  # a file name may be invalid UTF-8
     parts = {
         "TITLE": html.escape(title),
         "SIZE": html.escape(size),

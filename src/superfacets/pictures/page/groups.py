@@ -1,4 +1,4 @@
-"""Colorings of cells on a page: by regions of levels, by ground truth, and by values."""
+"""Data of a page that color the cells: regions of each level, ground truth, and values."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .shape import Shape
 
 NO_REGION = -1
 NO_VALUE = 65535
-"""Code of a missing value (NaN). Other values are quantized to 0..65534."""
+"""Code of a missing value (NaN). Other values are quantized to 0 to 65534."""
 
 
 @runtime_checkable
 class Levels(Protocol):
-    """The used part of a `Hierarchy`, whose class belongs to a higher layer."""
+    """Interface of a `Hierarchy`, a class that cannot be imported here because of the layering."""
 
     @property
     def levels(self) -> list[Ints]:
-        """Labels of each level."""
+        """Labels of each level, one array per level."""
 
 
 LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
@@ -34,7 +34,7 @@ LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
 
 @dataclass(frozen=True)
 class Labeling:
-    """Labels of cells: regions 0 to K - 1, and -1 for cells without region."""
+    """Labels of cells, renumbered to 0 to K - 1; -1 for cells without a region."""
 
     labels: Ints
     ids: Longs  # (K,) original label of each region
@@ -45,7 +45,7 @@ class Labeling:
         return len(self.ids)
 
     def facts(self, shape: Shape) -> dict[str, Any]:
-        """Description for the page."""
+        """Return a description of the regions, for the JavaScript viewer."""
         is_numbered = np.array_equal(self.ids, np.arange(self.n_regions))
         area = float(shape.areas.sum()) / shape.diagonal**2
         return {
@@ -55,9 +55,10 @@ class Labeling:
         }
 
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
-        """Add labels (or parents of finer regions), colors, cell counts and sizes of the regions.
+        """Add labels, colors, cell counts and sizes of the regions to `arrays`.
 
-        If each region of `finer` is inside one region, parents are stored instead of labels.
+        If each region of `finer` is inside a single region, the region that contains each finer
+        region is stored instead of a label per cell.
         """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
@@ -73,10 +74,10 @@ class Labeling:
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
     def _parents(self, finer: Labeling) -> Ints | None:
-        """Region that contains each finer region; None if a finer region is in several regions."""
+        """Return the region that contains each finer region, or None if regions are not nested."""
         if not np.array_equal(self.labels == NO_REGION, finer.labels == NO_REGION):
             return None
-        parents = np.empty(finer.n_regions + 1, np.int32)  # the last one is for label -1
+        parents = np.empty(finer.n_regions + 1, np.int32)  # the last entry is for label -1
         parents[finer.labels] = self.labels
         if not np.array_equal(parents[finer.labels], self.labels):
             return None
@@ -85,20 +86,20 @@ class Labeling:
 
 @dataclass(frozen=True)
 class Feature:
-    """A value per cell, or per region of the first level."""
+    """A named array with one value per cell, or one value per region of the first level."""
 
     name: str
-    values: Floats  # NaN if missing
+    values: Floats  # NaN for missing values
     of: str  # "cell" or "region"
 
     @property
     def range(self) -> tuple[float, float]:
-        """The lowest and the highest value; (0, 0) without values."""
+        """Lowest and highest value; (0, 0) if all values are missing."""
         known = self.values[~np.isnan(self.values)]
         return (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
 
     def facts(self) -> dict[str, Any]:
-        """Description for the page."""
+        """Return a description of the values, for the JavaScript viewer."""
         low, high = self.range
         n_missing = int(np.count_nonzero(np.isnan(self.values)))
         return {
@@ -106,7 +107,7 @@ class Feature:
         }  # fmt: skip
 
     def steps(self) -> npt.NDArray[np.uint16]:
-        """Values quantized to 0..65534, from the lowest to the highest; `NO_VALUE` for NaN."""
+        """Return values quantized to 0 (lowest) to 65534 (highest), and `NO_VALUE` for NaN."""
         low, high = self.range
         shares = (self.values - low) / (high - low) if high > low else self.values * 0 + 0.5
         is_missing = np.isnan(shares)
@@ -117,7 +118,7 @@ class Feature:
 def checked_levels(
     labels: LabelsLike | None, n_cells: int, n_vertices: int | None = None
 ) -> list[Labeling]:
-    """The labelings of the levels on a page; an empty list for None."""
+    """Check labels of one or several levels; return a list, which is empty for None."""
     if labels is None:
         return []
     given: Any = labels.levels if isinstance(labels, Levels) else labels
@@ -134,7 +135,7 @@ def checked_levels(
 def checked_truth(
     labels: npt.ArrayLike | None, n_cells: int, n_vertices: int | None = None
 ) -> Labeling | None:
-    """The labeling of a ground truth; None for None."""
+    """Check ground truth labels; the result for None is None."""
     return None if labels is None else _checked_labeling(labels, n_cells, n_vertices)
 
 
@@ -145,7 +146,7 @@ def _checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Labe
 def checked_features(
     features: Mapping[str, npt.ArrayLike] | None, n_cells: int, n_regions: int | None
 ) -> list[Feature]:
-    """Checked values by name, one per cell or one per region of the first level."""
+    """Check named values, one per cell or one per region of the first level."""
     found = []
     for name, given in (features or {}).items():
         values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)

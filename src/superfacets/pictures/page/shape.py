@@ -1,4 +1,4 @@
-"""Shapes on a page: quantized positions, triangles or points, and possible borders."""
+"""Shape data of a page: quantized positions, triangles or points, and edges of borders."""
 
 from __future__ import annotations
 
@@ -25,46 +25,47 @@ from ..scene import Scene, guess_up, hexagons_of
 from .coding import Coding
 
 STEPS = 65535
-"""Number of steps along a side of the bounding box; positions have errors of up to half a step."""
+"""Number of quantization steps per side of the bounding box. The rounding error of positions is at
+most half a step."""
 
-# Diameter of a drawn point, in units of the square root of the area of the point. There are then
-# few gaps between points.
+# Diameter of a drawn point, as a multiple of the square root of the point's area. This diameter
+# leaves few gaps between points.
 _POINT_SIZE = 2.0
 
 
 @dataclass(frozen=True)
 class Shape:
-    """The drawn surface of cells: triangles, or the points of a cloud.
+    """Drawn surface of cells: triangles, or the points of a cloud.
 
-    Points of a mesh have no duplicates, and are in the order of their first use by triangles.
+    Vertices of a mesh are merged if they are equal, and sorted by first use in triangles.
     """
 
-    points: Floats  # (P, 3)
-    triangles: npt.NDArray[np.uint32] | None  # (T, 3); None: the points are the cells
-    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None: they are the cells
-    normals: Floats | None  # (P, 3) for a cloud; None for a mesh
+    points: Floats  # (P, 3) vertices, or points of a cloud
+    triangles: npt.NDArray[np.uint32] | None  # (T, 3) rows of `points`; None for a cloud
+    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None if equal to its index
+    normals: Floats | None  # (P, 3) normals of a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
-    areas: Floats  # areas of the drawn faces or points
+    areas: Floats  # area of each drawn face or point
     graph: CsrArcs  # neighbors of all cells
-    outline: _Outline | None  # None without borders
+    outline: _Outline | None  # edges that can be borders; None for a cloud
 
     @cached_property
     def bounds(self) -> Floats:
-        """The low and the high corner of the bounding box, (2, 3)."""
+        """Bounding box, (2, 3): lower and upper corner."""
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
 
     @property
     def diagonal(self) -> float:
-        """Diagonal of the bounding box; 1 if all points coincide."""
+        """Diagonal of the bounding box; 1 if all points are equal."""
         low, high = self.bounds
         return float(np.linalg.norm(high - low)) or 1.0
 
     @property
     def scene(self) -> Scene:
-        """The triangles, or one triangle per point, in a box of diagonal 1, without colors."""
+        """Scene without colors, from which the up axis is guessed; one triangle per point."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
-            points = hexagons_of(self.graph)  # one triangle per hexagon suffices
+            points = hexagons_of(self.graph)  # one triangle per hexagon is enough
             triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal
@@ -73,7 +74,7 @@ class Shape:
 
     @property
     def point_size(self) -> float:
-        """Diameter of the points of a cloud, in diagonals; 0 for a mesh."""
+        """Diameter of drawn points, as a fraction of the diagonal; 0 for a mesh."""
         if self.triangles is not None:
             return 0.0
         known = self.areas[self.areas > 0]
@@ -81,15 +82,15 @@ class Shape:
         return _POINT_SIZE * float(np.sqrt(area)) / self.diagonal
 
     def quantized(self) -> npt.NDArray[np.uint16]:
-        """Positions as multiples of 1 / `STEPS` of the bounding box, 0 to `STEPS`, (P, 3)."""
+        """Return positions, (P, 3), quantized to 0 to `STEPS` along each axis of the bounds."""
         low, high = self.bounds
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
     def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
-        """Arrays for the front end, each with its most compact encoding.
+        """Return arrays for the JavaScript viewer, and the most compact coding for each.
 
-        ``positions`` are the coordinates of `points` in the unit of the caller.
+        `positions` are the coordinates of `points`, quantized or not.
         """
         found: dict[str, tuple[Array, Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
@@ -103,15 +104,15 @@ class Shape:
 
 @dataclass(frozen=True)
 class _Outline:
-    """Edges between visible faces."""
+    """Edges between drawn faces, which are borders if the labels of the two faces differ."""
 
     mesh: FaceMesh
     graph: FaceGraph
-    cells: npt.NDArray[np.uint32] | None  # cell of each face; None: each face is a cell
-    places: npt.NDArray[np.uint32]  # (V,) the drawn vertex of each vertex of the mesh
+    cells: npt.NDArray[np.uint32] | None  # cell of each face; None if faces are cells
+    places: npt.NDArray[np.uint32]  # (V,) row in `Shape.points` of each vertex of the mesh
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
-        """Two vertices and two cells of each edge between regions, (B, 4)."""
+        """Return two vertices and two cells of each edge between regions, (B, 4)."""
         sources = np.repeat(
             np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
         )
@@ -130,7 +131,7 @@ class _Outline:
 
 
 def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
-    """The first view: axes (right, up, toward the viewer at azimuth 0), angles and zoom."""
+    """Return the initial view: axes (right, up, toward the viewer), angles and zoom."""
     up = guess_up(shape.scene) if camera.up == "auto" else camera.up
     right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
     return {
@@ -142,7 +143,7 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def shape_of(cells: Cells) -> Shape:
-    """Return the drawn shape of a mesh, of the surface of tetrahedra, or of a cloud."""
+    """Return the drawn shape of a mesh, of the outer surface of tetrahedra, or of a cloud."""
     kind = kind_of(cells)
     outside = kind.outside(cells)
     if outside is None:
@@ -161,7 +162,7 @@ def _surface_shape(
     measures: Floats | None,
     cell_graph: CsrArcs | None,
 ) -> Shape:
-    """The shape of faces, which are either cells or sides of cells."""
+    """Return the shape of faces, which are either cells or sides of tetrahedra."""
     threads = checked_threads(None)
     graph = build_face_graph(mesh)
     areas = measure_faces(mesh, threads)[1]
@@ -180,10 +181,10 @@ def _surface_shape(
 def _numbered_by_use(
     corners: Ints, n_vertices: int
 ) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """Vertices in order of first use, corners as new indices, new index of each vertex or 0."""
+    """Return vertices in order of first use, corners with new numbers, and all new numbers."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the last of several writes counts
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner is written last
     is_first = np.zeros(len(flat), dtype=bool)
     is_first[first[first < len(flat)]] = True
     used = flat[is_first].astype(np.int64)
@@ -200,7 +201,7 @@ def _cloud_shape(cloud: PointCloud) -> Shape:
 
 
 def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
-    """Unit vectors in two bytes, by octahedral encoding; 0 for a zero vector."""
+    """Encode unit vectors in two bytes with octahedral encoding; a zero vector becomes 0."""
     sums = np.abs(directions).sum(axis=1, keepdims=True)
     folded = directions / np.where(sums > 0, sums, 1)
     x, y = folded[:, 0], folded[:, 1]
@@ -211,5 +212,5 @@ def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
         np.where(is_below, (1 - np.abs(x)) * signs[:, 1], y),
     )
     low, high = (np.rint((part + 1) * 127).astype(np.uint16) for part in (x, y))
-    codes = np.maximum(low | (high << 8), 1)  # (0, 0, -1) has several codes
+    codes = np.maximum(low | (high << 8), 1)  # 0 is reserved; 1 decodes to nearly the same vector
     return np.where(sums[:, 0] > 0, codes, 0).astype(np.uint16)

@@ -1,4 +1,4 @@
-"""Textures for the front end: texture coordinates of corners, and an atlas of all images."""
+"""Textures for the JavaScript viewer: texture coordinates, and an atlas of all images."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from .coding import Coding
 from .shape import STEPS
 
 ATLAS_SIZE = 2048
-"""Largest width and height of the atlas, in pixels; each implementation of WebGL 2 supports it."""
+"""Maximum width and height of the atlas, in pixels, supported by all implementations of WebGL 2."""
 
 GRID = 32
-"""Images start at multiples of this number of pixels, and are padded by their edges to the next
-multiple. They then stay separate in five mipmap levels."""
+"""Images in the atlas start at multiples of `GRID` pixels, and are padded to multiples of `GRID`
+with copies of their edge pixels. Images therefore do not mix in the first five mipmap levels."""
 
 QUALITY = 88
-"""Quality of the JPEG, 0 to 100."""
+"""JPEG quality of the atlas, 0 to 100."""
 
 
 def texture_parts(
     mesh: FaceMesh, texture: Texture
 ) -> tuple[dict[str, Any], dict[str, tuple[Array, Coding]]]:
-    """Return facts about a texture, and its arrays.
+    """Return a description of a texture, and its arrays, for the JavaScript viewer.
 
-    All images are scaled down to fit side by side into an atlas of `ATLAS_SIZE`. Each material, and
-    the absence of a material, has a tile: its rectangle in the atlas, its repetition, and its
-    color. Coordinates are rounded to 1/65535 of their range. Raises a MeshError if the texture does
-    not fit the mesh, or an image is missing or damaged.
+    All images are scaled down and arranged in one atlas of at most `ATLAS_SIZE`. Each material has
+    a tile, which consists of its rectangle in the atlas, its wrap modes, and its color; there is
+    also a tile for faces without a material. Coordinates are rounded to 1/65535 of their range.
+    Raises a MeshError if the texture does not match the mesh, or if an image is missing or damaged.
     """
     check_texture(texture, mesh)
     places, sources = corner_triangles(mesh)
@@ -55,7 +55,7 @@ def texture_parts(
         for material in texture.materials
     ]  # fmt: skip
     n = len(tiles)
-    tiles += [[0, 0, 0, 0, 0, 0, *tile[6:]] for tile in tiles]  # without coordinates
+    tiles += [[0, 0, 0, 0, 0, 0, *tile[6:]] for tile in tiles]  # if there are no coordinates
     of_triangles = texture.face_materials[faces]
     numbers = np.where(of_triangles < 0, 2 * n, of_triangles + np.where(has_pairs, 0, n))
     facts = {
@@ -74,14 +74,14 @@ def _rectangle(image: TextureImage | None, rectangles: dict[TextureImage, list[i
 
 
 def _extended(pillow: Any, picture: Any, most: int) -> Any:
-    """The picture, padded by its right and lower edges to a multiple of `GRID`, at most `most`."""
+    """Extend the right and lower edges of a picture to a multiple of `GRID`, at most `most`."""
     pixels = np.asarray(picture)
     grow = [(0, min(-length % GRID, most - length)) for length in pixels.shape[:2]]
     return pillow.fromarray(np.pad(pixels, [*grow, (0, 0)], mode="edge"))
 
 
 def _atlas_of(images: list[TextureImage]) -> tuple[bytes, dict[TextureImage, list[int]]]:
-    """A JPEG of all images in a square grid, and left, top, width and height of each."""
+    """Return a JPEG with all images in a grid, and left, top, width and height of each image."""
     pillow = import_pillow("Image")
     side = max(1, math.isqrt(max(len(images), 1) - 1) + 1)
     most = max(ATLAS_SIZE // side // GRID * GRID, ATLAS_SIZE // side % GRID)
