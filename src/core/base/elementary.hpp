@@ -17,7 +17,7 @@ namespace superfacets {
 
 namespace elementary_parts {
 
-// Coefficients of P in rising order, for atan(q) = q + q z P(z) with z = q^2. The polynomial is
+// Coefficients of P in ascending order, for atan(q) = q + q z P(z) with z = q^2. The polynomial is
 // minimax of degree 12 for z P(z) on 0 <= z <= 1/4, by the Remez algorithm, with an error of 2^-62.
 inline constexpr std::array<double, 13> kSeries{
     -0.33333333333333315,  0.19999999999993445, -0.14285714284977744,  0.11111111069363067,
@@ -74,7 +74,7 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   for (int i = 10; i >= 0; i -= 2) even = even * zz + kSeries[i];
   for (int i = 9; i >= 1; i -= 2) odd = odd * zz + kSeries[i];
   const double series = even + z * odd;
-  // turn + q in two parts; the second is the rounding error of the first.
+  // `sum` is the rounded value of turn + q, and `lost` is its rounding error.
   const double turn = n * kEighthTurn;
   const double sum = turn + q;
   const double lost = (turn - sum) + q;

@@ -128,7 +128,7 @@ Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {
 }
 
 // Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of
-// cells. Each block of cells has a list of its own.
+// cells. Each block of cells fills a separate list.
 template <typename Entry, typename Append>
 Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
   constexpr std::int64_t kBlock = 1 << 14;

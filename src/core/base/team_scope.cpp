@@ -18,7 +18,7 @@ long process_id() {
 #endif
 }
 
-// State of one thread: the number of its scopes, and the idle team that the scopes keep.
+// State of one thread: the number of open TeamScopes, and the idle team that they keep alive.
 struct Kept {
   int n_scopes = 0;
   std::unique_ptr<ThreadTeam> team;

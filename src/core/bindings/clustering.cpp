@@ -1,5 +1,5 @@
-// Bindings of stages 3 and 4. The headers of the stages describe the functions;
-// superfacets/_validate.py ensures their preconditions.
+// Bindings of stages 3 and 4. The functions are documented in the headers of clustering/ and
+// paths/. Their preconditions are checked by superfacets/_validate.py.
 #include "clustering/clustering.hpp"
 
 #include <new>
@@ -69,9 +69,9 @@ void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
   coarse.add_far_arcs(team);
 }
 
-void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double factor,
-                       ThreadTeam& team) {
-  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
+void add_costs_to(CoarseGraph& coarse, const Table<float>& vectors, double factor,
+                  ThreadTeam& team) {
+  coarse.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
 }
 
 using Lengths = std::span<const PathLength>;
@@ -99,7 +99,7 @@ Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats le
   return join_loose_cells({offsets, neighbors}, lengths, labels, loose, barrier);
 }
 
-// Positions are read only if steps are straight, with a straight_unit above 0.
+// The positions are only used if straight_unit is positive.
 auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, Integers coarse,
                     Floats coarse_lengths, Points positions, Points coarse_positions,
                     double straight_unit, ThreadTeam& team) {
@@ -166,8 +166,8 @@ void bind_clustering_stages(nb::module_& module) {
       .def("steps", threaded(&steps_of), "n_threads"_a)
       .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
       .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "n_threads"_a)
-      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_coarse_arcs),
-           "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
+      .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "vectors"_a.noconvert(),
+           "factor"_a, "n_threads"_a)
       .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
       .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
            "offsets"_a)

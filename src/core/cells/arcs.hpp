@@ -1,4 +1,4 @@
-// The arcs between cells in CSR form, with the loops over them.
+// The arcs between cells in CSR form, with iterators over the arcs of a cell.
 #pragma once
 
 #include "base/assert.hpp"
@@ -70,7 +70,7 @@ struct Arcs {
                                [&](Cell neighbor) { return labels[neighbor] != labels[cell]; });
   }
 
-  // Whether offsets rise from 0 to the number of arcs, and all targets are valid cells.
+  // Whether the offsets increase from 0 to the number of arcs, and all targets are valid cells.
   bool are_valid() const {
     return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
            std::ranges::is_sorted(offsets) && all_below(targets, n_cells());

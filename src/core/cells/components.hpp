@@ -13,14 +13,14 @@
 namespace superfacets {
 
 struct Components {
-  Buffer<Cell> of;  // (N,) component of each cell, 0..C-1, in the order of their lowest cells
+  Buffer<Cell> of;  // (N,) component of each cell, numbered 0..C-1 by their lowest cells
   Cell n_components = 0;
 };
 
 // Disjoint sets of cells (union-find). The root of a set is its lowest cell.
 class DisjointSets {
  public:
-  // Initially each cell is a set of its own.
+  // Initially, each set consists of one cell.
   explicit DisjointSets(std::size_t n_cells) : parents_(n_cells) {
     std::iota(parents_.begin(), parents_.end(), 0);
   }
@@ -33,7 +33,8 @@ class DisjointSets {
     return std::min(a, b);
   }
 
-  // Whether two cells are known to be united, without a search.
+  // Whether two cells have the same parent. If so, they are already united, and no search is
+  // needed.
   bool share_parent(Cell a, Cell b) const { return parents_[a] == parents_[b]; }
 
   Cell root(Cell cell) {
@@ -59,11 +60,11 @@ class DisjointSets {
   Buffer<Cell> parents_;
 };
 
-// Weakly connected components of the regions. Two cells are in one component if a chain of arcs,
-// each in either direction, joins them through cells with their label. If all labels are equal, the
-// result is the components of the graph. Labels are any integers. for_each_neighbor(cell, take)
-// calls take(neighbor) for each arc that leaves a cell. Time O((N + M) log N) at worst, O(N + M) in
-// practice. Needs no memory except the result.
+// Weakly connected components of the regions. Two cells are in one component if an undirected path
+// of arcs joins them through cells with the same label. If all labels are equal, the components are
+// the components of the graph. Labels can be any integers. for_each_neighbor(cell, take) calls
+// take(neighbor) for each arc that leaves a cell. The worst-case time is O((N + M) log N); in
+// practice it is O(N + M). No memory is needed in addition to the result.
 template <typename ForEachNeighbor>
 Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
   DisjointSets sets(labels.size());
@@ -77,8 +78,8 @@ Components components_of(std::span<const Label> labels, const ForEachNeighbor& f
 
 Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team);
 
-// Labels and the result are indexed by place; components are numbered in the order of their lowest
-// cells.
+// Labels and result are in the order of the graph's space-filling curve. Components are numbered in
+// the order of their lowest cells, by index in the input.
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels);
 
 }  // namespace superfacets

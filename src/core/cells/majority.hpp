@@ -8,7 +8,7 @@ namespace superfacets {
 
 struct Majority {
   Buffer<Label> winners;            // winning label of each group; kNoLabel if it has no members
-  Buffer<std::uint8_t> is_divided;  // 1 if the members of the group have different labels
+  Buffer<std::uint8_t> is_divided;  // 1 if the members of a group have different labels
 };
 
 // For each group, finds the label with the largest sum of weights among its members. Ties go to the

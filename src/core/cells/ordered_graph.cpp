@@ -12,8 +12,8 @@
 namespace superfacets {
 namespace {
 
-// Prefetch distance, in places. Cells may be in random order in the input, and prefetching hides
-// the cache misses. The arcs of a cell are prefetched once their offsets are in the cache.
+// Prefetch distances, in cells. Cells may be in random order in the input, and prefetching hides
+// the cache misses. Offsets are prefetched kFarAhead cells ahead, and arcs kAhead cells ahead.
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
@@ -30,7 +30,8 @@ bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
   return fits;
 }
 
-// Whether lengths are whole numbers, as from quantize_weights, so that path lengths are exact.
+// Whether lengths are whole numbers with a limited sum, like the results of quantize_weights, so
+// that path lengths are exact.
 bool are_quantized(std::span<const float> lengths) {
   const auto is_whole = [](float length) { return length >= 1.0F && length == std::floor(length); };
   return std::ranges::all_of(lengths, is_whole) &&
@@ -138,12 +139,12 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
   });
 }
 
-// Prefetches what copy_arcs will read for later places.
+// Prefetches the data that copy_arcs will read for later cells.
 void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) const {
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  // computes an address, because index `first` is invalid if the cell has no arc
+  // Computes an address, because the index `first` is out of range if the cell has no arc.
   prefetch(input.arcs.targets.data() + first);
   prefetch(input.lengths.data() + first);
 }
@@ -157,13 +158,13 @@ std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std:
   return next - first;
 }
 
-void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
+void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
   SUPERFACETS_ASSERT(vectors.rows.size() == vectors.width * cells.size());
   team.for_each_slow(n_cells(), [&](Place place) {
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
       if (arc.to == place) continue;  // padding
       const double distance = vectors.distance(cells[place], cells[arc.to]);
-      arc.length = with_price(arc.length, factor, distance);
+      arc.length = with_cost(arc.length, factor, distance);
     }
   });
 }

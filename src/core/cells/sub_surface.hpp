@@ -11,8 +11,8 @@ struct KeptParts {
   std::span<const std::int64_t> arcs;  // (n_arcs,) index of each kept arc
 };
 
-// Measures are read from the whole surface. The side of a dropped arc counts as open, and no walk
-// around a corner crosses this side.
+// Surface of the kept cells. Measures are read from the whole surface. The side of a dropped arc is
+// treated as an open boundary, and no walk around a corner crosses this side.
 class SubSurface final : public Surface {
  public:
   // `arcs` joins kept cells, by their new indices, and contains every kept arc.
@@ -41,7 +41,8 @@ class SubSurface final : public Surface {
     return whole_.side(kept_.cells[from], kept_.arcs[arc]);
   }
 
-  // The open length in the whole surface, plus the border lengths of sides without kept arcs.
+  // The open length of the cell in the whole surface, plus the border lengths of sides without kept
+  // arcs.
   double open_length(Cell cell) const override {
     const Cell old = kept_.cells[cell];
     double length = whole_.open_length(old);
@@ -77,7 +78,7 @@ class SubSurface final : public Surface {
 
   const Surface& whole_;
   const KeptParts kept_;
-  // new index of each cell of the whole; kNoCell if the cell is dropped
+  // (cells of the whole surface,) new index of each cell; kNoCell if the cell is dropped
   std::vector<Cell> new_cells_;
 };
 

@@ -20,15 +20,15 @@ struct RegionLength {
   double length;
 };
 
-// Tells whether a side of a cell counts for the perimeter of the cell's region. It does if some
-// cell at the side is in another region, and this cell is the lowest cell of its region at the
-// side.
+// State of a side of a cell. The side is part of the perimeter of the cell's region if another cell
+// at the side is in another region. If several cells of the region meet at the side, its length is
+// counted at the lowest cell only.
 struct SideState {
-  bool is_border = false;
-  bool is_counted = false;
+  bool is_border = false;   // whether a cell at the side is in another region
+  bool is_counted = false;  // whether the side is counted at a lower cell of the region
 };
 
-// Appends the length of each side of a cell that counts for the perimeter of the cell's region.
+// Appends the lengths of the sides of a cell that are part of the perimeter of the cell's region.
 void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
                    std::vector<RegionLength>& lengths) {
   const double open = surface.open_length(cell);
@@ -58,7 +58,7 @@ void append_border(const Surface& surface, std::span<const Label> labels, Cell c
 
 void BorderCost::write(const Surface& surface, Cell from, std::int64_t arc,
                        std::span<float> costs) const {
-  constexpr std::size_t kAtOnce = 4;  // arcs whose exponentials are computed together
+  constexpr std::size_t kAtOnce = 4;  // number of arcs whose exponentials are computed together
   std::array<CrossedBorder, kAtOnce> crossed;
   std::array<double, kAtOnce> powers;
   while (!costs.empty()) {

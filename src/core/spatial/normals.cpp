@@ -5,8 +5,8 @@
 namespace superfacets {
 namespace {
 
-// Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a)
-// exceeds about this fraction of (a + b + c)^2. With this limit, points in a strip a thousand times
+// Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a) is
+// larger than about this fraction of (a + b + c)^2. So points in a strip that is a thousand times
 // as long as wide have a normal.
 constexpr double kLeastDifference = 1e-7;
 
@@ -19,8 +19,8 @@ struct Symmetric {
   double xx, xy, xz, yy, yz, zz;
 };
 
-// The covariance matrix, scaled to a trace (sum of the variances) of 1. Zero if all points have the
-// same position.
+// The covariance matrix, scaled so that its trace (sum of the variances) is 1. Zero if all points
+// have the same position.
 Symmetric covariance_of(const Spread& spread) {
   const Point mean = (1.0 / spread.n) * spread.sum;
   const Symmetric c{

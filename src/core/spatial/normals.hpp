@@ -1,12 +1,12 @@
-// Normals of points, estimated from their neighbors.
+// Estimates normals of points from their neighbors.
 #pragma once
 
 #include "base/types.hpp"
 
 namespace superfacets {
 
-// Number of points, and sums of their coordinates and of products of coordinates, relative to
-// `origin`.
+// Sums from which the covariance matrix of points is computed: the number of points, the sum of
+// coordinates, and the sums of products of coordinates, all relative to `origin`.
 struct Spread {
   Point origin;
   double n = 0.0;
@@ -27,7 +27,7 @@ struct Spread {
   }
 };
 
-// Sum of a a^T over axes a. An axis has length 1 or 0, and either sign.
+// Sum of a a^T over axes a. An axis is a unit vector of arbitrary sign, or zero.
 struct AxisSpread {
   double n = 0.0;
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
@@ -43,21 +43,21 @@ struct AxisSpread {
   }
 };
 
-// The unit vector that the included axes are closest to, of either sign; zero if two directions are
-// equally close, or there are no axes.
+// The mean direction of the included axes: a unit vector of arbitrary sign. Zero if the mean is not
+// unique or there are no axes.
 Point common_axis(const AxisSpread& spread);
 
-// The unit vector in the direction of least variance of the included points, of either sign; zero
-// if the points are on a line or at one position.
+// The direction of least variance of the included points: a unit vector of arbitrary sign. Zero if
+// the points are on a line or at a single position.
 Point direction_of_least_spread(const Spread& spread);
 
-// The normal around a point: the common axis of the points that have axes, or else the direction of
-// least spread. `axes` is empty, or holds one axis per point.
+// Estimates the normal of a point from its neighborhood: the mean of the axes if there are any,
+// otherwise the direction of least variance. `axes` is empty or contains one axis per point.
 class NormalFit {
  public:
   NormalFit(std::span<const Point> axes, const Point& origin) : axes_(axes), spread_(origin) {}
 
-  // Adds the position of a point, and its axis.
+  // Adds a point of the neighborhood.
   void include(const Point& position, std::size_t point) {
     spread_.include(position);
     if (!axes_.empty()) around_.include(axes_[point]);

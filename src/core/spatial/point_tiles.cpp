@@ -8,7 +8,7 @@
 namespace superfacets {
 namespace {
 
-// The index of each point among the wanted points; kNoCell if a point is not wanted.
+// The index of each point among the wanted points, or kNoCell if the point is not wanted.
 Buffer<Cell> rows_of_wanted(std::span<const std::uint8_t> is_wanted, std::size_t& n_wanted) {
   Buffer<Cell> rows(is_wanted.size());
   n_wanted = 0;

@@ -24,7 +24,7 @@
 namespace superfacets {
 namespace {
 
-constexpr std::int64_t kLinesAtOnce = 4096;  // lines per unit of work
+constexpr std::int64_t kLinesAtOnce = 4096;  // number of lines per task
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
@@ -57,7 +57,7 @@ double to_double(const char* token, char** stop) {
 }
 
 const char* parse_plain_double(const char* begin, const char* end, double& value) {
-  char token[64];  // strtod needs a terminating zero; longer tokens are rare, and not handled
+  char token[64];  // strtod needs a terminating zero; longer tokens are rare and not supported
   const auto* stop =
       std::find_if(begin, end, [](char c) { return !is_digit(c) && !std::strchr("+-.eE", c); });
   const std::size_t size = stop - begin;
@@ -72,8 +72,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// Each of the next functions parses the token at `begin`, which has at least one byte. The result
-// is the end of the parsed part, or null.
+// The functions from here to parse_second_index parse the token at `begin`, which has at least one
+// byte. They return the end of the parsed part, or null if the token cannot be parsed.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
@@ -88,7 +88,7 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
-// Sets `values` to the first integers of the token. A missing integer is 0.
+// Sets `values` to the first integers of the token. A missing integer is set to 0.
 template <typename Integer, std::size_t kSize>
 const char* parse_indices(const char* begin, const char* end, std::array<Integer, kSize>& values) {
   values.fill(0);
@@ -120,7 +120,7 @@ const char* parse_second_index(const char* begin, const char* end, Integer& valu
 }
 
 // Parses one token per value. Returns false if the number of tokens differs from the number of
-// values, or a token is not a number.
+// values, or if a token is not a number.
 template <typename Value, typename ParseToken>
 bool parse_line(const char* place, const char* end, std::span<Value> values,
                 const ParseToken& parse_token) {
