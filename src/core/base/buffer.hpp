@@ -70,7 +70,8 @@ class Buffer {
   static constexpr std::align_val_t kAlignment{64};  // a cache line
 
   static std::size_t bytes(std::size_t size) {
-    // At least one element: numpy requires a valid pointer for an empty array too.
+    // Allocates at least one element, because numpy requires a valid pointer also for an empty
+    // array.
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 

@@ -3,8 +3,7 @@
 
 #include <cstdint>
 
-// Attribute of functions that are inlined even if the caller is compiled for another instruction
-// set.
+// Attribute that inlines a function even if the caller is compiled for another instruction set.
 #if defined(__GNUC__)
 #define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
 #else

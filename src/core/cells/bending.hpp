@@ -7,7 +7,7 @@
 
 namespace superfacets {
 
-// Shape operator: maps a tangent step to the change of the normal. Symmetric.
+// Shape operator: a symmetric matrix that maps a tangent step to the change of the normal.
 struct Bend {
   float xx, xy, xz, yy, yz, zz;
 
@@ -21,7 +21,8 @@ struct Bend {
 struct Bends {
   // (N,) curvature in the directions in which the surface rises above the tangent plane
   Buffer<Bend> concave;
-  Buffer<Bend> convex;  // (N,) curvature in the directions in which it falls below, negated
+  // (N,) negated curvature in the directions in which the surface falls below the tangent plane
+  Buffer<Bend> convex;
 };
 
 // Fits a shape operator to the normals around each point, averages it with the operators of the

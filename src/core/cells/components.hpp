@@ -39,7 +39,7 @@ class DisjointSets {
 
   Cell root(Cell cell) {
     while (parents_[cell] != cell) {
-      parents_[cell] = parents_[parents_[cell]];  // halves the path for the next search
+      parents_[cell] = parents_[parents_[cell]];  // path halving, for faster searches
       cell = parents_[cell];
     }
     return cell;

@@ -42,8 +42,8 @@ class WeldedCorners {
   }
 
  private:
-  // Whether each entry is a vertex that represents itself and is not higher than the index of the
-  // entry.
+  // Whether each representative represents itself, and is not higher than the vertices that it
+  // represents.
   static bool are_representatives(std::span<const Vertex> representative) {
     for (std::size_t v = 0; v < representative.size(); ++v) {
       const Vertex lowest = representative[v];
@@ -100,8 +100,8 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
 // The kind of link from a side of a face to the other faces on its edge.
 enum class Link : std::uint8_t {
   kNone,     // no other face: a boundary edge, or a side that is not an edge
-  kOpposed,  // one other face, which runs along the edge in the opposite direction
-  kAlike,    // one other face, which runs along the edge in the same direction
+  kOpposed,  // one other face, which traverses the edge in the opposite direction
+  kAlike,    // one other face, which traverses the edge in the same direction
   kRing,     // at least two other faces
 };
 
@@ -121,9 +121,8 @@ class Side {
               static_cast<std::uint64_t>(side)) {}
 
   Face face() const { return static_cast<Face>(bits_ >> 3U); }
-  bool is_ascending() const {
-    return (bits_ & 4U) != 0;
-  }  // runs from the lower to the higher vertex
+  // Whether the face traverses the side from the lower to the higher vertex.
+  bool is_ascending() const { return (bits_ & 4U) != 0; }
   std::int64_t place() const { return 3 * std::int64_t{face()} + static_cast<int>(bits_ & 3U); }
 
  private:
@@ -237,7 +236,8 @@ class Linker {
   }
 
  private:
-  // Number of sides at a lower vertex that is handled without sorting. The average is six.
+  // Up to this number of sides at a lower vertex, the faster version of link_pairs is used. On
+  // average, a vertex is the lower vertex of six sides.
   static constexpr std::size_t kFew = 8;
   static constexpr std::size_t kMany = SidesOfPart::kReadable;
 

@@ -98,7 +98,7 @@ class ArcFinder {
   struct Walk {
     Place before;
     Place here;
-    double cost;  // sums of whole numbers are exact
+    double cost;  // sum of crease costs; exact, because all costs are integers
   };
   static constexpr double kNone = HUGE_VAL;
 

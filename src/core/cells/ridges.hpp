@@ -1,5 +1,5 @@
 // Ridges: sharp convex edges between flat faces, as on machine parts. Rounded limbs have no ridges,
-// because they bend a little at each of many edges.
+// because their edges all have small angles.
 #pragma once
 
 #include "cells/surface.hpp"
@@ -109,12 +109,13 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOpt
   return {arcs, [&](Face face, std::int64_t arc, Face to) { return bends.angle(face, arc, to); }};
 }
 
-// Finds the ridges of a surface of faces. A ridge is a convex edge that bends by at least
-// kSharpAngle between two faces whose other edges are flat, and whose both ends meet another such
-// edge or the boundary of the surface. Two faces that share several edges have no ridge.
+// Finds the ridges of a surface of faces. A ridge is a convex edge with an angle of at least
+// kSharpAngle between two faces whose other edges are flat. Both ends of a ridge must meet another
+// edge with these properties, or the boundary of the surface. Two faces that share several edges
+// have no ridge.
 //
-// With the option `all_sharp`, every convex edge that bends by at least kSharpAngle is a ridge, if
-// it is the only edge that its two faces share.
+// With the option `all_sharp`, every convex edge with an angle of at least kSharpAngle is a ridge,
+// if it is the only edge that its two faces share.
 //
 // The parameter `bends` provides two functions. bends.angle(face, arc, to) is the unsigned angle at
 // an arc, from 0 to pi. bends.is_convex(face, arc, to) returns whether the arc is convex.

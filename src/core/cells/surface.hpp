@@ -38,7 +38,7 @@ struct SecondMoment {
 struct CellShape {
   Point position;
   double measure;
-  Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
+  Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero if the cell has no normal
   SecondMoment spread;               // second moment about the position; 0 for a point
   Box box;                           // bounding box of the vertices
 };

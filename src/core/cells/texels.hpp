@@ -34,18 +34,18 @@ struct TexelColors {
 // Computes for each triangle the mean color of the texels whose centers the triangle covers. A
 // triangle that covers no center is sampled between texels, at up to 256 positions. A triangle of
 // more than 2^14 texels is sampled in every n-th row and column. `pixels` has three bytes per
-// texel, rows from the upper side down. `linear` maps each byte to linear light, 0 to 65535. The
+// texel, in rows from top to bottom. `linear` maps each byte to linear light, 0 to 65535. The
 // result is NaN for triangles with coordinates that are missing, not finite, or larger than 2^20 in
 // magnitude. The result is the same for any number of threads.
 TexelColors texel_colors(std::span<const std::uint8_t> pixels, const TexelGrid& grid,
                          std::span<const std::int32_t> linear, const TexturedTriangles& triangles,
                          ThreadTeam& team);
 
-// For each texel, the id of the triangle that covers its center, or -1 if no triangle does. Rows
-// are from the upper side down. If several triangles cover a center, the lowest wins. A triangle
-// that covers no center gets the texel at its centroid, if no triangle covers that texel. Then ids
-// are extended by `bleed` texels into uncovered texels. Triangles are clamped to four images per
-// direction.
+// For each texel, the id of the triangle that covers its center, or -1 if no triangle does. Rows of
+// the result are from top to bottom. If several triangles cover a center, the lowest wins. A
+// triangle that covers no center gets the texel at its centroid, if no triangle covers that texel.
+// Then ids are extended by `bleed` texels into uncovered texels. Triangles are clamped to four
+// images per direction.
 Buffer<std::int32_t> paint_ids(const TexelGrid& grid, const TexturedTriangles& triangles,
                                std::span<const std::int32_t> ids, int bleed, ThreadTeam& team);
 

@@ -22,7 +22,8 @@ inline double length_over(const Edge& edge, const Point& from, const Point& to) 
   return norm(from - middle) + norm(middle - to);
 }
 
-// The fold between two faces. Swapping the faces changes no bit of any member.
+// The angle between two neighboring faces with unit normals n_i and n_j. Swapping the faces changes
+// no bit of any member.
 struct Fold {
   double sine;    // |n_i x n_j|; 0 if a normal is missing
   double cosine;  // n_i . n_j

@@ -72,7 +72,7 @@ std::pair<Place, bool> TurnedSets::root(Place place) {
   bool is_turned = false;
   while (parents_[place] != place) {
     const Place parent = parents_[place];
-    turned_[place] ^= turned_[parent];  // halves the path for the next search
+    turned_[place] ^= turned_[parent];  // path halving, for faster searches
     parents_[place] = parents_[parent];
     is_turned ^= turned_[place] != 0;
     place = parents_[place];

@@ -172,7 +172,7 @@ SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Fac
 
 struct RisingArc {
   Face from;
-  Face to;  // > from
+  Face to;  // higher than `from`
   std::int64_t arc;
 };
 

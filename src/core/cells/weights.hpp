@@ -33,7 +33,7 @@ struct WeightOptions {
   // If true, a step is the straight line from centroid to centroid, not the path via the edge.
   bool is_straight = false;
   bool all_sharp = false;  // if true, all sharp convex edges are ridges
-  double slack = 0.0;      // subtracted from each angle, in radians; edges below it cost nothing
+  double slack = 0.0;      // angle in radians that is subtracted from the angle of each edge
 
   // eta of an edge with angle theta that is not a ridge. The edge is concave if rise > 0. An edge
   // is smooth if its angle is less than kSharpAngle.
@@ -102,7 +102,7 @@ class NetTurn {
  private:
   static constexpr int kTurnBits = 31;
 
-  double units_ = 1.0;                        // units per unit of length
+  double units_ = 1.0;                        // number of units per radian and unit of length
   std::span<const std::uint8_t> is_counted_;  // (N,) or empty if all faces are counted
 };
 

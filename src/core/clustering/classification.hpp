@@ -21,9 +21,9 @@ class Classification {
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
   // Assigns all cells to the given centers. `offsets` contains the initial path length of each
-  // center, or is empty for 0. A center with an offset may be in the region of another center, and
-  // its own region may be empty. An offset must not be less than in the last call. Offsets require
-  // an infinite `reach`.
+  // center, or is empty if all of them are 0. A center with an offset may be in the region of
+  // another center, and its own region may be empty. An offset must not be less than in the last
+  // call. Offsets require an infinite `reach`.
   void classify(std::span<const Place> centers, std::span<const PathLength> offsets = {});
 
   // The centers of the last call, followed by unreached cells that became centers.

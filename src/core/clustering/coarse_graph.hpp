@@ -16,8 +16,8 @@ namespace superfacets {
 
 // Length and label of the path to each cell. The label is kNoLabel if there is no path.
 struct SpreadPaths {
-  Buffer<PathLength> lengths;  // (N,)
-  Buffer<Label> labels;        // (N,)
+  Buffer<PathLength> lengths;  // (N,) length of the path to each cell
+  Buffer<Label> labels;        // (N,) label of the path to each cell
 };
 
 // Groups the cells of a graph (fine cells) into connected coarse cells, each around a center. The

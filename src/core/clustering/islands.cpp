@@ -12,7 +12,7 @@
 namespace superfacets {
 namespace {
 
-// Number of islands per task.
+// Number of unlabeled cells per task.
 constexpr std::int64_t kBlock = 1 << 10;
 
 // A labeled cell, and its distance from an island.

@@ -13,7 +13,7 @@ enum class Islands : std::uint8_t {
 };
 
 struct JoinedIslands {
-  Buffer<Label> labels;           // (N,) without kNoLabel
+  Buffer<Label> labels;           // (N,) label of each cell, never kNoLabel
   Cell n_joined = 0;              // number of islands that joined a region
   std::vector<Cell> new_centers;  // lowest cell of each island that became a new region
 };

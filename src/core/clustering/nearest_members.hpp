@@ -20,7 +20,8 @@ void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regi
   constexpr std::int64_t kLeastVisits = 32;
   // maximum number of leaves visited by a search, in multiples of (all leaves / regions)
   constexpr std::int64_t kVisitFactor = 16;
-  constexpr std::int64_t kFewPlaces = 64;  // number of cells per region
+  // below this mean number of cells per region, only the pass over all cells is used
+  constexpr std::int64_t kFewPlaces = 64;
   const std::int64_t n_regions = std::ssize(regions);
   if (n_regions == 0) return;
   const std::int64_t n_leaves = std::ssize(graph.tree.level(0));

@@ -25,7 +25,7 @@ struct Need {
   Place farthest = 0;         // cell with the longest path from the center
 };
 
-// Computes the need of a region, given as a list of cells.
+// Computes removal cost, distortion and farthest cell of a region, given as a list of its cells.
 Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
              std::span<const Path> seconds, std::span<const Place> region) {
   Need need;

@@ -10,12 +10,12 @@ namespace superfacets {
 
 // Seeds are placed in large components only. A connected component is large if it has at least half
 // of the mean measure of a region, or if all larger components together have fewer than n_seeds
-// cells. At most n_seeds components are large. All other components are islands. If components have
-// equal measures, the component of `first` precedes, then the component with the lowest cell.
+// cells. At most n_seeds components are large. All other components are islands. Components with
+// equal measures are ordered by their lowest cells, but the component of `first` comes first.
 // Components are connected components of the undirected graph.
 
-// The cell nearest to the measure-weighted mean of all positions. If several cells are equally
-// near, the lowest.
+// The cell nearest to the measure-weighted mean of all positions, or the lowest cell if several are
+// equally near.
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
 // The number of cells in components that have at least half the mean measure of a region. If this

@@ -15,8 +15,8 @@ struct MeshFindings {
   Point high{};
 };
 
-// Checks the preconditions of the other kernels. `corners` holds the corners of all faces, one face
-// after the other. Time O(C + V), memory V bytes.
+// Checks the preconditions of the other kernels. `corners` contains the corners of all faces, one
+// face after the other. Time O(C + V), memory V bytes.
 MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex> corners,
                         ThreadTeam& team);
 

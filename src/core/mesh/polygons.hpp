@@ -7,7 +7,8 @@
 
 namespace superfacets {
 
-// Faces with three or more corners each, stored one after the other. Corners of a face may repeat.
+// Faces with three or more corners each, stored one after the other. A face may have the same
+// vertex at several corners.
 struct Polygons {
   std::span<const std::int64_t>
       offsets;  // (F + 1,) the corners of face i have the indices offsets[i] .. offsets[i+1]-1
@@ -29,8 +30,9 @@ struct PolygonMeasures {
   Point normal;  // unit normal; zero if the polygon is degenerate
 };
 
-// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), by Newell's formula. For
-// a planar polygon, also a concave one, this is twice the area times the unit normal.
+// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), computed with Newell's
+// formula. For a planar polygon, convex or concave, the result is twice the area times the unit
+// normal.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 // Unit normal of a polygon; zero if its area is not larger than rounding errors.
@@ -54,9 +56,9 @@ PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& 
                                ThreadTeam& team);
 
 // Like sliver_area, for polygons. The length of a face is its longest side or diagonal from corner
-// 0. The width is the height of a triangle (for three corners) or rectangle (for more) with this
-// length and the area of the face. Slivers are longer than min_length, and less than max_height
-// wide.
+// 0. The height of a face is the height of a triangle (if the face has three corners) or rectangle
+// (otherwise) with this length and the area of the face. A sliver has a length of more than
+// min_length, and a height of less than max_height.
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
                            std::span<const double> areas, double min_length, double max_height,
                            ThreadTeam& team);

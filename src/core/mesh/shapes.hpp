@@ -12,7 +12,7 @@
 
 namespace superfacets {
 
-// Returns the point that is nearer to p; ties go to `one`.
+// Returns the point that is nearer to p, or `one` if both are equally near.
 inline Point nearer(const Point& p, const Point& one, const Point& other) {
   return squared_norm(p - other) < squared_norm(p - one) ? other : one;
 }

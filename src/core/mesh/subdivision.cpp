@@ -4,9 +4,9 @@
 // too long is eventually bisected in each of its faces. Faces are therefore independent, except for
 // the indices of midpoints on shared sides.
 //
-// The bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles constructed
-// by bisecting the longest side", 1975. The algorithm: Rivara, "Algorithms for refining triangular
-// grids suitable for adaptive and multigrid techniques", 1984.
+// Source of the bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles
+// constructed by bisecting the longest side", 1975. Source of the algorithm: Rivara, "Algorithms
+// for refining triangular grids suitable for adaptive and multigrid techniques", 1984.
 #include "mesh/subdivision.hpp"
 
 #include <limits>
@@ -71,14 +71,15 @@ Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
   return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
 }
 
-// Returns the number of parts of a face, or some number above `most` if there are more than `most`.
+// Returns the number of parts of a face, or any number larger than `most` if the face has more than
+// `most` parts.
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
   const int end = next_corner(side);
   const Point middle = midpoint(face.points[side], face.points[end]);
   const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
-  if (n_first >= most) return most + 1;  // the other half is at least one part
+  if (n_first >= most) return most + 1;  // the other half has at least one part
   return n_first + count_parts(face.with(side, middle), limit, most - n_first);
 }
 

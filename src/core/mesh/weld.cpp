@@ -82,8 +82,8 @@ class PositionTable {
   Buffer<Vertex> table_;
 };
 
-// Inserts vertices begin .. end-1. Returns whether the position of any of them was already in the
-// table.
+// Inserts vertices begin .. end-1. Returns whether the position of any of these vertices was
+// already in the table.
 bool insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
                   std::span<PositionTable::Slot> slots) {
   bool is_shared = false;

@@ -5,7 +5,7 @@
 namespace superfacets {
 namespace {
 
-// The mean arc length is estimated from every kStep-th arc. A sample of some thousand arcs
+// The mean arc length is estimated from every kStep-th arc. A sample of a few thousand arcs
 // suffices.
 constexpr std::size_t kStep = 61;
 

@@ -7,7 +7,7 @@ namespace superfacets {
 
 // Length and label of the path to each cell.
 struct TilePaths {
-  Buffer<PathLength> lengths;  // (N,)
+  Buffer<PathLength> lengths;  // (N,) kUnreached if the cell is unreached
   Buffer<Label> labels;        // (N,) kNoLabel if the cell is unreached
 };
 

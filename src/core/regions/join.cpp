@@ -17,7 +17,8 @@ class Neighbors {
   std::size_t size() const { return costs_.size(); }
   const std::map<Label, double>& costs() const { return costs_; }
 
-  // The neighbor with the highest border cost, or the lowest of them if several costs are equal.
+  // The neighbor with the highest border cost, or the neighbor with the lowest number if several
+  // costs are equal.
   Label preferred() const { return ranking_.begin()->second; }
 
   void add(Label group, double cost) {

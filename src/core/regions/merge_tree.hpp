@@ -44,8 +44,9 @@ struct MergeTree {
 // The cost is low for small, near regions with a long common border outside creases. A gap is
 // treated as a border with length r (area r^2 in a volume) and border cost 0. If regions have
 // features f and g, the cost is Ward's cost, a b / (a + b) * |f - g|^2, and pairs with equal costs
-// are ordered by the cost above. Then, pairs are ordered by their nodes. When two nodes are merged,
-// means are weighted by area (equally if both areas are 0), and borders are added.
+// are ordered by the formula above. If this is equal too, pairs are ordered by their nodes. When
+// two nodes are merged, means are weighted by area (equally if both areas are 0), and borders are
+// added.
 //
 // A merge of two regions with m neighbors in total takes O(m log K) time. Memory is O(K + number of
 // borders).

@@ -68,8 +68,7 @@ RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) 
   const bool has_measure = sums.measure > 0.0;
   const double weight = has_measure ? sums.measure : static_cast<double>(cells.size());
   const Point& moment = has_measure ? sums.moment : sums.positions;
-  // Divides instead of multiplying with 1 / weight, which may overflow to infinity for a tiny
-  // weight.
+  // Divides by the weight, because 1 / weight may overflow to infinity for a tiny weight.
   const Point centroid = origin + Point{moment.x / weight, moment.y / weight, moment.z / weight};
   const SecondMoment covariance = moment_about(surface, cells, centroid, sums.measure);
   return {sums.measure,        centroid,         covariance.squares,

@@ -337,7 +337,7 @@ class CellTransfer {
   const SizeBounds& bounds_;
   Members members_;
   std::vector<double> totals_;  // (K,) size of each region
-  std::vector<Exits> exits_;    // (K,)
+  std::vector<Exits> exits_;    // (K,) cached exits of each region
   // (K,) predecessor of each region in the last search; kNoLabel if not reached
   std::vector<Label> parents_;
   std::vector<Label> queue_;  // regions in the order in which the last search reached them

@@ -8,9 +8,9 @@ namespace superfacets {
 // Labels the vertices with kNoLabel, by extending the given labels with Kruskal's algorithm. In
 // ascending order of weight, each edge with an unlabeled end unites the sets of its two ends,
 // unless both sets have a label. If weights are equal, as in planes, edges whose ends have equal
-// hints precede. Labeled vertices keep their label, and every other vertex gets the label of its
-// set. A vertex that is not connected to a labeled vertex keeps kNoLabel. The result does not
-// depend on the number of threads.
+// hints are processed first. Labeled vertices keep their label, and every other vertex gets the
+// label of its set. A vertex that is not connected to a labeled vertex keeps kNoLabel. The result
+// does not depend on the number of threads.
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
                             std::span<const Label> hints, ThreadTeam& team);
 

@@ -160,7 +160,7 @@ double noise(std::uint64_t index) {
 }
 
 // Sparse LDL^T factorization M = P^T F D F^T P of a symmetric, positive definite matrix M, whose
-// off-diagonal entries correspond to the arcs of a graph. The graph should have at most some
+// off-diagonal entries correspond to the arcs of a graph. The graph should have at most a few
 // thousand cells, and must have at most one arc from each cell to another cell. Cells are
 // eliminated in the order of minimum degree, then of index. On graphs of surfaces, the factor has
 // about n log n entries.

@@ -8,7 +8,7 @@
 namespace superfacets {
 
 struct Eigenpairs {
-  std::vector<double> values;   // (m,) ascending, > 0
+  std::vector<double> values;   // (m,) positive eigenvalues, ascending
   std::vector<double> vectors;  // (n, m) one eigenvector x per column, with sum_i a_i x_i^2 = 1
 };
 

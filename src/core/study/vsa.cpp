@@ -57,7 +57,7 @@ Point centroid_of(const Corners& corners) {
 }
 
 struct SymmetricMatrix {
-  double entries[3][3] = {};  // stores both halves, so rotations need no case distinction
+  double entries[3][3] = {};  // both triangular halves are stored
 
   void add_square(double weight, const Point& p) {
     const double xyz[] = {p.x, p.y, p.z};
@@ -102,7 +102,7 @@ void rotate(SymmetricMatrix& matrix, double (&axes)[3][3], int p, int q) {
 Point least_axis(SymmetricMatrix matrix) {
   const double trace = matrix.trace();
   if (!(trace > 0.0)) return {0.0, 0.0, 0.0};
-  double axes[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};  // in columns
+  double axes[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};  // one axis per column
   for (int sweep = 0; sweep < kMaxSweeps && matrix.off_diagonal() > kOffDiagonal * trace; ++sweep) {
     rotate(matrix, axes, 0, 1);
     rotate(matrix, axes, 0, 2);

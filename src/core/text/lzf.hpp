@@ -1,4 +1,4 @@
-// Decompression of LZF, the compression of point clouds in PCD files.
+// Decompresses LZF data, the compressed format of PCD files.
 #pragma once
 
 #include "base/buffer.hpp"
