@@ -1,7 +1,6 @@
 // Uninitialized memory for large arrays, in huge pages if the system has them.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <new>
 #include <span>

@@ -1,15 +1,9 @@
 // Lists stored in one array (CSR form), and functions that build them.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
 #include <iterator>
 #include <numeric>
-#include <span>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"

@@ -1,10 +1,7 @@
 // A stable sort by unsigned keys, in linear time.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cstdint>
-#include <utility>
 
 #include "base/buffer.hpp"
 

@@ -1,8 +1,5 @@
 #include "base/team_scope.hpp"
 
-#include <algorithm>
-#include <utility>
-
 #if !defined(_WIN32)
 #include <unistd.h>
 #endif

@@ -2,9 +2,7 @@
 // of threads.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
-#include <cstdint>
 #include <exception>
 #include <mutex>
 #include <optional>

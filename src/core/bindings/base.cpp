@@ -4,7 +4,6 @@
 #include "base/elementary.hpp"
 #include "base/heap.hpp"
 #include "base/lists.hpp"
-#include "base/team_scope.hpp"
 #include "bindings/bindings.hpp"
 
 namespace superfacets {

@@ -7,7 +7,6 @@
 #include <nanobind/stl/tuple.h>
 
 #include <tuple>
-#include <type_traits>
 
 #include "base/buffer.hpp"
 #include "base/team_scope.hpp"

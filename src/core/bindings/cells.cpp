@@ -1,22 +1,16 @@
 // Bindings of stage 1: graphs of cells, and surfaces for later stages. The functions are documented
 // in the headers of cells/. Their preconditions are checked by superfacets/_validate.py.
-#include <new>
 
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
-#include "cells/face_graph.hpp"
 #include "cells/far_arcs.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
-#include "cells/ordered_graph.hpp"
-#include "cells/part_costs.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
-#include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/sub_surface.hpp"
 #include "cells/tet_graph.hpp"
-#include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
 #include "spectral/diffusion.hpp"

@@ -2,16 +2,11 @@
 // paths/. Their preconditions are checked by superfacets/_validate.py.
 #include "clustering/clustering.hpp"
 
-#include <new>
-
 #include "bindings/bindings.hpp"
 #include "clustering/coarse_graph.hpp"
 #include "clustering/coarse_tile.hpp"
-#include "clustering/islands.hpp"
 #include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"
-#include "clustering/update.hpp"
-#include "mesh/geometry.hpp"
 #include "paths/tile_paths.hpp"
 #include "spectral/diffusion.hpp"
 

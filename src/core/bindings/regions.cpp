@@ -1,7 +1,6 @@
 // Bindings of stage 5. The functions are documented in the headers of regions/. Their preconditions
 // are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
-#include "regions/borders.hpp"
 #include "regions/bridges.hpp"
 #include "regions/cut_borders.hpp"
 #include "regions/graph_segments.hpp"

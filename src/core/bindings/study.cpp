@@ -1,6 +1,5 @@
 // Bindings for comparisons: another segmentation method, and path lengths. The functions are
 // documented in the headers. Their preconditions are checked by superfacets/study.
-#include <new>
 
 #include "bindings/bindings.hpp"
 #include "paths/path_lengths.hpp"

@@ -1,9 +1,5 @@
 #include "cells/components.hpp"
 
-#include <vector>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 
 // Threads unite the cells within each block. Blocks write to disjoint entries of the sets, because

@@ -2,12 +2,7 @@
 #pragma once
 
 #include <numeric>
-#include <utility>
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
-#include "cells/arcs.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

@@ -1,15 +1,5 @@
 #include "cells/far_arcs.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
-#include "base/elementary.hpp"
-#include "base/versions.hpp"
-
 namespace superfacets {
 namespace {
 

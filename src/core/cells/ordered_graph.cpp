@@ -1,11 +1,8 @@
 #include "cells/ordered_graph.hpp"
 
-#include <atomic>
-#include <cmath>
 #include <numeric>
 #include <tuple>
 
-#include "base/prefetch.hpp"
 #include "cells/weights.hpp"
 #include "spatial/morton.hpp"
 

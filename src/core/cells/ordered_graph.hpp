@@ -1,9 +1,6 @@
 // A cell graph with a cache-friendly layout: the input of stages 3 and 4.
 #pragma once
 
-#include <limits>
-
-#include "cells/arcs.hpp"
 #include "cells/part_costs.hpp"
 #include "spatial/box_tree.hpp"
 

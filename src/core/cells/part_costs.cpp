@@ -1,9 +1,5 @@
 #include "cells/part_costs.hpp"
 
-#include <utility>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              std::span<const Cell> group_of, const PartVectors& vectors,

@@ -2,10 +2,6 @@
 // two cells.
 #pragma once
 
-#include <cmath>
-#include <cstddef>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/elementary.hpp"
 #include "base/threads.hpp"

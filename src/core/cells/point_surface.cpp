@@ -1,9 +1,6 @@
 #include "cells/point_surface.hpp"
 
-#include <numbers>
-
 #include "base/elementary.hpp"
-#include "cells/triangle_surface.hpp"
 
 namespace superfacets {
 namespace {

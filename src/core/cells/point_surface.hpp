@@ -4,7 +4,6 @@
 #include <unordered_map>
 
 #include "cells/point_ridges.hpp"
-#include "cells/surface.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {

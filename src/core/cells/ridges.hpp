@@ -2,7 +2,6 @@
 // because their edges all have small angles.
 #pragma once
 
-#include "cells/surface.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {

@@ -1,7 +1,5 @@
 #include "cells/surface_weights.hpp"
 
-#include <numbers>
-
 #include "cells/ridges.hpp"
 
 namespace superfacets {

@@ -1,7 +1,5 @@
 #include "cells/triangle_surface.hpp"
 
-#include <array>
-
 #include "base/elementary.hpp"
 
 namespace superfacets {

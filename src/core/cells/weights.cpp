@@ -1,13 +1,8 @@
 #include "cells/weights.hpp"
 
-#include <array>
-#include <type_traits>
-
 #include "base/elementary.hpp"
 #include "base/point_block.hpp"
-#include "base/prefetch.hpp"
 #include "cells/ridges.hpp"
-#include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {

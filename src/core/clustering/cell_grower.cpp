@@ -1,7 +1,5 @@
 #include "clustering/cell_grower.hpp"
 
-#include "base/prefetch.hpp"
-
 namespace superfacets {
 namespace {
 

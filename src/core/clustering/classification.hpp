@@ -2,7 +2,6 @@
 #pragma once
 
 #include "clustering/islands.hpp"
-#include "paths/expansion.hpp"
 #include "paths/halting.hpp"
 
 namespace superfacets {

@@ -1,9 +1,6 @@
 // Stage 4: computes regions around centers, and updates the centers.
 #pragma once
 
-#include <vector>
-
-#include "cells/ordered_graph.hpp"
 #include "clustering/classification.hpp"
 #include "clustering/update.hpp"
 

@@ -1,7 +1,5 @@
 #include "clustering/coarse_graph.hpp"
 
-#include <numeric>
-
 #include "clustering/nearest_members.hpp"
 
 namespace superfacets {

@@ -1,14 +1,7 @@
 // A graph of coarse cells, on which most iterations of the loop run.
 #pragma once
 
-#include <utility>
-#include <vector>
-
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/far_arcs.hpp"
-#include "cells/ordered_graph.hpp"
-#include "clustering/cell_grower.hpp"
 #include "clustering/coarse_ranges.hpp"
 #include "paths/expansion.hpp"
 

@@ -3,10 +3,7 @@
 
 #include <tuple>
 
-#include "base/elementary.hpp"
 #include "base/lists.hpp"
-#include "base/prefetch.hpp"
-#include "cells/ordered_graph.hpp"
 #include "clustering/cell_grower.hpp"
 #include "clustering/sums.hpp"
 

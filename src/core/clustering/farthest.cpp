@@ -1,9 +1,5 @@
 #include "clustering/farthest.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 

@@ -1,13 +1,8 @@
 #include "clustering/islands.hpp"
 
-#include <algorithm>
-#include <limits>
-#include <mutex>
-#include <numeric>
 #include <tuple>
 
 #include "cells/components.hpp"
-#include "spatial/box_tree.hpp"
 
 namespace superfacets {
 namespace {

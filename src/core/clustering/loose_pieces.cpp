@@ -1,11 +1,5 @@
 #include "clustering/loose_pieces.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 #include "cells/components.hpp"
 
 namespace superfacets {

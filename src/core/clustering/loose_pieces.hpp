@@ -3,7 +3,6 @@
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

@@ -1,12 +1,5 @@
 #include "clustering/relocation.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-
-#include "base/assert.hpp"
 #include "paths/second_paths.hpp"
 
 namespace superfacets {

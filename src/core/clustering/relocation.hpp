@@ -2,7 +2,6 @@
 // little to regions with a large distortion.
 #pragma once
 
-#include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
 
 namespace superfacets {

@@ -1,14 +1,6 @@
 #include "clustering/seeding.hpp"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <limits>
-#include <numeric>
-#include <optional>
-#include <tuple>
 #include <unordered_map>
-#include <utility>
 
 #include "cells/components.hpp"
 #include "clustering/classification.hpp"

@@ -1,9 +1,6 @@
 // Stage 3: chooses the initial centers (seeds).
 #pragma once
 
-#include "base/threads.hpp"
-#include "base/types.hpp"
-#include "cells/ordered_graph.hpp"
 #include "clustering/islands.hpp"
 
 namespace superfacets {

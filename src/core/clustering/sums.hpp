@@ -3,8 +3,6 @@
 // subtractions.
 #pragma once
 
-#include <array>
-
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

@@ -1,7 +1,6 @@
 // Stage 4b: computes centers from labels.
 #pragma once
 
-#include "cells/ordered_graph.hpp"
 #include "clustering/sums.hpp"
 
 namespace superfacets {

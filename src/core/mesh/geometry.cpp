@@ -1,10 +1,8 @@
 #include "mesh/geometry.hpp"
 
-#include <array>
 #include <limits>
 
 #include "base/point_block.hpp"
-#include "base/versions.hpp"
 
 namespace superfacets {
 namespace {

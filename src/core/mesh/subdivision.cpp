@@ -10,7 +10,6 @@
 #include "mesh/subdivision.hpp"
 
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 #include "base/lists.hpp"

@@ -1,10 +1,5 @@
 #include "paths/expansion.hpp"
 
-#include <array>
-#include <bit>
-
-#include "base/prefetch.hpp"
-
 namespace superfacets {
 namespace {
 

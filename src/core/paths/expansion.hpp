@@ -1,8 +1,6 @@
 // Multi-source shortest paths from all centers, on several threads.
 #pragma once
 
-#include <limits>
-
 #include "cells/ordered_graph.hpp"
 #include "paths/bucket_queue.hpp"
 #include "paths/radix_heap.hpp"

@@ -1,12 +1,5 @@
 #include "paths/halting.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <mutex>
-#include <numeric>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 
 namespace superfacets {

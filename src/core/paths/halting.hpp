@@ -1,9 +1,6 @@
 // Halted expansions, as described in the paper, computed as corrections to exact shortest paths.
 #pragma once
 
-#include <vector>
-
-#include "paths/expansion.hpp"
 #include "paths/source_paths.hpp"
 
 namespace superfacets {

@@ -1,9 +1,5 @@
 #include "paths/longest_paths.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 

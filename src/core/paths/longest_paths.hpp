@@ -1,10 +1,8 @@
 // Farthest-point sampling with path lengths, used for seeding (stage 3).
 #pragma once
 
-#include <span>
 #include <tuple>
 
-#include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
 
 namespace superfacets {

@@ -1,6 +1,5 @@
 #include "paths/path_lengths.hpp"
 
-#include <limits>
 #include <numeric>
 
 #include "paths/source_paths.hpp"

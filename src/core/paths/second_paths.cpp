@@ -1,11 +1,5 @@
 #include "paths/second_paths.hpp"
 
-#include <cstdint>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 

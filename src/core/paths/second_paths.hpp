@@ -2,9 +2,7 @@
 #pragma once
 
 #include "base/lists.hpp"
-#include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
-#include "paths/radix_heap.hpp"
 
 namespace superfacets {
 

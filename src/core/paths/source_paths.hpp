@@ -1,10 +1,7 @@
 // Shortest paths from a single cell, limited by a condition that the caller defines.
 #pragma once
 
-#include "cells/ordered_graph.hpp"
-#include "paths/bucket_queue.hpp"
 #include "paths/expansion.hpp"
-#include "paths/radix_heap.hpp"
 
 namespace superfacets {
 

@@ -1,7 +1,5 @@
 #include "paths/tile_paths.hpp"
 
-#include "cells/weights.hpp"
-
 namespace superfacets {
 namespace {
 

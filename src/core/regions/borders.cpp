@@ -1,7 +1,5 @@
 #include "regions/borders.hpp"
 
-#include <array>
-
 #include "base/elementary.hpp"
 #include "base/lists.hpp"
 

@@ -1,6 +1,5 @@
 #include "regions/bridges.hpp"
 
-#include <limits>
 #include <tuple>
 
 namespace superfacets {

@@ -1,7 +1,6 @@
 #include "regions/chains.hpp"
 
 #include <array>
-#include <limits>
 
 namespace superfacets {
 namespace {

@@ -2,11 +2,8 @@
 #pragma once
 
 #include "base/prefetch.hpp"
-#include "cells/surface.hpp"
-#include "regions/borders.hpp"
 #include "regions/patches.hpp"
 #include "regions/smooth.hpp"
-#include "regions/stiffness.hpp"
 
 namespace superfacets {
 

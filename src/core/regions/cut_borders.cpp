@@ -1,7 +1,6 @@
 #include "regions/cut_borders.hpp"
 
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 namespace superfacets {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "regions/border_field.hpp"
-#include "regions/labeled_mesh.hpp"
 
 namespace superfacets {
 

@@ -1,8 +1,5 @@
 #include "regions/region_sizes.hpp"
 
-#include <limits>
-#include <numeric>
-
 #include "regions/chains.hpp"
 
 namespace superfacets {

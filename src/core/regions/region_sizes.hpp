@@ -1,7 +1,6 @@
 // Stage 5: moves cells between regions until the size of each region is within given bounds.
 #pragma once
 
-#include "cells/surface.hpp"
 #include "regions/borders.hpp"
 
 namespace superfacets {

@@ -1,10 +1,8 @@
 #include "regions/smooth.hpp"
 
 #include <cstring>
-#include <iterator>
 
 #include "regions/chains.hpp"
-#include "regions/patches.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,7 +1,6 @@
 // Stage 5: smooths the borders between regions.
 #pragma once
 
-#include "cells/surface.hpp"
 #include "regions/borders.hpp"
 #include "regions/stiffness.hpp"
 

@@ -1,8 +1,6 @@
 // Stage 5: edges between vertices or points, with large weights at creases.
 #pragma once
 
-#include <bit>
-
 #include "cells/components.hpp"
 #include "mesh/vertex_normals.hpp"
 

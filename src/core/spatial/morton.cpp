@@ -2,7 +2,6 @@
 
 #include <array>
 #include <bit>
-#include <numeric>
 
 #include "base/lists.hpp"
 

@@ -1,8 +1,5 @@
 #include "spatial/nearest_cell.hpp"
 
-#include <array>
-#include <limits>
-
 #include "mesh/shapes.hpp"
 #include "spatial/box_tree.hpp"
 #include "spatial/morton.hpp"

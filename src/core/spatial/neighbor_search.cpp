@@ -1,8 +1,5 @@
 #include "spatial/neighbor_search.hpp"
 
-#include <array>
-#include <limits>
-
 #include "spatial/morton.hpp"
 
 namespace superfacets {

@@ -1,11 +1,8 @@
 // Finds the nearest neighbors of all points of a point cloud.
 #pragma once
 
-#include <array>
-
 #include "base/buffer.hpp"
 #include "base/point_block.hpp"
-#include "base/versions.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {

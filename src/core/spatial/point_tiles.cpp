@@ -1,7 +1,5 @@
 #include "spatial/point_tiles.hpp"
 
-#include <numeric>
-
 #include "spatial/neighbor_search.hpp"
 #include "spatial/normals.hpp"
 

@@ -1,7 +1,5 @@
 #include "spatial/ray_thickness.hpp"
 
-#include <array>
-#include <limits>
 #include <memory>
 
 #include "base/elementary.hpp"

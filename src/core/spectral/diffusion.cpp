@@ -1,12 +1,5 @@
 #include "spectral/diffusion.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-#include "base/assert.hpp"
-#include "base/elementary.hpp"
-
 namespace superfacets {
 namespace {
 

@@ -1,16 +1,11 @@
 #include "spectral/eigenvectors.hpp"
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <type_traits>
 #include <utility>
 
-#include "base/assert.hpp"
 #include "base/versions.hpp"
 
 namespace superfacets {
