@@ -138,34 +138,22 @@ auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& 
                     std::tuple(counts.edges, counts.boundary, counts.non_manifold));
 }
 
-auto sorted_point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
-                        bool has_normals, Points axes, ThreadTeam& team) {
+auto sorted_point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
+                        double cutoff, bool has_normals, Points axes, ThreadTeam& team) {
   PointGraph graph =
-      build_point_graph(positions,
-                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
-                         cutoff, has_normals, axes},
-                        team);
+      build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
   return std::tuple(std::move(graph.positions), std::move(graph.offsets),
                     std::move(graph.neighbors), std::move(graph.measures), std::move(graph.normals),
                     std::move(graph.points));
 }
 
-auto point_graph(Points positions, int n_neighbors, int n_around, double cutoff, bool has_normals,
-                 Points axes, ThreadTeam& team) {
+auto point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around, double cutoff,
+                 bool has_normals, Points axes, ThreadTeam& team) {
   PointGraph sorted =
-      build_point_graph(positions,
-                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
-                         cutoff, has_normals, axes},
-                        team);
+      build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
   PointGraph graph = in_input_order(sorted, team);
   return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.measures),
                     std::move(graph.normals), std::move(sorted.points));
-}
-
-auto conducting(const OrderedGraph& graph, double crease_unit, double steepness, ThreadTeam& team) {
-  ConductingArcs found = conducting_arcs(graph, crease_unit, steepness, team);
-  return std::tuple(std::move(found.offsets), std::move(found.neighbors), std::move(found.steps),
-                    std::move(found.conductances), found.blocked_fraction);
 }
 
 void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
@@ -271,7 +259,7 @@ void bind_graphs(nb::module_& module) {
       .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "vectors"_a.noconvert(),
            "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
-      .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting), "crease_unit"_a,
+      .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting_arcs), "crease_unit"_a,
            "steepness"_a, "n_threads"_a)
       .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {

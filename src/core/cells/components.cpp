@@ -33,9 +33,13 @@ Components find_components(const Arcs& arcs, std::span<const Label> labels, Thre
 
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph.n_cells()));
-  Components components = components_of(labels, [&](Place place, const auto& take) {
-    for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
-  });
+  DisjointSets sets(labels.size());
+  for (Place place = 0; place < graph.n_cells(); ++place) {
+    for (const Arc& arc : graph.arcs_of(place)) {
+      if (labels[arc.to] == labels[place]) sets.unite(place, arc.to);
+    }
+  }
+  Components components = std::move(sets).number();
   // Until here, components are numbered in the order of the space-filling curve. They are
   // renumbered in the order of their lowest cells.
   std::vector<Cell> ranks(components.n_components, kNoCell);

@@ -57,20 +57,8 @@ class DisjointSets {
 
 // Weakly connected components of the regions. Two cells are in one component if an undirected path
 // of arcs joins them through cells with the same label. If all labels are equal, the components are
-// the components of the graph. Labels can be any integers. for_each_neighbor(cell, take) calls
-// take(neighbor) for each arc that leaves a cell. The worst-case time is O((N + M) log N); in
-// practice it is O(N + M). No memory is needed in addition to the result.
-template <typename ForEachNeighbor>
-Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
-  DisjointSets sets(labels.size());
-  for (Cell cell = 0; std::cmp_less(cell, labels.size()); ++cell) {
-    for_each_neighbor(cell, [&](Cell neighbor) {
-      if (labels[neighbor] == labels[cell]) sets.unite(cell, neighbor);
-    });
-  }
-  return std::move(sets).number();
-}
-
+// the components of the graph. Labels can be any integers. The worst-case time is O((N + M) log N);
+// in practice it is O(N + M).
 Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team);
 
 // Labels and result are in the order of the graph's space-filling curve. Components are numbered in

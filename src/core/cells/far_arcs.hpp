@@ -19,8 +19,8 @@ inline constexpr int kFarSteps = 3;
 // stretch along the diagonals of the grid. With far arcs, cells at equal distance have paths of
 // about equal length in all directions.
 //
-// The graph must be symmetric and have a positive straight_unit. Time O(N + M) if cells have few
-// arcs.
+// The graph must be symmetric and have a straight_unit > 0 (see OrderedGraph). Time O(N + M) if
+// cells have few arcs.
 void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team);
 
 }  // namespace superfacets

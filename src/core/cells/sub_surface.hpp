@@ -46,12 +46,9 @@ class SubSurface final : public Surface {
   double open_length(Cell cell) const override {
     const Cell old = kept_.cells[cell];
     double length = whole_.open_length(old);
-    int last_side = -1;
-    for (const auto [arc, neighbor] : whole_.arcs().steps(old)) {
-      const int next_side = whole_.side(old, arc);
-      if (std::exchange(last_side, next_side) == next_side || has_arc_by(cell, next_side)) continue;
-      length += whole_.border_length(old, arc);
-    }
+    whole_.for_each_side(old, [&](std::int64_t begin, std::int64_t) {
+      if (!has_arc_by(cell, whole_.side(old, begin))) length += whole_.border_length(old, begin);
+    });
     return length;
   }
 

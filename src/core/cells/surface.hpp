@@ -65,8 +65,8 @@ class Surface {
     return {at, measure(cell), {}, {}, {at, at}};
   }
 
-  // Length of the step from cell to cell across the border (eq. 1 of the paper). The default is the
-  // distance of their positions.
+  // Length of the step from cell to cell across the border (eq. 1 in weights.hpp). The default is
+  // the distance of their positions.
   virtual double step_length(Cell from, std::int64_t arc) const {
     return norm(position(arcs_.targets[arc]) - position(from));
   }
@@ -92,6 +92,19 @@ class Surface {
   // arc crosses a different side.
   virtual int side(Cell from, std::int64_t arc) const {
     return static_cast<int>(arc - arcs_.offsets[from]);
+  }
+
+  // Calls visit(begin, end) for each side of a cell; the arcs begin .. end-1 cross the side.
+  template <typename Visit>
+  void for_each_side(Cell cell, const Visit& visit) const {
+    const std::int64_t last = arcs_.offsets[cell + 1];
+    for (std::int64_t begin = arcs_.offsets[cell]; begin < last;) {
+      std::int64_t end = begin + 1;
+      const int crossed = side(cell, begin);
+      while (end < last && side(cell, end) == crossed) ++end;
+      visit(begin, end);
+      begin = end;
+    }
   }
 
   // Length of the part of a cell's border that no arc crosses, as at the boundary of an open mesh.

@@ -1,4 +1,4 @@
-// Stage 2 for cells of any kind: arc weights computed with eq. 1-3 of the paper.
+// Stage 2 for cells of any kind: arc weights computed with eq. 1-3 (see weights.hpp).
 #pragma once
 
 #include "cells/polygon_surface.hpp"

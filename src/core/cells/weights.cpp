@@ -78,7 +78,7 @@ SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
 
 // Versions of eq. 1-3.
 enum class Formula : std::uint8_t {
-  kEdgeLengths,  // the formula of the paper: the angular term is proportional to the edge length
+  kEdgeLengths,  // the published formula: the angular term is proportional to the edge length
   kOneLength,    // the edge length is replaced by the constant crease_length
   kStraight,     // like kOneLength, with straight steps (see WeightOptions::is_straight)
 };

@@ -1,4 +1,6 @@
-// Stage 2: weights of arcs (eq. 1-3 of the paper), and their rounding to whole units.
+// Stage 2: weights of arcs, and their rounding to whole units. Equations are numbered as in Simari,
+// Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term
+// of a weight, eq. 2 the angular term, and eq. 3 the normalized sum of both.
 #pragma once
 
 #include <numbers>
@@ -114,7 +116,7 @@ struct FaceMeasures {
   std::span<const Point> normals;
 };
 
-// The weight of an arc, computed with eq. 6 of the paper. A normal is zero if undefined.
+// The weight of an arc, computed with eq. 6. A normal is zero if undefined.
 inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
                            double alpha) {
   const double cosine = dot(normal_from, normal_to);
@@ -135,7 +137,7 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
                           std::span<double> weights);
 
 // weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
-// Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second
+// Shlafman, Tal and Katz 2002 (eq. 6). alpha is in [0, 1]. Weights are finite and >= 0. The second
 // term is 0 where a face has no normal. Memory: 24 bytes per face.
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);

@@ -27,7 +27,7 @@ class CellGrower {
   std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
   PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
   // Sum of the crease costs on the path to a cell. Only available if the graph has a straight_unit
-  // > 0.
+  // > 0 (see OrderedGraph).
   float crease_cost(Place place) const { return costs_[place - begin_]; }
 
  private:

@@ -15,7 +15,7 @@ class Classification {
   // If `reach` is infinite, the classification is exact: each cell gets the label of the nearest
   // center (the lowest label if several centers are equally near), and regions are connected. A
   // finite `reach` limits the Euclidean distance at which paths are continued (see HaltedPaths). If
-  // islands are kept, the lowest unreached cell becomes a center, repeatedly, until all cells are
+  // `islands` is kKeep, the lowest unreached cell becomes a center, repeatedly, until all cells are
   // reached. Otherwise, unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 

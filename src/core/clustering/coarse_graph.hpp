@@ -19,11 +19,11 @@ struct SpreadPaths {
 // crosses their border once. Every connected component of the fine graph has at least one coarse
 // cell.
 //
-// If the fine graph has a straight_unit > 0, the coarse graph has the same straight_unit. The
-// length of a coarse arc is then the straight distance between the positions of its cells, plus the
-// lowest crease cost of a path from center to center that crosses their border once. So the length
-// of a shortest path hardly depends on its direction relative to the pattern of the fine cells. No
-// coarse cell extends across an arc whose crease cost is at least fine.barrier.
+// If the fine graph has a straight_unit > 0 (see OrderedGraph), the coarse graph has the same
+// straight_unit. The length of a coarse arc is then the straight distance between the positions of
+// its cells, plus the lowest crease cost of a path from center to center that crosses their border
+// once. So the length of a shortest path hardly depends on its direction relative to the pattern of
+// the fine cells. No coarse cell extends across an arc whose crease cost is at least fine.barrier.
 class CoarseGraph {
  public:
   // Builds coarse cells of about `cell_size` fine cells each. The fine graph must be symmetric, and

@@ -65,9 +65,9 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
   arcs.erase(end, arcs.end());
 }
 
-// Computes lengths of arcs between coarse cells. If the graph has a straight_unit > 0, the length
-// of an arc is the straight distance between the positions of its cells, plus the lowest crease
-// cost of a path across their border.
+// Computes lengths of arcs between coarse cells. If the graph has a straight_unit > 0 (see
+// OrderedGraph), the length of an arc is the straight distance between the positions of its cells,
+// plus the lowest crease cost of a path across their border.
 struct CrossingLengths {
   const OrderedGraph& fine;
   std::span<const float> from_center;  // (N,) `length` of each fine cell; see divide_range

@@ -29,8 +29,8 @@ struct TileArcs {
 
 // Returns the arcs of the coarse cells of a tile. For each fine cell of the tile and of its rim,
 // `coarse` contains the index of its coarse cell in the whole graph, and `lengths` contains its
-// `length` from divide_range. If the graph has a straight_unit > 0, `positions` contains the
-// positions of the coarse cells.
+// `length` from divide_range. If the graph has a straight_unit > 0 (see OrderedGraph), `positions`
+// contains the positions of the coarse cells.
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
                       std::span<const float> lengths, std::span<const Point> positions,
                       ThreadTeam& team);

@@ -24,7 +24,7 @@ std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds
 // <= N cells are chosen. Time O(N log N + k log N) in practice, because a tree of bounding boxes
 // skips groups of cells that are nearer to earlier seeds. Uses 9 bytes per cell.
 //
-// If islands are not kept, islands get no seeds, and the first seeds of the large components are
+// If `islands` is not kKeep, islands get no seeds, and the first seeds of the large components are
 // the same as in geodesic_seeds.
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team);
@@ -60,9 +60,9 @@ std::vector<Cell> curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seed
 // reached the visited cell, it becomes the seed of a new region. The region expands through all
 // cells within the Euclidean distance `reach` of the seed, and also reaches the neighbors of these
 // cells. The component of `first` is flooded first. The other components follow in the order of
-// their lowest cells; each flood starts at the lowest cell. If islands are not kept, islands get no
-// seeds; n_seeds is then the expected number of regions. If one-way arcs leave cells without a path
-// from the start, these cells are visited last in their component.
+// their lowest cells; each flood starts at the lowest cell. If `islands` is not kKeep, islands get
+// no seeds; n_seeds is then the expected number of regions. If one-way arcs leave cells without a
+// path from the start, these cells are visited last in their component.
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
                               Islands islands, ThreadTeam& team);
 

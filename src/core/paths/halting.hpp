@@ -1,4 +1,4 @@
-// Halted expansions, as described in the paper, computed as corrections to exact shortest paths.
+// Halted expansions (Simari et al. 2014), computed as corrections to exact shortest paths.
 #pragma once
 
 #include "paths/source_paths.hpp"
@@ -10,8 +10,8 @@ namespace superfacets {
 // overlap, the best path is used. A direct implementation would expand each cell about five times.
 // Most results equal the exact shortest paths: if the exact path to a cell stays within the radius
 // `reach` of its center, the halted result is the same path, because no other center has a better
-// path. All other cells are uncertain. Their paths are found as in the paper, by separate
-// expansions from the centers that may reach an uncertain cell.
+// path. All other cells are uncertain. Their paths are found with separate expansions from the
+// centers that may reach an uncertain cell.
 class HaltedPaths {
  public:
   HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);

@@ -96,15 +96,8 @@ class CrossingFinder {
   // Appends the arcs of a cell that cross borders.
   void add_arcs_of(Cell cell, std::vector<Crossing>& found) const {
     if (labels_[cell] == kNoLabel || !surface_.arcs().is_at_border(cell, labels_)) return;
-    std::int64_t begin = surface_.arcs().offsets[cell];
-    const std::int64_t end = surface_.arcs().offsets[cell + 1];
-    while (begin < end) {
-      std::int64_t next = begin + 1;
-      const int side = surface_.side(cell, begin);
-      while (next < end && surface_.side(cell, next) == side) ++next;
-      add_side(cell, begin, next, found);
-      begin = next;
-    }
+    surface_.for_each_side(
+        cell, [&](std::int64_t begin, std::int64_t end) { add_side(cell, begin, end, found); });
   }
 
  private:

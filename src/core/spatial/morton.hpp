@@ -18,6 +18,18 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
+// Sorts cells with an extent by the centers of their boxes, with refined_morton_order.
+template <typename BoxOf>
+Buffer<Cell> order_of_boxes(std::int64_t n_cells, const BoxOf& box_of, std::size_t n_together,
+                            ThreadTeam& team) {
+  Buffer<Point> middles(n_cells);  // centers of the boxes, times two
+  team.for_each_index(n_cells, [&](std::int64_t cell) {
+    const Box box = box_of(cell);
+    middles[cell] = box.low + box.high;
+  });
+  return refined_morton_order(middles.span(), n_together, team);
+}
+
 // The second step of refined_morton_order, for cells that are already sorted by code, then by
 // index. The cells may be a subset of a cloud, but the subset must include all cells with the same
 // code.

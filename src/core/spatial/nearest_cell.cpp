@@ -34,12 +34,8 @@ class ShapeSearch {
   template <typename ShapeOf>
   ShapeSearch(std::int64_t n_shapes, const ShapeOf& shape_of, ThreadTeam& team)
       : shapes_(n_shapes) {
-    Buffer<Point> middles(n_shapes);  // centers of the boxes, times two
-    team.for_each_index(n_shapes, [&](std::int64_t cell) {
-      const Box box = shape_of(cell).box();
-      middles[cell] = box.low + box.high;
-    });
-    cells_ = refined_morton_order(middles.span(), kShapesPerLeaf, team);
+    const auto box_of = [&](std::int64_t cell) { return shape_of(cell).box(); };
+    cells_ = order_of_boxes(n_shapes, box_of, kShapesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {
       shapes_[place] = shape_of(cells_[place]);
       return shapes_[place].box();

@@ -5,19 +5,12 @@
 
 namespace superfacets {
 
-// Sums from which the covariance matrix of points is computed: the number of points, the sum of
-// coordinates, and the sums of products of coordinates, all relative to `origin`.
-struct Spread {
-  Point origin;
-  double n = 0.0;
-  Point sum{0.0, 0.0, 0.0};
+// A symmetric 3 x 3 matrix.
+struct Symmetric {
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
 
-  explicit Spread(const Point& first) : origin(first) {}
-  void include(const Point& point) {
-    const Point p = point - origin;
-    n += 1.0;
-    sum = sum + p;
+  // Adds p p^T.
+  void add_square(const Point& p) {
     xx += p.x * p.x;
     xy += p.x * p.y;
     xz += p.x * p.z;
@@ -27,19 +20,31 @@ struct Spread {
   }
 };
 
+// Sums from which the covariance matrix of points is computed: the number of points, the sum of
+// coordinates, and the sums of products of coordinates, all relative to `origin`.
+struct Spread {
+  Point origin;
+  double n = 0.0;
+  Point sum{0.0, 0.0, 0.0};
+  Symmetric products;
+
+  explicit Spread(const Point& first) : origin(first) {}
+  void include(const Point& point) {
+    const Point p = point - origin;
+    n += 1.0;
+    sum = sum + p;
+    products.add_square(p);
+  }
+};
+
 // Sum of a a^T over axes a. An axis is a unit vector of arbitrary sign, or zero.
 struct AxisSpread {
   double n = 0.0;
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+  Symmetric products;
 
   void include(const Point& a) {
     n += squared_norm(a) > 0.0 ? 1.0 : 0.0;
-    xx += a.x * a.x;
-    xy += a.x * a.y;
-    xz += a.x * a.z;
-    yy += a.y * a.y;
-    yz += a.y * a.z;
-    zz += a.z * a.z;
+    products.add_square(a);
   }
 };
 

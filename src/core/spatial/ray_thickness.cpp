@@ -151,12 +151,8 @@ class RayTree {
       for (const Vertex vertex : triangles[face].corners) box.include(vertices[vertex]);
       return box;
     };
-    Buffer<Point> middles(triangles.size());  // centers of the boxes, times two
-    team.for_each_index(std::ssize(triangles), [&](std::int64_t face) {
-      const Box box = box_of(face);
-      middles[face] = box.low + box.high;
-    });
-    const Buffer<Cell> faces = refined_morton_order(middles.span(), kTrianglesPerLeaf, team);
+    const Buffer<Cell> faces =
+        order_of_boxes(std::ssize(triangles), box_of, kTrianglesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {
       const auto& [a, b, c] = triangles[faces[place]].corners;
       targets_[place] = {vertices[a], vertices[b] - vertices[a], vertices[c] - vertices[a]};

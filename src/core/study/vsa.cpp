@@ -277,8 +277,8 @@ Face ProxyRegions::worst_face(const std::vector<RegionErrors>& regions) const {
   return worst_face;
 }
 
-// Computes labels from proxies and seeds (section 3.3 of the paper). All seeds are labeled before
-// any other face, so that no region loses its seed.
+// Computes labels from proxies and seeds (section 3.3 of Cohen-Steiner et al. 2004). All seeds are
+// labeled before any other face, so that no region loses its seed.
 void ProxyRegions::flood() {
   std::ranges::fill(labels_, kNoLabel);
   std::ranges::fill(least_offer_, kInfinity);

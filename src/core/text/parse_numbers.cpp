@@ -1,6 +1,5 @@
 #include "text/parse_numbers.hpp"
 
-#include <array>
 #include <charconv>
 #include <numeric>
 #include <system_error>
@@ -72,7 +71,7 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// The functions from here to parse_second_index parse the token at `begin`, which has at least one
+// The functions from here to parse_index parse the token at `begin`, which has at least one
 // byte. They return the end of the parsed part, or null if the token cannot be parsed.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
@@ -88,35 +87,18 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
-// Sets `values` to the first integers of the token. A missing integer is set to 0.
-template <typename Integer, std::size_t kSize>
-const char* parse_indices(const char* begin, const char* end, std::array<Integer, kSize>& values) {
-  values.fill(0);
-  const char* place = parse_integer(begin, end, values[0]);
-  for (std::size_t i = 1; place != nullptr && place < end && *place == '/'; ++i) {
-    ++place;
-    Integer index = 0;  // index of a texture coordinate or a normal
-    const bool is_absent = place == end || *place == '/' || is_blank(*place);
+// Sets `value` to the integer with the index kIndex of the token, or to 0 if it is missing.
+template <int kIndex, typename Integer>
+const char* parse_index(const char* begin, const char* end, Integer& value) {
+  value = 0;
+  const char* place = begin;
+  for (int i = 0;; ++i, ++place) {
+    Integer index = 0;
+    const bool is_absent = i > 0 && (place == end || *place == '/' || is_blank(*place));
     if (!is_absent) place = parse_integer(place, end, index);
-    if (i < kSize) values[i] = index;
+    if (i == kIndex) value = index;
+    if (place == nullptr || place == end || *place != '/') return place;
   }
-  return place;
-}
-
-template <typename Integer>
-const char* parse_corner(const char* begin, const char* end, Integer& value) {
-  std::array<Integer, 1> values;
-  const char* place = parse_indices(begin, end, values);
-  value = values[0];
-  return place;
-}
-
-template <typename Integer>
-const char* parse_second_index(const char* begin, const char* end, Integer& value) {
-  std::array<Integer, 2> values;
-  const char* place = parse_indices(begin, end, values);
-  value = values[1];
-  return place;
 }
 
 // Parses one token per value. Returns false if the number of tokens differs from the number of
@@ -185,12 +167,12 @@ ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team) {
 
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team) {
-  return parse_lines<Integer>(lines, team, parse_corner<Integer>);
+  return parse_lines<Integer>(lines, team, parse_index<0, Integer>);
 }
 
 template <typename Integer>
 ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team) {
-  return parse_lines<Integer>(lines, team, parse_second_index<Integer>);
+  return parse_lines<Integer>(lines, team, parse_index<1, Integer>);
 }
 
 template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
