@@ -10,7 +10,7 @@
 namespace superfacets {
 namespace {
 
-// Number of faces by which the corners of a face are prefetched ahead.
+// Prefetch distance: the corners of a face are prefetched this number of faces in advance.
 constexpr std::size_t kAhead = 16;
 
 // Vertices are split into parts of at least 2^kMinPartBits vertices, so that the edges of a part

@@ -20,7 +20,7 @@ struct EdgeCounts {
   std::int64_t inconsistent = 0;  // edges whose two faces traverse them in the same direction
 };
 
-// Numbers of edges and arcs, summed over edges.
+// Numbers of edges and arcs of a mesh.
 struct EdgeTally {
   EdgeCounts edges;
   std::uint64_t arcs = 0;  // sum of n (n - 1) over edges with n faces; no overflow, as n < 2^31

@@ -97,7 +97,8 @@ class OrderedGraph : public PlacedCells {
   // straight_unit is one quantized unit in the unit of the positions. If 0: arcs have arbitrary
   // lengths.
   double straight_unit = 0.0;
-  // Minimum crease cost of arcs that coarse cells do not cross (see coarse_graph.hpp).
+  // Coarse cells do not extend across arcs whose crease cost is at least this value (see
+  // coarse_graph.hpp).
   double barrier = HUGE_VAL;
 
  private:

@@ -20,7 +20,8 @@ struct CrossedBorder {
   double step_length;    // see Surface::step_length
 };
 
-// The weighted mean of p p^T over a shape, with p relative to some origin: a symmetric matrix.
+// Second moment of a shape: the mean of p p^T over the points p of the shape, relative to an
+// origin. This is a symmetric matrix.
 struct SecondMoment {
   Point squares{0.0, 0.0, 0.0};   // xx, yy, zz
   Point products{0.0, 0.0, 0.0};  // xy, xz, yz

@@ -108,8 +108,8 @@ class NetTurn {
   std::span<const std::uint8_t> is_counted_;  // (N,) or empty if all faces are counted
 };
 
-// Centroids, areas and unit normals of faces. They are computed once, because each arc needs them.
-// If `normals` is empty, the kernel computes normals, which takes 24 bytes per face.
+// Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs
+// them. If `normals` is empty, the kernel computes normals, which takes 24 bytes per face.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;

@@ -3,7 +3,7 @@
 namespace superfacets {
 namespace {
 
-// Number of cells by which arcs are prefetched ahead.
+// Prefetch distance: arcs are prefetched this number of cells in advance.
 constexpr std::size_t kArcsAhead = 16;
 
 }  // namespace

@@ -15,7 +15,7 @@ constexpr std::int64_t kChunksPerThread = 4;
 // switches from the bucket queue to a heap. On meshes, a cell is processed once or twice.
 constexpr std::size_t kMaxHandled = 4;
 
-// Number of cells by which arcs and paths are prefetched ahead.
+// Prefetch distances: arcs and paths are prefetched this number of cells in advance.
 constexpr std::size_t kArcsAhead = 16;
 constexpr std::size_t kPathsAhead = 6;
 

@@ -13,8 +13,8 @@ constexpr std::int64_t kBlock = 1 << 14;
 // Maximum number of arcs of a cell that are searched for a reverse arc.
 constexpr std::size_t kMostArcs = 256;
 
-// Number of cells by which data is prefetched ahead. Trying to move this many cells takes longer
-// than a cache miss.
+// Prefetch distance: data is prefetched this number of cells in advance. Trying to move this many
+// cells takes longer than a cache miss.
 constexpr std::size_t kAhead = 4;
 
 // Set of cells from which chains will be tried. Several threads may add cells at the same time.

@@ -12,7 +12,8 @@ namespace {
 // Maximum number of vertices with the same Morton code that are sorted by index only.
 constexpr std::size_t kTogether = 32;
 
-// Number of vertices or cells by which random reads of the input are prefetched ahead.
+// Prefetch distance: random reads of the input are prefetched this number of vertices or cells in
+// advance.
 constexpr std::int64_t kAhead = 32;
 
 // The welded vertices, sorted along the curve.
