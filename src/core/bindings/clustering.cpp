@@ -64,9 +64,9 @@ void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
   coarse.add_far_arcs(team);
 }
 
-void add_costs_to(CoarseGraph& coarse, const Table<float>& vectors, double factor,
-                  ThreadTeam& team) {
-  coarse.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
+void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double factor,
+                       ThreadTeam& team) {
+  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
 }
 
 using Lengths = std::span<const PathLength>;
@@ -161,8 +161,8 @@ void bind_clustering_stages(nb::module_& module) {
       .def("steps", threaded(&steps_of), "n_threads"_a)
       .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
       .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "n_threads"_a)
-      .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "vectors"_a.noconvert(),
-           "factor"_a, "n_threads"_a)
+      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_coarse_arcs),
+           "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
       .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
            "offsets"_a)

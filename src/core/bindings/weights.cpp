@@ -2,7 +2,7 @@
 // headers of cells/. Their preconditions are checked by superfacets/_validate.py.
 
 #include "bindings/bindings.hpp"
-#include "cells/part_costs.hpp"
+#include "cells/part_prices.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/texels.hpp"
@@ -59,11 +59,11 @@ Buffer<double> stk02_of_polygons(const PolygonSurface& surface, double alpha, Th
   return weights;
 }
 
-Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats lengths,
-                              Integers group_of, const Table<float>& vectors, double factor,
-                              ThreadTeam& team) {
+Buffer<float> with_part_prices(Offsets offsets, Integers neighbors, Floats lengths,
+                               Integers group_of, const Table<float>& vectors, double factor,
+                               ThreadTeam& team) {
   const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}};
-  return add_part_costs({offsets, neighbors}, lengths, group_of, psi, factor, team);
+  return add_part_prices({offsets, neighbors}, lengths, group_of, psi, factor, team);
 }
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
@@ -121,8 +121,8 @@ void bind_weights(nb::module_& module) {
              "n_threads"_a);
   module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("add_part_costs", threaded(&with_part_costs), "offsets"_a, "neighbors"_a, "lengths"_a,
-             "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
+  module.def("add_part_prices", threaded(&with_part_prices), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);

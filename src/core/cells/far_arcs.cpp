@@ -15,7 +15,7 @@ std::int64_t block_size(const OrderedGraph& graph) {
 
 // Crease costs of all arcs, in the order of graph.arcs. Costs are rounded to whole numbers, so that
 // sums do not depend on the order of the terms.
-Buffer<float> crease_costs(const OrderedGraph& graph, ThreadTeam& team) {
+Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> costs(graph.arcs.size());
   team.for_each_slow(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
@@ -142,14 +142,14 @@ void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
   const int n_steps = std::min(steps_of(graph), most_steps);
   if (n_steps == 1) return;
-  const Buffer<float> costs = crease_costs(graph, team);
+  const Buffer<float> prices = prices_of(graph, team);
   const std::int64_t size = block_size(graph);
   std::vector<Buffer<Arc>> blocks((graph.n_cells() + size - 1) / size);
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
   team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
-    ArcFinder& finder = finders.get(thread, graph, costs.span(), n_steps);
+    ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
     const std::int64_t begin = block * size;
     const std::int64_t end = std::min<std::int64_t>(begin + size, graph.n_cells());
     for (auto place = static_cast<Place>(begin); place < end; ++place) {

@@ -155,13 +155,13 @@ std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std:
   return next - first;
 }
 
-void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
+void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
   SUPERFACETS_ASSERT(vectors.rows.size() == vectors.width * cells.size());
   team.for_each_slow(n_cells(), [&](Place place) {
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
       if (arc.to == place) continue;  // padding
       const double distance = vectors.distance(cells[place], cells[arc.to]);
-      arc.length = with_cost(arc.length, factor, distance);
+      arc.length = with_price(arc.length, factor, distance);
     }
   });
 }

@@ -1,7 +1,7 @@
 // A cell graph with a cache-friendly layout: the input of stages 3 and 4.
 #pragma once
 
-#include "cells/part_costs.hpp"
+#include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {
@@ -83,8 +83,8 @@ class OrderedGraph : public PlacedCells {
   }
 
   // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is row
-  // i of `vectors` (see part_costs.hpp).
-  void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team);
+  // i of `vectors` (see part_prices.hpp).
+  void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;

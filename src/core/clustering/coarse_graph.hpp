@@ -39,8 +39,8 @@ class CoarseGraph {
   Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
   // These two functions change the arcs of the coarse graph; see far_arcs.hpp and OrderedGraph.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
-  void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
-    graph_.add_part_costs(vectors, factor, team);
+  void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
+    graph_.add_part_prices(vectors, factor, team);
   }
 
   // The fine cells are divided into ranges of consecutive cells. No coarse cell extends beyond a

@@ -132,7 +132,7 @@ class PartPrices:
         if len(self.group_of):
             rows = np.take(rows, self.group_of, axis=0)
         graph.add_far_arcs(n_threads, far_steps)
-        graph.add_part_costs(rows, self.factor, n_threads)
+        graph.add_part_prices(rows, self.factor, n_threads)
         for level in coarse:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
 
@@ -145,13 +145,13 @@ class PartPrices:
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
         """Add far arcs and prices to one coarse graph with these rows; return the rows."""
         level.add_far_arcs(n_threads)
-        level.add_part_costs(rows, self.factor, n_threads)
+        level.add_part_prices(rows, self.factor, n_threads)
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
         """Return arc lengths with prices, for the costs of borders."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
-        return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
+        return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:

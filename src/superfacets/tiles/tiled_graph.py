@@ -156,9 +156,9 @@ class TiledCoarseGraph:
         """See `_core.OrderedGraph`."""
         self.graph.add_far_arcs(n_threads)
 
-    def add_part_costs(self, rows: Singles, factor: float, n_threads: int) -> None:
+    def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
         """See `_core.OrderedGraph`."""
-        self.graph.add_part_costs(rows, factor, n_threads)
+        self.graph.add_part_prices(rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
         """Return the number of each coarse cell, not of each cell: `spread` labels the cells."""

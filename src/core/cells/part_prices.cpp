@@ -1,9 +1,9 @@
-#include "cells/part_costs.hpp"
+#include "cells/part_prices.hpp"
 
 namespace superfacets {
-Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
-                             std::span<const Cell> group_of, const PartVectors& vectors,
-                             double factor, ThreadTeam& team) {
+Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
+                              std::span<const Cell> group_of, const PartVectors& vectors,
+                              double factor, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   const auto group = [&](Cell cell) { return group_of.empty() ? cell : group_of[cell]; };
   Buffer<float> sums(lengths.size());
@@ -12,7 +12,7 @@ Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const Cell there = group(neighbor);
       sums[arc] = here == there ? lengths[arc]
-                                : with_cost(lengths[arc], factor, vectors.distance(here, there));
+                                : with_price(lengths[arc], factor, vectors.distance(here, there));
     }
   });
   return sums;
