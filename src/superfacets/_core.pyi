@@ -106,7 +106,7 @@ class PlacedCells:
 class OrderedGraph(PlacedCells):
     def __init__(self, cells: PlacedCells, offsets: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], neighbors: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], lengths: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], n_threads: int, is_symmetric: bool = False, straight_unit: float = 0.0) -> None:
         """
-        Moves the arrays of `cells` into the graph: `cells` is empty afterwards.
+        Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty afterwards.
         """
 
     @property

@@ -22,7 +22,7 @@ inline constexpr bool kHasAssertions = false;
   std::abort();
 }
 
-// Whether all indices are 0..n-1.
+// Whether all indices are in the range 0 .. n-1.
 template <typename Indices>
 bool all_below(const Indices& indices, std::int64_t n) {
   return std::ranges::all_of(indices, [n](std::int64_t index) { return index >= 0 && index < n; });

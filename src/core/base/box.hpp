@@ -29,7 +29,7 @@ struct Box {
             std::clamp(p.z, low.z, high.z)};
   }
 
-  // A lower bound of the squared distance from p to any point in the box. The bound also holds in
+  // Lower bound of the squared distance from p to any point in the box. The bound also holds in
   // floating point, because rounding is monotone and the terms are added in the order of
   // squared_norm.
   double squared_distance(Point p) const {

@@ -14,11 +14,11 @@ namespace superfacets {
 #if defined(__linux__)
 namespace {
 
-constexpr std::size_t kPage = 1 << 16;      // bytes: a multiple of the page size of every system
-constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on most systems
+constexpr std::size_t kPage = 1 << 16;      // in bytes; a multiple of all common page sizes
+constexpr std::size_t kHugePage = 1 << 21;  // in bytes; size of a huge page on most systems
 
 // The pool keeps at most kAlwaysKept bytes of unused memory, or 1 / kKeptPart of the memory in use
-// if that is more. kAlwaysKept suffices for a mesh of some hundred thousand faces. Keeping more
+// if that is more. kAlwaysKept suffices for a mesh of a few hundred thousand faces. Keeping more
 // would raise peak memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
 constexpr std::size_t kKeptPart = 8;
@@ -30,12 +30,12 @@ constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
 void* map_memory(std::size_t n_bytes) {
   void* data = ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (data == MAP_FAILED) throw std::bad_alloc();
-  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, pages are small
+  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint that the kernel may ignore
   return data;
 }
 
-// Ranges of unused whole pages; no two are adjacent. Any part of a range can be used, and any part
-// can be returned to the system.
+// Pool of unused memory: ranges of whole pages, with adjacent ranges merged. Any part of a range
+// can be handed out or returned to the system.
 class Pool {
  public:
   void* take(std::size_t n_bytes) {
@@ -64,8 +64,8 @@ class Pool {
     return best;
   }
 
-  // Takes the end of a range. Mappings are used from their end to their start, so memory that was
-  // used before is reused before untouched memory.
+  // Takes memory from the end of a range. Mappings are used from their end to their start, so
+  // memory that was used before is reused before untouched memory.
   void* cut(Ranges::iterator range, std::size_t n_bytes) {
     range->second -= n_bytes;
     n_free_ -= n_bytes;
@@ -74,7 +74,7 @@ class Pool {
     return memory;
   }
 
-  // Maps whole huge pages, returns the end of the mapping, and adds the rest to the pool.
+  // Maps whole huge pages, returns the end of the mapping, and adds the remainder to the pool.
   void* map_new(std::size_t n_bytes) {
     const std::size_t n_mapped = rounded_up(n_bytes, kHugePage);
     const std::size_t n_left = n_mapped - n_bytes;
@@ -105,7 +105,7 @@ class Pool {
     n_free_ += size;
   }
 
-  // Returns ranges to the system, the largest first, until no more than n_kept bytes are left.
+  // Returns ranges to the system, the largest first, until at most n_kept bytes remain in the pool.
   void shrink(std::size_t n_kept) {
     while (n_free_ > n_kept) {
       const auto largest = std::ranges::max_element(
@@ -120,7 +120,7 @@ class Pool {
 
   Ranges ranges_;
   std::size_t n_free_ = 0;
-  std::size_t n_used_ = 0;  // bytes in use; calls that found the pool locked are not counted
+  std::size_t n_used_ = 0;  // bytes in use, except memory that was mapped while the pool was locked
 };
 
 std::mutex pool_mutex;
@@ -133,8 +133,9 @@ Pool& pool() {
 
 }  // namespace
 
-// If the pool is locked, memory comes from the system, because no thread may wait for the lock. In
-// a process forked while another thread held the lock, the lock is never released.
+// If the pool is locked, memory comes from the system instead of waiting for the lock. Waiting
+// could deadlock: in a process that was forked while another thread held the lock, the lock is
+// never released.
 void* take_memory(std::size_t n_bytes) {
   const std::size_t n_taken = rounded_up(n_bytes, kPage);
   const std::unique_lock lock(pool_mutex, std::try_to_lock);

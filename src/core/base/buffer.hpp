@@ -1,7 +1,6 @@
 // Uninitialized memory for large arrays, in huge pages if the system has them.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <new>
 #include <span>
@@ -15,13 +14,14 @@ namespace superfacets {
 // Size of the smallest array that uses take_memory.
 inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
 
-// Returns uninitialized memory. On Linux the memory is reused or new, begins on a page, and is in
-// huge pages if supported. On other systems it comes from operator new, aligned to a cache line.
-// Throws std::bad_alloc. May be called on any thread, and after a fork.
+// Returns uninitialized memory. On Linux, the memory comes from a pool or from the system, is
+// aligned to a page, and is in huge pages if the system supports them. On other systems, the memory
+// comes from operator new, aligned to a cache line. Throws std::bad_alloc. May be called on any
+// thread, and after a fork.
 void* take_memory(std::size_t n_bytes);
 
-// Returns memory to the pool; n_bytes must equal the argument of take_memory. On Linux, a limited
-// amount is kept for later calls, and the rest is returned to the system.
+// Returns memory to the pool; n_bytes must equal the argument of take_memory. On Linux, the pool
+// keeps a limited amount for later calls, and returns any excess to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
 // An array of uninitialized values. A std::vector would first write zeros on one thread, with a
@@ -69,7 +69,8 @@ class Buffer {
   static constexpr std::align_val_t kAlignment{64};  // a cache line
 
   static std::size_t bytes(std::size_t size) {
-    // At least one element: numpy requires a valid pointer for an empty array too.
+    // Allocates at least one element, because numpy requires a valid pointer also for an empty
+    // array.
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 

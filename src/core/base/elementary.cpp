@@ -1,7 +1,5 @@
 #include "base/elementary.hpp"
 
-#include <algorithm>
-
 namespace superfacets {
 namespace {
 

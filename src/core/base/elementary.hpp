@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <numbers>
 #include <span>
 
@@ -17,8 +16,8 @@ namespace superfacets {
 
 namespace elementary_parts {
 
-// Coefficients of P in rising order, for atan(q) = q + q z P(z) with z = q^2. The polynomial is
-// minimax of degree 12 for z P(z) on 0 <= z <= 1/4, by the Remez algorithm, with an error of 2^-62.
+// Coefficients of P in ascending order, for atan(q) = q + q z P(z) with z = q^2. P is computed with
+// the Remez algorithm. It minimizes the maximum error of z P(z) on 0 <= z <= 1/4, which is 2^-62.
 inline constexpr std::array<double, 13> kSeries{
     -0.33333333333333315,  0.19999999999993445, -0.14285714284977744,  0.11111111069363067,
     -0.09090907692059402,  0.07692277476441967, -0.06666223702917291,  0.05877809365040213,
@@ -41,16 +40,16 @@ inline constexpr double kLn2Rest = 0x1.473de6af278edp-34;
 // Rounds 0 <= x < 2^52 to an integer, ties to even, like std::nearbyint. With the baseline
 // instruction set, std::nearbyint is a function call per number.
 SUPERFACETS_ALWAYS_INLINE double round_to_whole(double x) {
-  constexpr double kNoFraction = 0x1p52;  // numbers from here on have no fraction bits
+  constexpr double kNoFraction = 0x1p52;  // doubles of this size or larger have no fraction bits
   return (x + kNoFraction) - kNoFraction;
 }
 
-// The angle from the positive x axis to (x, y), for y >= 0: atan2(y, x), in [0, pi]. Error below
-// 1.6 ulp (tests/base measure 1.5). Exact or correctly rounded at the ends: 0 for y = 0 and x > 0,
-// pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both are 0, of either sign, the result is
-// 0. Arguments are at most 2^1022 in magnitude. The function only adds, multiplies, divides and
-// selects, so the result has the same bits on all platforms where these operations follow IEEE 754
-// and are not fused.
+// The angle from the positive x axis to (x, y), for y >= 0: atan2(y, x), in [0, pi]. The error is
+// below 1.6 ulp (1.5 is measured in tests/base). The result is exact or correctly rounded at the
+// ends: 0 for y = 0 and x > 0, pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both are 0,
+// of either sign, the result is 0. Arguments are at most 2^1022 in magnitude. The function only
+// adds, multiplies, divides and selects, so the result has the same bits on all platforms where
+// these operations follow IEEE 754 and are not fused.
 SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   using namespace elementary_parts;
   const bool is_left = x < 0.0;
@@ -74,15 +73,15 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   for (int i = 10; i >= 0; i -= 2) even = even * zz + kSeries[i];
   for (int i = 9; i >= 1; i -= 2) odd = odd * zz + kSeries[i];
   const double series = even + z * odd;
-  // turn + q in two parts; the second is the rounding error of the first.
+  // `sum` is the rounded value of turn + q, and `lost` is its rounding error.
   const double turn = n * kEighthTurn;
   const double sum = turn + q;
   const double lost = (turn - sum) + q;
   return sum + (q * (z * series) + (lost + n * kEighthTurnRest));
 }
 
-// angles[i] = arctangent(y[i], x[i]). All instruction sets give the same bits. The processor must
-// support `with`. Takes about 2 ns per element with AVX2, and 6 ns with SSE2.
+// Sets angles[i] = arctangent(y[i], x[i]). All instruction sets give the same bits. The processor
+// must support `with`. Takes about 2 ns per element with AVX2, and 6 ns with SSE2.
 void arctangents(std::span<const double> y, std::span<const double> x, std::span<double> angles,
                  InstructionSet with = best_instruction_set());
 
@@ -98,8 +97,9 @@ constexpr std::array<double, 14> inverse_factorials() {
   return inverse;
 }
 
-// exp(x) for x <= 0, in [0, 1]. Error below 1 ulp (tests/base measure 0.87). exp(0) = 1. Below -708
-// (the value is less than 2^-1021) and for NaN the result is 0.
+// exp(x) for x <= 0, in [0, 1]. The error is below 1 ulp (0.87 is measured in tests/base). The
+// result is exactly 1 for x = 0. It is 0 for NaN and for x < -708, where exp(x) is less than
+// 2^-1021.
 inline double exponential(double x) {
   using namespace elementary_parts;
   constexpr double kLowest = -708.0;
@@ -117,7 +117,7 @@ inline double exponential(double x) {
   return power * std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023.0) << 52U);
 }
 
-// powers[i] = exponential(x[i]).
+// Sets powers[i] = exponential(x[i]).
 void exponentials(std::span<const double> x, std::span<double> powers);
 
 // log(x) for finite x > 0. Error below 2 ulp; near x = 1, absolute error below 2^-52 (measured in

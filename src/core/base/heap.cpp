@@ -23,7 +23,7 @@ namespace {
 constexpr int kLargestFromHeap = 32 << 20;
 constexpr int kUsuallyKept = 2 * kLargestFromHeap;
 
-bool is_told() {
+bool has_user_settings() {
   return std::getenv("MALLOC_TRIM_THRESHOLD_") != nullptr ||
          std::getenv("MALLOC_MMAP_THRESHOLD_") != nullptr ||
          std::getenv("GLIBC_TUNABLES") != nullptr;
@@ -32,14 +32,14 @@ bool is_told() {
 }  // namespace
 
 HeapScope::HeapScope(std::size_t n_kept) {
-  if (is_told()) return;
+  if (has_user_settings()) return;
   constexpr std::size_t most = std::numeric_limits<int>::max();
   ::mallopt(M_MMAP_THRESHOLD, kLargestFromHeap);
   ::mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min(n_kept, most)));
 }
 
 HeapScope::~HeapScope() {
-  if (is_told()) return;
+  if (has_user_settings()) return;
   ::mallopt(M_TRIM_THRESHOLD, kUsuallyKept);
   ::malloc_trim(kUsuallyKept);
 }

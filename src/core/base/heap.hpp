@@ -1,4 +1,4 @@
-// Memory of the C library's allocator, which numpy uses for its arrays.
+// Settings of the C library's allocator, which numpy uses for its arrays.
 #pragma once
 
 #include <cstddef>

@@ -1,15 +1,9 @@
 // Lists stored in one array (CSR form), and functions that build them.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
 #include <iterator>
 #include <numeric>
-#include <span>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
@@ -28,8 +22,8 @@ struct Lists {
   }
 };
 
-// Groups entries by a counting sort. for_each(add) calls add(list, entry) for each entry. It is
-// called twice. Each list keeps the order of its entries.
+// Groups entries by a counting sort. for_each(add) must call add(list, entry) for each entry, and
+// is called twice. Entries keep their order within each list.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   Lists<Entry> lists{Buffer<std::int64_t>(n_lists + 1), {}};
@@ -45,9 +39,9 @@ Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   return lists;
 }
 
-// Like `group` for a small number of lists, on all threads. for_each(begin, end, add) calls
-// add(list, entry) for the elements begin..end-1 of n. Each part of the elements has its own write
-// cursors, so the result does not depend on the number of threads.
+// Parallel version of `group` for a small number of lists. for_each(begin, end, add) must call
+// add(list, entry) for each of the elements begin .. end-1. Each part of the elements has its own
+// write cursors, so the result does not depend on the number of threads.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
@@ -97,8 +91,8 @@ void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
   lists.entries = std::move(kept);
 }
 
-// Selects the lists with the indices `chosen`, in that order. The entries of the result are indices
-// into the entries of the given lists. Time O(chosen lists + their entries).
+// Selects the lists with the indices `chosen`, in the order of `chosen`. The entries of the result
+// are indices into the entries of the given lists. Time O(chosen lists + their entries).
 inline Lists<std::int64_t> choose_lists(std::span<const std::int64_t> offsets,
                                         std::span<const std::int64_t> chosen) {
   SUPERFACETS_ASSERT(all_below(chosen, std::ssize(offsets) - 1));
@@ -128,7 +122,7 @@ Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {
 }
 
 // Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of
-// cells. Each block of cells has a list of its own.
+// cells. Each block of cells fills a separate list.
 template <typename Entry, typename Append>
 Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
   constexpr std::int64_t kBlock = 1 << 14;

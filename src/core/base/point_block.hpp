@@ -1,4 +1,4 @@
-// A block of points with one array per coordinate, the layout for vectorized loops.
+// A block of points with one array per coordinate, a layout that compilers can vectorize.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Prefetching of memory.
+// Memory prefetching for all compilers.
 #pragma once
 
 namespace superfacets {

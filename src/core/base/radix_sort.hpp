@@ -1,10 +1,7 @@
 // A stable sort by unsigned keys, in linear time.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cstdint>
-#include <utility>
 
 #include "base/buffer.hpp"
 
@@ -14,7 +11,8 @@ namespace superfacets {
 // their order. Digits that are equal in all keys are skipped. Uses a second array of the same size.
 template <typename Entry>
 void radix_sort(Buffer<Entry>& entries) {
-  constexpr int kDigitBits = 11;  // the write cursors of one digit fit into the first-level cache
+  constexpr int kDigitBits =
+      11;  // so that the write cursors of one pass fit into the first-level cache
   constexpr std::uint64_t kDigits = 1 << kDigitBits;
   constexpr int kPasses = (64 + kDigitBits - 1) / kDigitBits;
   const auto digit_of = [](const Entry& entry, int pass) {

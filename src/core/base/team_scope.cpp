@@ -1,8 +1,5 @@
 #include "base/team_scope.hpp"
 
-#include <algorithm>
-#include <utility>
-
 #if !defined(_WIN32)
 #include <unistd.h>
 #endif
@@ -18,7 +15,7 @@ long process_id() {
 #endif
 }
 
-// State of one thread: the number of its scopes, and the idle team that the scopes keep.
+// State of one thread: the number of open TeamScopes, and the idle team that they keep alive.
 struct Kept {
   int n_scopes = 0;
   std::unique_ptr<ThreadTeam> team;

@@ -1,4 +1,4 @@
-// Keeps threads from one kernel call to the next.
+// Keeps a team of threads alive from one kernel call to the next.
 #pragma once
 
 #include <memory>

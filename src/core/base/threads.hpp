@@ -2,9 +2,7 @@
 // of threads.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
-#include <cstdint>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -21,8 +19,8 @@ namespace superfacets {
 // the work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
-// The same for loops that take about as long per element as others take per ten: such as those that
-// visit twenty arcs of a cell.
+// Minimum number of elements per thread for slow loops, whose elements take about ten times as
+// long. An example is a loop that visits 20 arcs of each cell.
 inline constexpr std::int64_t kMinSlowPerThread = 1 << 11;
 
 // The number of threads, at most n_threads, that are worth starting for n elements.
@@ -60,7 +58,7 @@ class ThreadTeam {
       try {
         helpers_.emplace_back([this, helper] { serve(helper); });
       } catch (const std::exception&) {
-        break;  // no more threads or memory available
+        break;  // the system cannot start more threads
       }
     }
     n_active_ = static_cast<int>(helpers_.size());
@@ -71,6 +69,7 @@ class ThreadTeam {
 
   // Number of threads that take part in loops.
   int size() const { return n_active_ + 1; }
+  // Number of threads that were started, an upper bound of size().
   int most() const { return static_cast<int>(helpers_.size()) + 1; }
   // Limits later loops to n_threads <= most() threads.
   void resize(int n_threads) {
@@ -118,7 +117,7 @@ class ThreadTeam {
     for_each_block(n, each, block);
   }
 
-  // The same for elements that take long; see kMinSlowPerThread.
+  // Like for_each_index, with smaller blocks for slow loops; see kMinSlowPerThread.
   template <typename Work>
   void for_each_slow(std::int64_t n, const Work& work) {
     for_each_index(n, work, kMinSlowPerThread / 4);
@@ -141,12 +140,12 @@ class ThreadTeam {
     work(static_cast<Index>(i));
   }
 
-  // Elements per task: about ten microseconds of simple work.
+  // Number of elements per task. A task of simple work takes about ten microseconds.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  // generation_ equals (loop number) * kGeneration + (number of helpers)
+  // generation_ equals (loop number) * kGeneration + (number of helpers).
   static constexpr std::uint32_t kGeneration = 1 << 13;
-  // number of helpers that tells all helpers to end
+  // special number of helpers that tells all helper threads to exit
   static constexpr std::uint32_t kClosing = kGeneration - 1;
 
   // Number of polls before a thread sleeps. These polls take about fifty microseconds, as long as
@@ -163,8 +162,9 @@ class ThreadTeam {
     return seen;
   }
 
-  // Announces a loop by one atomic number, which also contains the number of helpers that take
-  // part. All other helpers read only this number, so the next loop can be prepared at any time.
+  // Starts a loop by storing one atomic number, which includes the number of helpers that take
+  // part. Helpers that do not take part read only this number, so the next loop can be prepared
+  // while they read.
   //
   // The store is seq_cst, so that it is visible before notify_all checks for sleeping helpers. With
   // a weaker order, a helper that falls asleep in between would never wake.
@@ -207,7 +207,7 @@ class ThreadTeam {
 
   std::atomic<std::int64_t> next_task_ = 0;
   std::atomic<std::uint32_t> generation_ = 0;  // loop number and number of helpers; see kGeneration
-  std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
+  std::atomic<int> n_busy_ = 0;                // helpers that still work on the current loop
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
   // The last member is destroyed first, so threads are joined before other members are destroyed.
@@ -230,7 +230,7 @@ class PerThread {
   std::vector<std::optional<T>> objects_;
 };
 
-// Number of terms of a partial sum. The number is fixed, so sums do not depend on the number of
+// Number of terms per partial sum. The number is fixed, so sums do not depend on the number of
 // threads.
 inline constexpr std::int64_t kSumBlock = 4096;
 

@@ -1,5 +1,5 @@
-// The types that all stages share. Kernels take arrays and return arrays. They print nothing and do
-// not depend on Python. Callers check arguments (superfacets/_validate.py).
+// Basic types of the core. Kernels take arrays and return arrays. Kernels print nothing and do not
+// depend on Python. The Python package checks the arguments (superfacets/_validate.py).
 #pragma once
 
 #include <cmath>
@@ -12,9 +12,9 @@ namespace superfacets {
 using Vertex = std::int32_t;
 using Face = std::int32_t;
 using Cell = std::int32_t;         // a face, point, tetrahedron or node of any other graph
-using Place = std::int32_t;        // position of a cell in the spatial order
+using Place = std::int32_t;        // index of a cell in the order of a space-filling curve
 using Label = std::int32_t;        // region of a cell, 0..K-1
-using PathLength = std::uint64_t;  // sum of arc lengths, in whole units
+using PathLength = std::uint64_t;  // sum of quantized arc lengths, an integer
 
 inline constexpr Cell kNoCell = -1;
 inline constexpr Place kNoPlace = -1;
@@ -23,12 +23,14 @@ inline constexpr Label kNoLabel = -1;
 struct Point {
   double x, y, z;
 };
-static_assert(sizeof(Point) == 3 * sizeof(double), "points are rows of an (N, 3) array");
+static_assert(sizeof(Point) == 3 * sizeof(double),
+              "a Point must have the memory layout of a row of an (N, 3) array");
 
 struct Triangle {
   Vertex corners[3];
 };
-static_assert(sizeof(Triangle) == 3 * sizeof(Vertex), "triangles are rows of an (F, 3) array");
+static_assert(sizeof(Triangle) == 3 * sizeof(Vertex),
+              "a Triangle must have the memory layout of a row of an (F, 3) array");
 
 // The next corner of a triangle, in cyclic order. Side s runs from corner s to the next corner.
 constexpr int next_corner(int corner) {
@@ -41,7 +43,8 @@ constexpr int previous_corner(int corner) {
 struct Tet {
   Vertex corners[4];
 };
-static_assert(sizeof(Tet) == 4 * sizeof(Vertex), "tetrahedra are rows of an (N, 4) array");
+static_assert(sizeof(Tet) == 4 * sizeof(Vertex),
+              "a Tet must have the memory layout of a row of an (N, 4) array");
 
 inline Point operator+(const Point& a, const Point& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};

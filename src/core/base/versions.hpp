@@ -1,11 +1,9 @@
-// Loops over many numbers that are compiled once for the baseline instruction set and once for each
-// newer one.
+// Compiles a loop once per instruction set, and selects the best version at run time.
 #pragma once
 
 #include <cstdint>
 
-// Attribute of functions that are inlined even if the caller is compiled for another instruction
-// set.
+// Attribute that inlines a function even if the caller is compiled for another instruction set.
 #if defined(__GNUC__)
 #define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
 #else
@@ -25,7 +23,7 @@ namespace superfacets {
 // Instruction sets for which loops are compiled. Each one includes the previous ones.
 enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
 
-// The newest of these instruction sets that this processor supports.
+// Returns the newest of these instruction sets that the processor supports.
 InstructionSet best_instruction_set();
 
 #if SUPERFACETS_HAS_VERSIONS
@@ -42,8 +40,9 @@ template <typename Loop, typename... Arguments>
 #endif
 
 // Calls the version of loop(arguments...) that is compiled for the instruction set `with`. The
-// processor must support it. The call operator must be const and SUPERFACETS_ALWAYS_INLINE. All
-// versions give the same bits, because no operations are fused or reordered.
+// processor must support this instruction set. The call operator of `loop` must be const and
+// SUPERFACETS_ALWAYS_INLINE. All versions give the same bits, because no operations are fused or
+// reordered.
 template <typename Loop, typename... Arguments>
 void run_version(InstructionSet with, const Loop& loop, const Arguments&... arguments) {
 #if SUPERFACETS_HAS_VERSIONS

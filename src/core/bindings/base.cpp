@@ -1,10 +1,9 @@
 // Bindings of the base layer: selection of lists, scopes that keep threads and heap memory,
-// elementary functions of arrays, and properties of the build for tests.
+// elementary functions of arrays, and properties of the build (for tests).
 
 #include "base/elementary.hpp"
 #include "base/heap.hpp"
 #include "base/lists.hpp"
-#include "base/team_scope.hpp"
 #include "bindings/bindings.hpp"
 
 namespace superfacets {
@@ -28,8 +27,8 @@ Buffer<double> logarithms_of(Doubles x) {
   return found;
 }
 
-// Python context manager that creates a scope of the core on entry and destroys it on exit. Both
-// must happen on one thread.
+// Python context manager that creates a C++ scope object on entry and destroys it on exit. Entry
+// and exit must be on the same thread.
 template <typename Scope, typename... Settings>
 class Context {
  public:

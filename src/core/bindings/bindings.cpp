@@ -1,5 +1,5 @@
-// The Python module superfacets._core: functions and classes that take and return typed arrays,
-// without logic of their own.
+// The Python module superfacets._core. Its functions and classes take and return typed arrays, and
+// only call the kernels.
 #include "bindings/bindings.hpp"
 
 NB_MODULE(_core, module) {

@@ -1,5 +1,5 @@
-// Common code of all bindings. It converts arrays to spans, runs kernels without the GIL on a team
-// of threads, and converts results to arrays that own their memory.
+// Common code of all bindings: converts arrays to spans, runs kernels without the GIL on a team of
+// threads, and converts results to arrays that own their memory.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -7,7 +7,6 @@
 #include <nanobind/stl/tuple.h>
 
 #include <tuple>
-#include <type_traits>
 
 #include "base/buffer.hpp"
 #include "base/team_scope.hpp"
@@ -31,7 +30,7 @@ using Tets = std::span<const Tet>;
 using Doubles = std::span<const double>;
 using Floats = std::span<const float>;
 using Bytes = std::span<const std::uint8_t>;
-using Integers = std::span<const std::int32_t>;  // cells, places, vertices, labels
+using Integers = std::span<const std::int32_t>;  // indices of cells or vertices, or labels
 using Offsets = std::span<const std::int64_t>;
 
 // NumPy array type for a span of elements: (n, 3) or (n, 4) for points, triangles and tetrahedra.
@@ -54,7 +53,7 @@ struct ArrayOf<Tet> {
 
 }  // namespace superfacets
 
-// Accepts only an array of the exact type, because a conversion would make a silent copy. The
+// Accepts only arrays of the exact type, because a conversion would silently copy the array. The
 // caster keeps the array alive until the call returns.
 template <typename T>
 struct nanobind::detail::type_caster<std::span<const T>> {
@@ -100,7 +99,7 @@ auto to_numpy(List&& list) {
   using Element = std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
-    owned->reserve(1);  // numpy requires a valid pointer for an empty array too
+    owned->reserve(1);  // numpy requires a valid pointer, also for an empty array
   }
   const nb::capsule owner(owned,
                           [](void* p) noexcept { delete static_cast<std::decay_t<List>*>(p); });
@@ -117,13 +116,14 @@ auto to_numpy(List&& list) {
   }
 }
 
-// A type that converts to any type. `members` uses it to count the members of a struct.
+// A type that converts to any type, used to count the members of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT(google-explicit-constructor)
 };
 
-// Returns the members of a struct as a tuple of references. A struct has 2 to 5 members, or 9.
+// Returns the members of a struct as a tuple of references. Structs with 2 to 5 or 9 members are
+// supported.
 template <typename Struct>
 auto members(Struct&& from) {
   using S = std::decay_t<Struct>;
@@ -146,7 +146,7 @@ auto members(Struct&& from) {
   }
 }
 
-// Splits a list of structs into one array per chosen member.
+// Converts a list of structs to one array per chosen member.
 template <typename Struct, typename... Member>
 auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
   const auto column = [&]<typename Type>(Type Struct::* member) {
@@ -190,8 +190,8 @@ auto without_gil(const Work& work) {
   }
 }
 
-// Like without_gil, for work(team). The team has the number of threads that is useful for n
-// elements, at most n_threads.
+// Calls work(team) with the GIL released, and converts its result. The size of the team depends on
+// the number n of elements (see useful_threads), and is at most n_threads.
 template <typename Work>
 auto on_team(std::size_t n, int n_threads, const Work& work,
              std::int64_t min_per_thread = kMinPerThread) {
@@ -201,7 +201,8 @@ auto on_team(std::size_t n, int n_threads, const Work& work,
   });
 }
 
-// Number of elements of an argument, to choose the number of threads; 0 for a scalar.
+// Number of elements of an argument, from which the number of threads is chosen. It is 0 for a
+// scalar.
 template <typename Argument>
 std::size_t size_of(const Argument& argument) {
   if constexpr (requires { argument.n_cells(); }) {
@@ -225,7 +226,7 @@ struct Parameters<R (*)(A...)> {
 template <typename C, typename R, typename... A>
 struct Parameters<R (C::*)(A...) const> : Parameters<R (*)(A...)> {};
 
-// Binds a kernel whose last parameter is a team. Python passes n_threads in its place.
+// Converts a kernel whose last parameter is a team to a function whose last parameter is n_threads.
 template <std::int64_t kPerThread = kMinPerThread, typename Kernel>
 auto threaded(const Kernel& kernel) {
   using Types = Parameters<Kernel>::Types;
@@ -238,7 +239,7 @@ auto threaded(const Kernel& kernel) {
   }(std::make_index_sequence<std::tuple_size_v<Types> - 1>());
 }
 
-// Binds a kernel that runs on one thread.
+// Converts a kernel that runs on one thread to a function that releases the GIL.
 template <typename Kernel>
 auto serial(const Kernel& kernel) {
   using Types = Parameters<Kernel>::Types;
@@ -249,7 +250,8 @@ auto serial(const Kernel& kernel) {
   }(std::make_index_sequence<std::tuple_size_v<Types>>());
 }
 
-// Adds the constructor of a class that views its array arguments. The object keeps them alive.
+// Adds the constructor of a class that refers to the memory of its array arguments. The Python
+// object keeps these arrays alive.
 template <typename Class, typename Make, typename... Names>
 void def_view(Class& bound, const Make& make, const Names&... names) {
   [&]<std::size_t... I>(std::index_sequence<I...>) {
@@ -257,11 +259,11 @@ void def_view(Class& bound, const Make& make, const Names&... names) {
   }(std::make_index_sequence<sizeof...(Names)>());
 }
 
-void bind_base(nb::module_& module);               // lists, scopes, arithmetic
+void bind_base(nb::module_& module);               // lists, scopes, elementary functions
 void bind_mesh(nb::module_& module);               // stage 0
 void bind_cells(nb::module_& module);              // stage 1
 void bind_weights(nb::module_& module);            // stage 2
-void bind_spatial(nb::module_& module);            // spatial search and orders
+void bind_spatial(nb::module_& module);            // spatial search and sorting
 void bind_spectral(nb::module_& module);           // diffusion and eigenvectors
 void bind_clustering_stages(nb::module_& module);  // stages 3 and 4
 void bind_regions(nb::module_& module);            // stage 5

@@ -1,22 +1,16 @@
-// Bindings of stage 1: graphs of cells, and the surfaces that later stages take. The headers of the
-// stage describe the functions; superfacets/_validate.py ensures their preconditions.
-#include <new>
+// Bindings of stage 1: graphs of cells, and surfaces for later stages. The functions are documented
+// in the headers of cells/. Their preconditions are checked by superfacets/_validate.py.
 
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
-#include "cells/face_graph.hpp"
 #include "cells/far_arcs.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
-#include "cells/ordered_graph.hpp"
-#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
-#include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/sub_surface.hpp"
 #include "cells/tet_graph.hpp"
-#include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
 #include "spectral/diffusion.hpp"
@@ -24,7 +18,7 @@
 namespace superfacets {
 namespace {
 
-// Surfaces view arrays of Python. def_view keeps these arrays alive.
+// Surfaces refer to the memory of Python arrays, which def_view keeps alive.
 void make_triangle_surface(TriangleSurface* self, Points vertices, Triangles faces, Offsets offsets,
                            Integers neighbors, Bytes sides, Bytes same_turn, bool inside_out) {
   new (self) TriangleSurface(vertices, faces, {offsets, neighbors}, sides, same_turn, inside_out);
@@ -97,7 +91,7 @@ void make_placed_cells(PlacedCells* self, Points positions, Doubles measures, in
           [&](ThreadTeam& team) { new (self) PlacedCells(positions, measures, team); });
 }
 
-// Measures in the order of cells; the graph stores them by place.
+// Measures of the cells in the order of the input. The graph stores them in its sorted order.
 std::vector<double> measures_of(const OrderedGraph& graph) {
   std::vector<double> measures(graph.n_cells());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
@@ -119,7 +113,7 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
   return positions;
 }
 
-// Builds a graph from cells and arcs that are already sorted along the curve.
+// Builds a graph from cells and arcs that are already sorted along the space-filling curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
                             Floats lengths, double straight_unit, ThreadTeam& team) {
   Buffer<Arc> arcs(targets.size());
@@ -144,34 +138,22 @@ auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& 
                     std::tuple(counts.edges, counts.boundary, counts.non_manifold));
 }
 
-auto sorted_point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
-                        bool has_normals, Points axes, ThreadTeam& team) {
+auto sorted_point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
+                        double cutoff, bool has_normals, Points axes, ThreadTeam& team) {
   PointGraph graph =
-      build_point_graph(positions,
-                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
-                         cutoff, has_normals, axes},
-                        team);
+      build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
   return std::tuple(std::move(graph.positions), std::move(graph.offsets),
                     std::move(graph.neighbors), std::move(graph.measures), std::move(graph.normals),
                     std::move(graph.points));
 }
 
-auto point_graph(Points positions, int n_neighbors, int n_around, double cutoff, bool has_normals,
-                 Points axes, ThreadTeam& team) {
+auto point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around, double cutoff,
+                 bool has_normals, Points axes, ThreadTeam& team) {
   PointGraph sorted =
-      build_point_graph(positions,
-                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
-                         cutoff, has_normals, axes},
-                        team);
+      build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
   PointGraph graph = in_input_order(sorted, team);
   return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.measures),
                     std::move(graph.normals), std::move(sorted.points));
-}
-
-auto conducting(const OrderedGraph& graph, double crease_unit, double steepness, ThreadTeam& team) {
-  ConductingArcs found = conducting_arcs(graph, crease_unit, steepness, team);
-  return std::tuple(std::move(found.offsets), std::move(found.neighbors), std::move(found.steps),
-                    std::move(found.conductances), found.hindered_share);
 }
 
 void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
@@ -202,12 +184,12 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
   join_alike(sets, normal_tile(rows, places, cells, normals));
 }
 
-// Returns the pairs as three columns: costs, four numbers per pair, and whether normals are
+// Returns the pairs as three arrays: costs, four indices per pair, and whether the normals are
 // opposite.
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {
   std::vector<double> costs;
-  // (P, 4) lower and higher index of the points, source and target place of each pair
+  // (P, 4) `lower`, `higher`, `from` and `to` of each NormalPair
   std::vector<Cell> numbers;
   std::vector<std::uint8_t> opposite;
   for (const NormalPair& pair : pairs_apart(sets, normal_tile(rows, places, cells, normals))) {
@@ -266,7 +248,8 @@ void bind_graphs(nb::module_& module) {
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
            "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
-           "Moves the arrays of `cells` into the graph: `cells` is empty afterwards.")
+           "Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty "
+           "afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
@@ -275,7 +258,7 @@ void bind_graphs(nb::module_& module) {
       .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "vectors"_a.noconvert(),
            "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
-      .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting), "crease_unit"_a,
+      .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting_arcs), "crease_unit"_a,
            "steepness"_a, "n_threads"_a)
       .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {

@@ -1,17 +1,12 @@
-// Bindings of stages 3 and 4. The headers of the stages describe the functions;
-// superfacets/_validate.py ensures their preconditions.
+// Bindings of stages 3 and 4. The functions are documented in the headers of clustering/ and
+// paths/. Their preconditions are checked by superfacets/_validate.py.
 #include "clustering/clustering.hpp"
-
-#include <new>
 
 #include "bindings/bindings.hpp"
 #include "clustering/coarse_graph.hpp"
 #include "clustering/coarse_tile.hpp"
-#include "clustering/islands.hpp"
 #include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"
-#include "clustering/update.hpp"
-#include "mesh/geometry.hpp"
 #include "paths/tile_paths.hpp"
 #include "spectral/diffusion.hpp"
 
@@ -99,7 +94,7 @@ Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats le
   return join_loose_cells({offsets, neighbors}, lengths, labels, loose, barrier);
 }
 
-// Positions are read only if steps are straight, with a straight_unit above 0.
+// The positions are only used if straight_unit is positive.
 auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, Integers coarse,
                     Floats coarse_lengths, Points positions, Points coarse_positions,
                     double straight_unit, ThreadTeam& team) {

@@ -1,5 +1,5 @@
-// Bindings of stage 0. The headers of the stage describe the functions; superfacets/_validate.py
-// ensures their preconditions.
+// Bindings of stage 0. The functions are documented in the headers of mesh/. Their preconditions
+// are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
 #include "mesh/checks.hpp"
 #include "mesh/geometry.hpp"
@@ -37,8 +37,8 @@ Buffer<Triangle> triangles_of(Points vertices, Offsets offsets, Integers corners
   return triangulate(vertices, {offsets, corners}, team);
 }
 
-// Minimum number of faces per thread. It is small, because one large face may be cut into
-// thousands.
+// Minimum number of faces per thread. It is small, because one large face may be cut into thousands
+// of parts.
 constexpr std::int64_t kMinSubdivided = 256;
 
 }  // namespace

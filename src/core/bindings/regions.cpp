@@ -1,7 +1,6 @@
-// Bindings of stage 5. The headers of the stage describe the functions; superfacets/_validate.py
-// ensures their preconditions.
+// Bindings of stage 5. The functions are documented in the headers of regions/. Their preconditions
+// are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
-#include "regions/borders.hpp"
 #include "regions/bridges.hpp"
 #include "regions/cut_borders.hpp"
 #include "regions/graph_segments.hpp"
@@ -126,7 +125,7 @@ Buffer<Label> small_regions_merged(Offsets offsets, Integers neighbors, Points p
                              {counts, n_labels, least});
 }
 
-// Returns the ring numbers after spreading; `rings` is not changed.
+// Returns the ring numbers after spread_rings. The argument `rings` is not changed.
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   Buffer<std::uint8_t> numbers = copy_of(rings);
   SUPERFACETS_ASSERT(all_below(corners, rings.size()));

@@ -1,5 +1,5 @@
-// Bindings of spatial search and orders. The headers of the folder describe the functions;
-// superfacets/_validate.py ensures their preconditions.
+// Bindings of spatial search and sorting. The functions are documented in the headers of spatial/.
+// Their preconditions are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
 #include "spatial/box_tree.hpp"
 #include "spatial/morton.hpp"
@@ -17,8 +17,8 @@ SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integer
   return sort_mesh(vertices, representative, {corners, offsets, size}, team);
 }
 
-// The choice of the number of threads assumes that the rays of one start take as long as the tree
-// of a hundred faces.
+// The number of threads is chosen as if the rays of one start took as long as building the tree for
+// a hundred faces.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};
@@ -36,8 +36,8 @@ Buffer<Cell> ordered_within_steps(Points positions, std::span<const std::uint32_
   return order_within_steps(positions, codes, BoxTree::kLeaf, team);
 }
 
-// `numbers` has a row per view: the projection, then the product of the focal lengths. `sizes`
-// holds the width and height of each image.
+// `numbers` has one row per view: the 12 numbers of the projection, followed by the product of the
+// focal lengths. `sizes` contains the width and height of each image.
 auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
                   int n_threads) {
   std::vector<View> views(numbers.shape(0));
@@ -56,7 +56,7 @@ auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers
 }
 
 // Minimum number of cells or queries per thread. Inserting a cell into the search tree takes about
-// a microsecond, and so does a query.
+// a microsecond, and a query takes about as long.
 constexpr std::int64_t kMinSearched = 1 << 10;
 
 }  // namespace

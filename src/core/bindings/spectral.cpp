@@ -1,5 +1,5 @@
-// Bindings of diffusion and eigenvectors. The headers of the folder describe the functions;
-// superfacets/_validate.py ensures their preconditions.
+// Bindings of diffusion and eigenvectors. The functions are documented in the headers of spectral/.
+// Their preconditions are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
 #include "spectral/diffusion.hpp"
 #include "spectral/eigenvectors.hpp"

@@ -1,6 +1,5 @@
-// Bindings for comparisons: another segmentation method, and path lengths. The headers describe the
-// functions; superfacets/study ensures their preconditions.
-#include <new>
+// Bindings for comparisons: another segmentation method, and path lengths. The functions are
+// documented in the headers. Their preconditions are checked by superfacets/study.
 
 #include "bindings/bindings.hpp"
 #include "paths/path_lengths.hpp"
@@ -9,8 +8,8 @@
 namespace superfacets {
 namespace {
 
-// Minimum number of sources per thread. The paths of this number of sources take longer than
-// starting a thread.
+// Minimum number of source cells per thread. Computing the paths from this number of sources takes
+// longer than starting a thread.
 constexpr std::int64_t kMinSources = 64;
 
 void make_proxy_regions(ProxyRegions* self, Points vertices, Triangles faces, Doubles areas,

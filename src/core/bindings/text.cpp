@@ -1,5 +1,5 @@
-// Bindings of the kernels that read files. The headers of the kernels describe the functions;
-// superfacets/io/guards.py and superfacets/io/readers ensure their preconditions.
+// Bindings of the kernels that read files. The functions are documented in the headers of text/.
+// Their preconditions are checked by superfacets/io/guards.py and superfacets/io/readers.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 

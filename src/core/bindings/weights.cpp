@@ -1,14 +1,11 @@
-// Bindings of stage 2: weights of arcs, and colors of textures. The headers of the stage describe
-// the functions; superfacets/_validate.py ensures their preconditions.
-#include "cells/weights.hpp"
+// Bindings of stage 2: weights of arcs, and colors of textures. The functions are documented in the
+// headers of cells/. Their preconditions are checked by superfacets/_validate.py.
 
 #include "bindings/bindings.hpp"
 #include "cells/part_prices.hpp"
 #include "cells/point_surface.hpp"
-#include "cells/polygon_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/texels.hpp"
-#include "cells/triangle_surface.hpp"
 
 namespace superfacets {
 namespace {

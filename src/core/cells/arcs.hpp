@@ -1,4 +1,4 @@
-// The arcs between cells in CSR form, with the loops over them.
+// The arcs between cells in CSR form, with iterators over the arcs of a cell.
 #pragma once
 
 #include "base/assert.hpp"
@@ -14,7 +14,7 @@ struct Step {
 
 // The arcs that leave cell i are offsets[i] .. offsets[i + 1] - 1.
 struct Arcs {
-  std::span<const std::int64_t> offsets;  // (N + 1,)
+  std::span<const std::int64_t> offsets;  // (N + 1,) index of the first arc of each cell
   std::span<const Cell> targets;          // (M,) target cell of each arc
 
   class Steps {
@@ -48,13 +48,13 @@ struct Arcs {
   Cell n_cells() const { return static_cast<Cell>(offsets.size() - 1); }
   std::int64_t n_arcs() const { return static_cast<std::int64_t>(targets.size()); }
 
-  // for (const auto [arc, neighbor] : arcs.steps(cell))
+  // Iterates over the arcs of a cell: for (const auto [arc, neighbor] : arcs.steps(cell))
   Steps steps(Cell cell) const {
     SUPERFACETS_ASSERT(cell >= 0 && cell < n_cells());
     return {targets.data(), offsets[cell], offsets[cell + 1]};
   }
 
-  // for (const Cell neighbor : arcs.neighbors(cell))
+  // Iterates over the neighbors of a cell: for (const Cell neighbor : arcs.neighbors(cell))
   std::span<const Cell> neighbors(Cell cell) const {
     SUPERFACETS_ASSERT(cell >= 0 && cell < n_cells());
     return targets.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
@@ -70,7 +70,7 @@ struct Arcs {
                                [&](Cell neighbor) { return labels[neighbor] != labels[cell]; });
   }
 
-  // Whether offsets rise from 0 to the number of arcs, and all targets are valid cells.
+  // Whether the offsets increase from 0 to the number of arcs, and all targets are valid cells.
   bool are_valid() const {
     return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
            std::ranges::is_sorted(offsets) && all_below(targets, n_cells());

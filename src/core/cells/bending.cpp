@@ -49,8 +49,8 @@ struct Flat {
   }
 };
 
-// Fits the matrix S of S dx = -dn by least squares. dx is the step to a neighbor, and dn is the
-// change of the normal, both projected to the tangent plane. Solves the normal equations by
+// Fits a symmetric matrix S with S dx = -dn by least squares. dx is the step to a neighbor, and dn
+// is the change of the normal, both projected to the tangent plane. Solves the normal equations by
 // Cramer's rule.
 Flat fit(std::span<const Point> positions, std::span<const Point> normals,
          std::span<const Cell> neighbors, Cell point, const Tangents& t) {

@@ -1,4 +1,4 @@
-// Curvature tensors at the points of a cloud.
+// Shape operators (curvature) at the points of a cloud.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -7,11 +7,11 @@
 
 namespace superfacets {
 
-// Shape operator: maps a tangent step to the change of the normal. Symmetric.
+// Shape operator: a symmetric matrix that maps a tangent step to the change of the normal.
 struct Bend {
   float xx, xy, xz, yy, yz, zz;
 
-  // Angle by which the normal turns along a small step.
+  // Angle in radians by which the normal rotates along a small step.
   double turn(const Point& step) const {
     return norm({xx * step.x + xy * step.y + xz * step.z, xy * step.x + yy * step.y + yz * step.z,
                  xz * step.x + yz * step.y + zz * step.z});
@@ -21,15 +21,16 @@ struct Bend {
 struct Bends {
   // (N,) curvature in the directions in which the surface rises above the tangent plane
   Buffer<Bend> concave;
-  Buffer<Bend> convex;  // (N,) curvature where it falls below the plane, as positive numbers
+  // (N,) negated curvature in the directions in which the surface falls below the tangent plane
+  Buffer<Bend> convex;
 };
 
 // Fits a shape operator to the normals around each point, averages it with the operators of the
 // neighbors, and splits it into a concave and a convex part. The operator is zero at a point
 // without a normal. Unlike the angle between two normals, an operator has a sign for each
-// direction: on a saddle, a step along the ridge is convex although the normal also turns a little
-// sideways. Without `wants_convex`, the convex part is left empty. Points are visited in `order`; a
-// spatial order is faster.
+// direction: on a saddle, a step along the ridge is convex although the normal also rotates a
+// little sideways. If `wants_convex` is false, the convex part is left empty. Points are visited in
+// `order`, which should be a spatial order for speed.
 Bends find_bends(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
                  std::span<const Cell> order, bool wants_convex, ThreadTeam& team);
 

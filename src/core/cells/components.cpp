@@ -1,13 +1,10 @@
 #include "cells/components.hpp"
 
-#include <vector>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 
-// Each block of cells is united by itself: the root of a set is its lowest cell, so blocks share no
-// entry of the sets. Arcs between blocks follow.
+// Threads unite the cells within each block. Blocks write to disjoint entries of the sets, because
+// the root of a set is its lowest cell. Arcs between blocks are processed afterwards, on one
+// thread.
 Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team) {
   SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells()));
   constexpr std::int64_t kBlock = 1 << 14;
@@ -36,11 +33,15 @@ Components find_components(const Arcs& arcs, std::span<const Label> labels, Thre
 
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph.n_cells()));
-  Components components = components_of(labels, [&](Place place, const auto& take) {
-    for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
-  });
-  // Components must be numbered by their lowest cell. Up to here they are numbered by their lowest
-  // place.
+  DisjointSets sets(labels.size());
+  for (Place place = 0; place < graph.n_cells(); ++place) {
+    for (const Arc& arc : graph.arcs_of(place)) {
+      if (labels[arc.to] == labels[place]) sets.unite(place, arc.to);
+    }
+  }
+  Components components = std::move(sets).number();
+  // Until here, components are numbered in the order of the space-filling curve. They are
+  // renumbered in the order of their lowest cells.
   std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
   for (const Place place : graph.place_of) {

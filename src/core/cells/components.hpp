@@ -2,25 +2,20 @@
 #pragma once
 
 #include <numeric>
-#include <utility>
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
-#include "cells/arcs.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
 struct Components {
-  Buffer<Cell> of;  // (N,) component of each cell, 0..C-1, in the order of their lowest cells
+  Buffer<Cell> of;  // (N,) component of each cell, numbered 0..C-1 by their lowest cells
   Cell n_components = 0;
 };
 
 // Disjoint sets of cells (union-find). The root of a set is its lowest cell.
 class DisjointSets {
  public:
-  // Initially each cell is a set of its own.
+  // Initially, each set consists of one cell.
   explicit DisjointSets(std::size_t n_cells) : parents_(n_cells) {
     std::iota(parents_.begin(), parents_.end(), 0);
   }
@@ -33,12 +28,13 @@ class DisjointSets {
     return std::min(a, b);
   }
 
-  // Whether two cells are known to be united, without a search.
+  // Whether two cells have the same parent. If so, they are already united, and no search is
+  // needed.
   bool share_parent(Cell a, Cell b) const { return parents_[a] == parents_[b]; }
 
   Cell root(Cell cell) {
     while (parents_[cell] != cell) {
-      parents_[cell] = parents_[parents_[cell]];  // halves the path for the next search
+      parents_[cell] = parents_[parents_[cell]];  // path halving, for faster searches
       cell = parents_[cell];
     }
     return cell;
@@ -59,26 +55,14 @@ class DisjointSets {
   Buffer<Cell> parents_;
 };
 
-// Weakly connected components of the regions. Two cells are in one component if a chain of arcs,
-// each in either direction, joins them through cells with their label. If all labels are equal, the
-// result is the components of the graph. Labels are any integers. for_each_neighbor(cell, take)
-// calls take(neighbor) for each arc that leaves a cell. Time O((N + M) log N) at worst, O(N + M) in
-// practice. Needs no memory except the result.
-template <typename ForEachNeighbor>
-Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
-  DisjointSets sets(labels.size());
-  for (Cell cell = 0; std::cmp_less(cell, labels.size()); ++cell) {
-    for_each_neighbor(cell, [&](Cell neighbor) {
-      if (labels[neighbor] == labels[cell]) sets.unite(cell, neighbor);
-    });
-  }
-  return std::move(sets).number();
-}
-
+// Weakly connected components of the regions. Two cells are in one component if an undirected path
+// of arcs joins them through cells with the same label. If all labels are equal, the components are
+// the components of the graph. Labels can be any integers. The worst-case time is O((N + M) log N);
+// in practice it is O(N + M).
 Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team);
 
-// Labels and the result are indexed by place; components are numbered in the order of their lowest
-// cells.
+// Labels and result are in the order of the graph's space-filling curve. Components are numbered in
+// the order of their lowest cells, by index in the input.
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels);
 
 }  // namespace superfacets

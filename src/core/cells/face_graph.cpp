@@ -10,7 +10,7 @@
 namespace superfacets {
 namespace {
 
-// Prefetch distance for corners, in faces.
+// Prefetch distance: the corners of a face are prefetched this number of faces in advance.
 constexpr std::size_t kAhead = 16;
 
 // Vertices are split into parts of at least 2^kMinPartBits vertices, so that the edges of a part
@@ -19,7 +19,7 @@ constexpr std::size_t kAhead = 16;
 constexpr int kMinPartBits = 12;
 constexpr std::int64_t kMaxParts = 1024;
 
-// Number of faces per task of counting, and of writing, arcs.
+// Number of faces per parallel task that counts or writes arcs.
 constexpr std::int64_t kBlock = 1 << 14;
 
 // The corners of faces, with welded vertices replaced by their representative.
@@ -42,8 +42,8 @@ class WeldedCorners {
   }
 
  private:
-  // Whether each entry is a vertex that represents itself and is not higher than the index of the
-  // entry.
+  // Whether each representative represents itself, and is not higher than the vertices that it
+  // represents.
   static bool are_representatives(std::span<const Vertex> representative) {
     for (std::size_t v = 0; v < representative.size(); ++v) {
       const Vertex lowest = representative[v];
@@ -52,8 +52,8 @@ class WeldedCorners {
     return true;
   }
 
-  // Whether every vertex represents itself, as in most meshes. If so, each corner needs one memory
-  // access less.
+  // Whether every vertex represents itself, as in most meshes. If so, reading a corner needs one
+  // memory access less.
   static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
     std::atomic<bool> is_same = true;
     const auto n = static_cast<std::int64_t>(representative.size());
@@ -66,7 +66,7 @@ class WeldedCorners {
   }
 
   std::span<const Triangle> faces_;
-  std::span<const Vertex> representative_;  // empty: each vertex represents itself
+  std::span<const Vertex> representative_;  // empty if each vertex represents itself
 };
 
 // Calls visit(side, from, to) for the sides of a face that join two different vertices.
@@ -80,7 +80,8 @@ void for_each_side(const WeldedCorners& corners, Face face, const Visit& visit) 
   }
 }
 
-// Calls visit(face, part) for the parts of faces begin .. end-1.
+// Calls visit(face, part) for faces begin .. end-1. The parts of a face are the ranges of vertices
+// that contain the lower vertices of its sides; see link_faces.
 template <typename Visit>
 void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int64_t end,
                      int part_bits, const Visit& visit) {
@@ -98,14 +99,14 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
 
 // The kind of link from a side of a face to the other faces on its edge.
 enum class Link : std::uint8_t {
-  kNone,     // a boundary edge, or a side that is no edge
-  kOpposed,  // one other face, which runs along the edge in the opposite direction
-  kAlike,    // one other face, which runs along the edge in the same direction
+  kNone,     // no other face: a boundary edge, or a side that is not an edge
+  kOpposed,  // one other face, which traverses the edge in the opposite direction
+  kAlike,    // one other face, which traverses the edge in the same direction
   kRing,     // at least two other faces
 };
 
-// The faces on each edge, linked to a ring in ascending order. next[3 * face + side] is the next
-// face on the edge. For an edge with one face, `next` is not set, and the link is kNone.
+// Circular linked lists of the faces on each edge, in ascending order. next[3 * face + side] is the
+// next face on the edge. For an edge with one face, `next` is not set, and the link is kNone.
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
@@ -120,16 +121,15 @@ class Side {
               static_cast<std::uint64_t>(side)) {}
 
   Face face() const { return static_cast<Face>(bits_ >> 3U); }
-  bool is_ascending() const {
-    return (bits_ & 4U) != 0;
-  }  // runs from the lower to the higher vertex
+  // Whether the face traverses the side from the lower to the higher vertex.
+  bool is_ascending() const { return (bits_ & 4U) != 0; }
   std::int64_t place() const { return 3 * std::int64_t{face()} + static_cast<int>(bits_ & 3U); }
 
  private:
   std::uint64_t bits_ = 0;
 };
 
-// The sides whose lower vertex is in a part, grouped by that vertex, then by face and side.
+// The sides whose lower vertex is in a given part of the vertices, grouped by this vertex.
 class SidesOfPart {
  public:
   void sort(const WeldedCorners& corners, std::span<const Face> faces, int part_bits,
@@ -163,7 +163,7 @@ class SidesOfPart {
     return sides_.span().subspan(starts_[vertex], starts_[vertex + 1] - starts_[vertex]);
   }
   // The higher vertex of each side of a lower vertex. The array is padded, so that kReadable
-  // numbers can be read from any start.
+  // numbers can be read from the start of any vertex.
   const Vertex* highs(std::size_t vertex) const { return highs_.data() + starts_[vertex]; }
   static constexpr std::size_t kReadable = 16;
 
@@ -185,7 +185,7 @@ class SidesOfPart {
 // pairs, without branches or sorting.
 template <std::size_t kMost>
 struct Matches {
-  // Reads kMost numbers, and ignores all but the first n.
+  // Reads kMost numbers, and ignores all numbers after the first n.
   Matches(const Vertex* highs, std::size_t n) {
     for (std::size_t j = 0; j < n; ++j) {
       const Vertex high = highs[j];
@@ -202,7 +202,8 @@ struct Matches {
 };
 
 void sort(std::span<std::uint64_t> values) {
-  constexpr std::size_t kFew = 24;  // up to this size, insertion sort is faster than std::sort
+  constexpr std::size_t kFew =
+      24;  // up to this number of values, insertion sort is faster than std::sort
   if (values.size() > kFew) {
     std::ranges::sort(values);
     return;
@@ -235,7 +236,8 @@ class Linker {
   }
 
  private:
-  // Number of sides at a lower vertex that is handled without sorting. The average is six.
+  // Up to this number of sides at a lower vertex, the faster version of link_pairs is used. On
+  // average, a vertex is the lower vertex of six sides.
   static constexpr std::size_t kFew = 8;
   static constexpr std::size_t kMany = SidesOfPart::kReadable;
 
@@ -246,7 +248,7 @@ class Linker {
     const std::size_t n = sides.size();
     if (n > kMost) return false;
     const Matches<kMost> matches(highs, n);
-    // for each side, the other side on its edge; the side itself if there is no other
+    // for each side, the other side on the same edge; the side itself if the edge has only one
     std::array<Side, kMost> others;
     bool is_simple = true;
     for (std::size_t i = 0; i < n; ++i) {
@@ -364,7 +366,7 @@ class ArcReader {
     return n_others;
   }
 
-  // The other faces on an edge of three or more, in ascending order.
+  // Lists the other faces on an edge with three or more faces, in ascending order.
   void collect_ring(Face face, int side, std::vector<FaceArc>& arcs) const {
     arcs.clear();
     walk_ring(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
@@ -386,8 +388,8 @@ class ArcReader {
     }
   }
 
-  // The first side of the face that joins the two vertices. If a second side joins them, it has
-  // been dropped.
+  // The first side of the face that joins the two vertices. A second side that joins the same
+  // vertices has been dropped by link_edges.
   int side_along(Face face, Vertex a, Vertex b) const {
     for (int side = 0; side < 2; ++side) {
       const Vertex from = corners_(face, side);

@@ -1,15 +1,5 @@
 #include "cells/far_arcs.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
-#include "base/elementary.hpp"
-#include "base/versions.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -17,44 +7,45 @@ namespace {
 // in the number of cells.
 constexpr std::size_t kMostArcs = 24;
 
-// Places per block: the arcs of a block fit in the second-level cache, and in huge pages. In small
-// graphs, blocks are smaller, so that all threads have some.
+// Number of cells per block. The arcs of a block fit into the second-level cache. Small graphs have
+// smaller blocks, so that each thread gets several blocks.
 std::int64_t block_size(const OrderedGraph& graph) {
   return graph.n_cells() < (1 << 15) ? 1 << 8 : 1 << 10;
 }
 
-// Prices of all arcs, in the order of places, rounded to whole numbers, so that sums do not depend
-// on the order of the terms.
+// Crease costs of all arcs, in the order of graph.arcs. Costs are rounded to whole numbers, so that
+// sums do not depend on the order of the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
-  Buffer<float> prices(graph.arcs.size());
+  Buffer<float> costs(graph.arcs.size());
   team.for_each_slow(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
     for (const Arc& arc : graph.arcs_of(place)) {
-      prices[next++] = static_cast<float>(round_to_whole(graph.price(place, arc)));
+      costs[next++] = static_cast<float>(round_to_whole(graph.crease_cost(place, arc)));
     }
   });
-  return prices;
+  return costs;
 }
 
-// Computes lengths of arcs from the squared straight distances of their ends, and their prices.
+// Computes the lengths of arcs from the squared distances of their ends and their crease costs.
 struct AddStraight {
-  SUPERFACETS_ALWAYS_INLINE void operator()(const double* squared, const double* prices,
-                                            double unit, std::span<float> lengths) const {
+  SUPERFACETS_ALWAYS_INLINE void operator()(const double* squared, const double* costs, double unit,
+                                            std::span<float> lengths) const {
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-      const double length = std::sqrt(squared[i]) / unit + prices[i];
+      const double length = std::sqrt(squared[i]) / unit + costs[i];
       lengths[i] = static_cast<float>(std::max(1.0, round_to_whole(length)));
     }
   }
 };
 
-// Lists the arcs of one place after another. Lists of fixed capacity are written without branches,
-// because it is unpredictable whether a walk turns back or reaches a new place.
+// Finds the far arcs of one cell after another. Lists are written without branches, because it is
+// unpredictable whether a walk turns back or reaches a new cell.
 class ArcFinder {
  public:
-  ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
-      : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
+  ArcFinder(const OrderedGraph& graph, std::span<const float> costs, int n_steps)
+      : graph_(graph), costs_(costs), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
-  // Appends the arcs of a place to the list that `take` returns. Returns the number of these arcs.
+  // Appends the arcs of the cell at `place` to the list that take() returns. Returns the number of
+  // appended arcs.
   std::int64_t find(Place place) {
     n_walks_ = 0;
     const std::size_t first = n_reached_;
@@ -97,7 +88,7 @@ class ArcFinder {
   struct Walk {
     Place before;
     Place here;
-    double price;  // sums of whole numbers are exact
+    double cost;  // sum of crease costs; exact, because all costs are integers
   };
   static constexpr double kNone = HUGE_VAL;
 
@@ -106,15 +97,15 @@ class ArcFinder {
     if (list.size() < size) list.resize(2 * size);
   }
 
-  // Adds an arc to a walk, in all ways. A walk that stays, by padding, or turns back lowers no
-  // price and reaches no new place.
+  // Extends a walk by each arc that leaves its last cell. Padding arcs, which lead to the same
+  // cell, and arcs that lead back do not start a new walk.
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
-    const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
+    const float* cost = costs_.data() + (arcs.data() - graph_.arcs.data());
     reserve(walks_, n_walks_ + arcs.size());
     reserve(reached_, n_reached_ + arcs.size());
     for (const Arc& arc : arcs) {
-      const double sum = walk.price + double{*price++};
+      const double sum = walk.cost + double{*cost++};
       walks_[n_walks_] = {walk.here, arc.to, sum};
       n_walks_ += static_cast<std::size_t>(arc.to != walk.here) &
                   static_cast<std::size_t>(arc.to != walk.before);
@@ -126,18 +117,19 @@ class ArcFinder {
   }
 
   const OrderedGraph& graph_;
-  const std::span<const float> prices_;
+  const std::span<const float> costs_;
   const int n_steps_;
-  std::vector<Walk> walks_;  // of one place: n_walks_ entries are in use
+  std::vector<Walk> walks_;  // walks from the current cell; the first n_walks_ entries are in use
   std::size_t n_walks_ = 0;
-  std::vector<Place> reached_;  // targets of arcs: n_reached_ entries are in use
+  std::vector<Place>
+      reached_;  // targets of the found arcs; the first n_reached_ entries are in use
   std::size_t n_reached_ = 0;
-  std::vector<double> squared_;  // by index in reached_: the squared straight distance
-  std::vector<double> sums_;     // by index in reached_: the lowest price of a walk
-  std::vector<double> least_;    // by place: the lowest price of a walk; kNone if there is none
+  std::vector<double> squared_;  // squared length of each found arc
+  std::vector<double> sums_;     // lowest crease costs of a walk along each found arc
+  std::vector<double> least_;    // lowest crease costs of a walk to each cell; kNone if not reached
 };
 
-// Maximum number of arcs of a walk, chosen such that walks from a cell reach about 20 cells.
+// Maximum number of arcs per walk, chosen so that walks from a cell reach about 20 cells.
 int steps_of(const OrderedGraph& graph) {
   const double n_arcs = static_cast<double>(graph.n_arcs) / std::max(graph.n_cells(), 1);
   if (n_arcs > 8.0) return 1;

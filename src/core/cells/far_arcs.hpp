@@ -1,24 +1,26 @@
-// Stage 2: arcs between cells that are a few steps apart.
+// Stage 2: far arcs, which join cells that are two or three arcs apart.
 #pragma once
 
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
-// Default of most_steps.
+// Default value of most_steps in add_far_arcs.
 inline constexpr int kFarSteps = 3;
 
-// Adds arcs between cells that are a few arcs apart, so that a cell has about 20 arcs. If cells
-// have about three arcs each, the added arcs join cells up to three arcs apart. If cells have at
-// most eight arcs, the limit is two. With more arcs nothing is added. The length of an added arc is
-// the distance between its cells, plus the lowest price of a walk within this limit. Cells at
-// the ends of an added arc are at most most_steps arcs apart.
+// Replaces the arcs of the graph by arcs between all cells that are at most two or three arcs
+// apart, so that a cell has about 20 arcs. If cells have about three arcs each, as in a triangle
+// mesh, the limit is three arcs. If cells have at most eight arcs, the limit is two. If cells have
+// more arcs, the graph is not changed. The limit is never larger than most_steps. The length of a
+// new arc is the straight distance between its cells, plus the crease costs of the cheapest walk
+// within the limit.
 //
-// Without added arcs, shortest paths depend on the pattern of the cells: on a regular grid, regions
-// stretch along its diagonals. With added arcs, cells at equal distance have paths of about equal
-// length in all directions.
+// Without far arcs, shortest paths depend on the pattern of the cells: on a regular grid, regions
+// stretch along the diagonals of the grid. With far arcs, cells at equal distance have paths of
+// about equal length in all directions.
 //
-// The graph must be symmetric, with straight steps. Time O(N + M) where cells have few arcs.
+// The graph must be symmetric and have a straight_unit > 0 (see OrderedGraph). Time O(N + M) if
+// cells have few arcs.
 void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team);
 
 }  // namespace superfacets

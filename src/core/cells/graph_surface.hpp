@@ -1,23 +1,22 @@
-// Cells with precomputed measures of arcs: the cells of a graph that the caller provides, and
-// tetrahedra.
+// Surfaces whose arc measures are given as arrays: graphs provided by the caller, and tetrahedra.
 #pragma once
 
 #include "cells/surface.hpp"
 
 namespace superfacets {
 
-// Arrays with the measures of cells and arcs. An empty array stands for the default in its comment.
+// Measures of cells and arcs. If an optional array is empty, the default in its comment is used.
 struct GivenMeasures {
-  std::span<const Point> positions;        // (N,)
-  std::span<const double> measures;        // (N,)
-  std::span<const double> border_lengths;  // (M,)
+  std::span<const Point> positions;        // (N,) position of each cell
+  std::span<const double> measures;        // (N,) area or volume of each cell
+  std::span<const double> border_lengths;  // (M,) length of the border that each arc crosses
   std::span<const double> step_lengths;    // (M,) default: distances between positions
-  std::span<const double> angles;          // (M,) default: 0
-  std::span<const std::int32_t> sides;     // (M,) default: each arc has a side of its own
-  std::span<const double> open_lengths;    // (N,) default: 0
+  std::span<const double> angles;          // (M,) signed angles in radians; default: 0
+  std::span<const std::int32_t> sides;     // (M,) default: each arc crosses a different side
+  std::span<const double> open_lengths;    // (N,) border lengths that no arc crosses; default: 0
 };
 
-// Corners are unknown, because a graph does not order the cells around a corner.
+// Surface of a graph. It has no corners, because a graph does not define the cells around a corner.
 class GraphSurface : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {
@@ -58,7 +57,7 @@ class GraphSurface : public Surface {
   const GivenMeasures given_;
 };
 
-// Tetrahedra. Their vertices are known, and all arcs have reverse arcs. Corners are unknown.
+// Surface of tetrahedra. All arcs have reverse arcs. Corners are not defined.
 class TetSurface final : public GraphSurface {
  public:
   TetSurface(std::span<const Point> vertices, std::span<const Tet> tets, const Arcs& arcs,

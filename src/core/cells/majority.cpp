@@ -38,7 +38,7 @@ Majority weighted_majority(std::span<const Cell> groups, std::span<const Label> 
                            std::span<const double> weights, Cell n_groups) {
   SUPERFACETS_ASSERT(groups.size() == labels.size() && groups.size() == weights.size() &&
                      all_below(groups, n_groups));
-  // Groups with a single label need no sums.
+  // Weights are only summed for groups with several labels.
   Majority majority{Buffer<Label>(n_groups), Buffer<std::uint8_t>(n_groups)};
   std::ranges::fill(majority.winners, kNoLabel);
   std::ranges::fill(majority.is_divided, 0);

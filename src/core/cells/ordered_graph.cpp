@@ -1,19 +1,16 @@
 #include "cells/ordered_graph.hpp"
 
-#include <atomic>
-#include <cmath>
 #include <numeric>
 #include <tuple>
 
-#include "base/prefetch.hpp"
 #include "cells/weights.hpp"
 #include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {
 
-// Prefetch distance, in places. Cells may be in random order in the input, and prefetching hides
-// the cache misses. The arcs of a cell are prefetched once their offsets are in the cache.
+// Prefetch distances, in cells. Cells may be in random order in the input, and prefetching hides
+// the cache misses. Offsets are prefetched kFarAhead cells ahead, and arcs kAhead cells ahead.
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
@@ -30,7 +27,8 @@ bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
   return fits;
 }
 
-// Whether lengths are whole numbers, as from quantize_weights, so that path lengths are exact.
+// Whether lengths are whole numbers with a limited sum, like the results of quantize_weights, so
+// that path lengths are exact.
 bool are_quantized(std::span<const float> lengths) {
   const auto is_whole = [](float length) { return length >= 1.0F && length == std::floor(length); };
   return std::ranges::all_of(lengths, is_whole) &&
@@ -138,12 +136,12 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
   });
 }
 
-// Prefetches what copy_arcs will read for later places.
+// Prefetches the data that copy_arcs will read for later cells.
 void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) const {
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  // computes an address, because index `first` is invalid if the cell has no arc
+  // Computes an address, because the index `first` is out of range if the cell has no arc.
   prefetch(input.arcs.targets.data() + first);
   prefetch(input.lengths.data() + first);
 }

@@ -1,76 +1,73 @@
-// A cell graph laid out for the cache: the input of stages 3 and 4.
+// A cell graph with a cache-friendly layout: the input of stages 3 and 4.
 #pragma once
 
-#include <limits>
-
-#include "cells/arcs.hpp"
 #include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {
 
-// An arc in the layout for relaxation: target and length are adjacent in memory.
+// An arc of a graph. Target and length are adjacent in memory, because relaxation reads both.
 struct Arc {
-  Place to;
-  float length;  // whole units >= 1
+  Place to;      // target cell
+  float length;  // a whole number >= 1
 };
 
-// Strict upper bound of path lengths. Shortest paths are shorter than 2^kTotalBits units, and a
-// detour at most doubles a path. A path through a coarse cell consists of paths of finer cells to
-// and from its center, so each of the few levels at most doubles path lengths.
+// Strict upper bound of path lengths. Shortest paths are shorter than 2^kTotalBits units. Each
+// coarse level of the graph (coarse_graph.hpp) at most doubles path lengths, and there are few
+// levels.
 inline constexpr PathLength kLongest = PathLength{1} << 60;
 
 // Length of a path extended by an arc.
 inline PathLength longer_by(PathLength length, const Arc& arc) {
   SUPERFACETS_ASSERT(length < kLongest);
-  // Converts via a signed integer, because processors have an instruction for that.
+  // Converts via a signed integer, because this conversion is a single instruction.
   return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
 }
 
-// Arcs of the input.
+// Arcs between cells with quantized lengths, as given by the caller.
 struct WeightedArcs {
   Arcs arcs;
-  std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
-  // true: each arc has a reverse arc of equal length, which is not checked
+  std::span<const float> lengths;  // (M,) whole numbers >= 1, from quantize_weights
+  // the caller guarantees that each arc has a reverse arc of equal length
   bool is_known_symmetric = false;
   double straight_unit = 0.0;  // see OrderedGraph
 };
 
-// Cells sorted along a space-filling curve, so neighbors are near in memory for any order of the
-// input. The place of a cell is its index on the curve. All arrays are indexed by place, except
-// place_of. This object is built before the graph, so the positions and measures of the input can
-// be freed before arcs are copied.
+// Cells sorted along a space-filling curve, so that neighbors are near in memory for any order of
+// the input. The place of a cell is its index in the sorted order. All arrays except place_of are
+// in the sorted order. This object is built before the graph, so that the positions and measures of
+// the input can be freed before arcs are copied.
 struct PlacedCells {
   PlacedCells() = default;  // no cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
-  // For cells that are already sorted, exactly or nearly. The place of a cell is its index.
+  // Constructor for cells that are already in a spatial order, which is kept.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
 
   Box bounds;                // bounding box of the positions
-  double total_measure = 0;  // summed in fixed blocks, the same for any number of threads
-  Buffer<Cell> cells;        // (N,) the cell at each place
-  Buffer<Place> place_of;    // (N,) place of each cell
-  Buffer<Point> positions;   // (N,)
-  Buffer<double> measures;   // (N,)
-  BoxTree tree;              // bounding boxes over the places
+  double total_measure = 0;  // sum of `measures`, the same for any number of threads
+  Buffer<Cell> cells;        // (N,) input index of each sorted cell
+  Buffer<Place> place_of;    // (N,) index of each input cell in the sorted order
+  Buffer<Point> positions;   // (N,) position of each sorted cell
+  Buffer<double> measures;   // (N,) area or volume of each sorted cell
+  BoxTree tree;              // hierarchy of bounding boxes of the sorted cells
 };
 
-// Placed cells with the arcs between them. Takes 66 bytes per cell with three arcs.
+// Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs.
 class OrderedGraph : public PlacedCells {
  public:
   OrderedGraph() = default;  // no cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
-  // For arcs between places, in lists sorted by target. Each arc must have a reverse arc of equal
-  // length.
+  // Constructor for arcs between sorted cells, in lists sorted by target. Each arc must have a
+  // reverse arc of equal length.
   OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs,
                double straight_unit = 0.0);
 
-  // The arcs that leave a place. If no cell has more than kRow arcs, arcs are stored in rows of
-  // kRow entries. Padding arcs lead to the place itself, and never improve a path.
+  // If no cell has more than kRow arcs, arcs are stored in rows of kRow entries, which may include
+  // padding. A padding arc leads from a cell to itself, so it never shortens a path.
   static constexpr int kRow = 3;
   bool has_rows() const { return offsets.size() == 0; }
   std::span<const Arc> arcs_of(Place place) const {
@@ -79,28 +76,29 @@ class OrderedGraph : public PlacedCells {
     return arcs.span().subspan(first_arc(place), offsets[place + 1] - offsets[place]);
   }
 
-  // The price of an arc: its length minus the distance of its ends, in units of length.
-  double price(Place from, const Arc& arc) const {
+  // Crease cost of an arc: its length minus the straight distance of its ends, in quantized units.
+  double crease_cost(Place from, const Arc& arc) const {
     const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Adds the price of the distance in `vectors` to each arc (see part_prices.hpp). `vectors` has
-  // one row per cell.
+  // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is row
+  // i of `vectors` (see part_prices.hpp).
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
 
-  Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty if arcs are in rows
+  Buffer<std::int64_t> offsets;  // (N + 1,) start of each cell in `arcs`; empty if arcs are in rows
   Buffer<Arc> arcs;
   std::int64_t n_arcs = 0;    // number of arcs without padding
-  bool is_symmetric = false;  // each arc has a reverse arc of equal length
-  // If straight_unit is positive, the length of an arc is the distance of its ends plus a price,
-  // and straight_unit is the size of one unit of length in the unit of the positions. If it is 0,
-  // arcs may have any lengths.
+  bool is_symmetric = false;  // whether each arc has a reverse arc of equal length
+  // If positive: the length of an arc is the straight distance of its ends plus a crease cost, and
+  // straight_unit is one quantized unit in the unit of the positions. If 0: arcs have arbitrary
+  // lengths.
   double straight_unit = 0.0;
-  // Coarse cells do not extend across arcs with at least this price.
+  // Coarse cells do not extend across arcs whose crease cost is at least this value (see
+  // coarse_graph.hpp).
   double barrier = HUGE_VAL;
 
  private:
@@ -115,10 +113,10 @@ class OrderedGraph : public PlacedCells {
   bool all_lead_back(ThreadTeam& team) const;
 };
 
-// Search for the place nearest to a point. Ties go to the lowest cell.
+// Search for the cell nearest to a point. If several cells are equally near, the lowest is found.
 class NearestPlace {
  public:
-  // Starts with `place`. A place near the target makes the search fast.
+  // `place` is the first candidate. The search is fast if it is near the target.
   NearestPlace(const OrderedGraph& graph, Point target, Place place)
       : graph_(&graph),
         target_(target),
@@ -132,11 +130,11 @@ class NearestPlace {
     if (is_nearer(place, squared)) set(place, squared);
   }
 
-  // Searches all places for which is_wanted holds. Returns false if the search needs more than
-  // n_visits nodes of the tree.
+  // Searches all cells for which is_wanted(place) is true. Returns false if the search stops early,
+  // because it would visit more than n_visits nodes of the tree.
   template <typename IsWanted>
   bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
-    // A box at an equal distance may hold a cell with a lower index, so the comparison is <=.
+    // A box at an equal distance may contain a cell with a lower index, so the comparison is <=.
     const auto may_hold = [&](std::size_t level, std::size_t index) {
       return graph_->tree.level(level)[index].squared_distance(target_) <= squared_ &&
              --n_visits >= 0;
@@ -165,7 +163,7 @@ class NearestPlace {
   const OrderedGraph* graph_;
   Point target_;
   Place place_;
-  double squared_;  // distance
+  double squared_;  // squared distance from the target to place_
 };
 
 }  // namespace superfacets

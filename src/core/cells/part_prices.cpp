@@ -1,9 +1,5 @@
 #include "cells/part_prices.hpp"
 
-#include <utility>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
                               std::span<const Cell> group_of, const PartVectors& vectors,

@@ -1,10 +1,6 @@
-// Stage 2: prices of arcs that are proportional to the distance between feature rows of their
-// cells.
+// Stage 2: adds to each arc a cost proportional to the distance between the feature vectors of its
+// two cells.
 #pragma once
-
-#include <cmath>
-#include <cstddef>
-#include <span>
 
 #include "base/buffer.hpp"
 #include "base/elementary.hpp"
@@ -13,8 +9,8 @@
 
 namespace superfacets {
 
-// The distance between two rows of numbers. A width known at compile time makes it twice as fast;
-// with kWidth = 0, any_width is the width.
+// Euclidean distance between two rows. If kWidth > 0, it is the row width, and the function is
+// twice as fast. If kWidth is 0, the width is any_width.
 template <std::size_t kWidth, typename Number>
 double distance_in(std::span<const Number> rows, std::size_t any_width, Cell one, Cell other) {
   const std::size_t width = kWidth > 0 ? kWidth : any_width;
@@ -34,10 +30,11 @@ double distance_between(std::span<const Number> rows, std::size_t width, Cell on
                     : distance_in<0>(rows, width, one, other);
 }
 
-// Coordinates psi of cells or groups, in which different parts of a shape are far apart.
+// A feature vector psi for each cell or group of cells. The vectors of different parts of a shape
+// are far apart.
 struct PartVectors {
-  std::size_t width;
-  std::span<const float> rows;  // (G, width)
+  std::size_t width;            // number of features
+  std::span<const float> rows;  // (G, width) one vector per cell or group
 
   double distance(Cell one, Cell other) const { return distance_between(rows, width, one, other); }
 };
@@ -48,8 +45,8 @@ inline float with_price(float length, double factor, double distance) {
 }
 
 // Adds factor |psi_i - psi_j| to the length of each arc, and rounds the result; i and j are the
-// groups of the arc's two cells. group_of holds the group of each cell; if it is empty, each cell
-// is a group. An arc and its reverse arc get the same bits.
+// groups of the arc's two cells. group_of contains the group of each cell; if group_of is empty,
+// each cell is a group. An arc and its reverse arc get the same bits.
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
                               std::span<const Cell> group_of, const PartVectors& vectors,
                               double factor, ThreadTeam& team);

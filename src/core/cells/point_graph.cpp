@@ -13,12 +13,12 @@ namespace {
 
 constexpr std::int64_t kPlacesPerTask = 1 << 12;
 
-// Neighbors, areas and normals of the P representatives (the lowest point at each position), by
-// place along the curve.
+// Neighbors, areas and normals of the P representatives (the lowest point at each position), in the
+// order of a space-filling curve.
 struct Found {
   Buffer<Place> rows;     // (P * n_neighbors,) neighbors of each point; kNoPlace if dropped
-  Buffer<double> areas;   // (P,)
-  Buffer<Point> normals;  // (P,) or empty
+  Buffer<double> areas;   // (P,) area around each point
+  Buffer<Point> normals;  // (P,) unit normals, or empty if normals are given
 };
 
 // Area per point, estimated from the sum of the squared distances of the n nearest neighbors. For
@@ -62,7 +62,7 @@ Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& opti
   return found;
 }
 
-// Drops neighbors beyond the cutoff, and recomputes areas from the remaining ones.
+// Drops neighbors beyond the cutoff distance, and recomputes areas from the remaining neighbors.
 void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Found& found,
              ThreadTeam& team) {
   const std::size_t n_columns = options.n_neighbors;
@@ -89,11 +89,11 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
   found.areas = std::move(areas);
 }
 
-// Duplicates: points at the position of a lower point. Their places come after the places of all
-// representatives.
+// Duplicates: points at the position of a lower point. In the sorted order, all duplicates follow
+// after all representatives.
 struct Copies {
-  std::vector<Cell> points;   // ascending
-  std::vector<Place> places;  // place of the representative of each duplicate
+  std::vector<Cell> points;   // input index of each duplicate, ascending
+  std::vector<Place> places;  // sorted index of the representative of each duplicate
 };
 
 Copies find_copies(const NeighborSearch& search, std::span<const Vertex> representative) {
@@ -111,7 +111,7 @@ Copies find_copies(const NeighborSearch& search, std::span<const Vertex> represe
   return copies;
 }
 
-// Values by place, followed by the values of duplicates.
+// Concatenates the values of representatives and the values of duplicates.
 template <typename T>
 Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   if (of_copies.empty()) return values;
@@ -121,7 +121,7 @@ Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   return all;
 }
 
-// Values by place, followed by a copy of the representative's value for each duplicate.
+// Appends for each duplicate a copy of the value of its representative.
 template <typename T>
 Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
   std::vector<T> same;
@@ -130,7 +130,7 @@ Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
   return with_copies<T>(std::move(values), same);
 }
 
-// Divides the area of each position equally among the points there.
+// Divides the area of each position equally among the points at this position.
 Buffer<double> shared_areas(Buffer<double> areas, const Copies& copies) {
   if (copies.points.empty()) return areas;
   std::vector<Cell> n_together(areas.size(), 1);
@@ -156,7 +156,7 @@ class ArcBuilder {
     });
     std::inclusive_scan(graph.offsets.begin(), graph.offsets.end(), graph.offsets.begin());
     graph.neighbors = Buffer<Cell>(graph.offsets[n_places]);
-    Buffer<std::int64_t> cursors(n_places);  // write cursor of each place
+    Buffer<std::int64_t> cursors(n_places);  // write cursor of each point
     std::copy_n(graph.offsets.begin(), n_places, cursors.begin());
     for_each_pair([&](Place a, Place b) {
       graph.neighbors[add_one(cursors[a])] = b;
@@ -169,18 +169,18 @@ class ArcBuilder {
   }
 
  private:
-  // Number of representatives; their places come first.
+  // Number of representatives, which precede the duplicates in the sorted order.
   std::int64_t n_apart() const {
     return static_cast<std::int64_t>(rows_.places.size() / rows_.n_columns);
   }
 
   std::int64_t add_one(std::int64_t& number) const {
-    // a plain increment takes a third of the time of an atomic increment
+    // A plain increment takes a third of the time of an atomic increment.
     if (team_.size() == 1) return number++;
     return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
   }
 
-  // Calls take(a, b) once for each pair of places that are joined by arcs, on any thread.
+  // Calls take(a, b) once for each pair of points that are joined by arcs, on any thread.
   template <typename Take>
   void for_each_pair(const Take& take) const {
     const auto pairs_of_places = [&](std::int64_t begin, std::int64_t end) {

@@ -13,30 +13,31 @@ struct PointGraphOptions {
   std::size_t n_around = 12;
   // length limit of an arc, as a multiple of the square root of the smaller area at its ends; > 0
   double cutoff = 4.0;
-  bool has_normals = false;  // normals are given, so none are estimated
-  // Normals of unknown sign, (N,) or empty. If given, the normal of a point is the common axis of
-  // its neighborhood.
+  bool has_normals = false;  // true if the caller has normals, so that none are estimated
+  // (N,) axes: normals of unknown sign, or empty. If given, the normal of a point is the mean axis
+  // of its neighborhood.
   std::span<const Point> axes;
 };
 
 // Cells are points, in the order of a space-filling curve or of the input.
 struct PointGraph {
-  Buffer<std::int64_t> offsets;  // (N + 1,)
-  Buffer<Cell> neighbors;        // (M,) ascending for each cell; each arc has a reverse arc
-  Buffer<double> measures;       // (N,) area around each cell
-  Buffer<Point> normals;  // (N,) unit normals, zero where undefined; empty if normals are given
-  Buffer<Cell> points;    // (N,) index of each cell in the input; empty if cells are in input order
-  Buffer<Point> positions;  // (N,); empty if cells are in input order
+  Buffer<std::int64_t> offsets;  // (N + 1,) start of each cell in `neighbors`
+  Buffer<Cell> neighbors;   // (M,) neighbors of each cell, ascending; each arc has a reverse arc
+  Buffer<double> measures;  // (N,) area around each cell
+  Buffer<Point> normals;    // (N,) unit normals, zero where undefined; empty if normals are given
+  Buffer<Cell> points;  // (N,) index of each cell in the input; empty if cells are in input order
+  Buffer<Point> positions;  // (N,) position of each cell; empty if cells are in input order
 };
 
 // Sorts points along a space-filling curve, so that neighbors are near in memory in all later
-// stages. Joins each point to its nearest neighbors by arcs in both directions. Ties go to the
-// lowest index. The lowest point at a position is the representative, and all other points there
-// are duplicates. Duplicates are joined to their representative only, and share its area.
+// stages. Joins each point to its nearest neighbors by arcs in both directions. If several
+// neighbors are equally near, those with the lowest indices are chosen. The lowest point at a
+// position is the representative, and all other points there are duplicates. Duplicates are joined
+// to their representative only, and share its area.
 //
 // The area of a point is 2 pi mean(d^2) / (n + 1), with the squared distances d^2 of its n nearest
 // neighbors. This is the expected area per point of random points on a plane. Arcs longer than the
-// cutoff are dropped, and do not count in the area. A point without arcs has area 0.
+// cutoff are dropped, and are not used for the area. A point without arcs has area 0.
 //
 // The normal of a point is the direction of least variance of its neighbors. Normals are flipped
 // consistently and outwards (see turn_consistently). Positions must be finite. Duplicates come last

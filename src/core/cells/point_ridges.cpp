@@ -7,30 +7,30 @@
 namespace superfacets {
 namespace {
 
-// Minimum turn per arc on a ridge, in radians. Estimated normals spread an edge over about five
-// arcs. The sharpest of these arcs exceeds this minimum even if the whole edge turns by only
-// kSharpAngle.
+// Minimum angle between the normals at the ends of the sharpest arc across a ridge, in radians.
+// Estimated normals spread an edge over about five arcs. The sharpest of these arcs exceeds this
+// minimum even if the angle of the whole edge is only kSharpAngle.
 constexpr double kLeastTurn = 0.06;
 
-// Distance from a ridge to its two sides, in mean arc lengths: half the width over which estimated
-// normals and averaged bends spread an edge. A walk that ends before the fraction kReached of this
-// distance has found no side.
+// Distance from a ridge to the flat sides, in mean arc lengths: half the width over which estimated
+// normals and averaged bends spread an edge. A walk that is shorter than kReached has found no
+// side.
 constexpr double kAway = 4.5;
 constexpr double kReached = 0.8 * kAway;
 
-// A side is flat if it bends by at most this fraction of the bend of the ridge (see kFlatShare for
-// meshes).
+// A side is flat if its curvature is at most this fraction of the curvature of the ridge.
 constexpr double kFlatter = 0.3;
 
-// Maximum number of hops of a walk. A hop is one or two arcs long, and covers about 1.5 mean arc
+// Maximum number of steps of a walk. A step follows one or two arcs, and covers about 1.5 mean arc
 // lengths.
 constexpr int kMaxHops = 4;
 
-// Cost of a step sideways, compared with the gain of a step forward.
+// Weight of the sideways distance of a step, relative to its forward distance.
 constexpr double kSideways = 0.25;
 
-// The largest eigenvalue of a bend, computed from the trace of the bend and the sum of its squared
-// entries. No eigenvalue is negative, and the eigenvalue along the normal is 0.
+// The largest eigenvalue of a shape operator, computed from its trace and the sum of its squared
+// entries. No eigenvalue is negative, and the eigenvalue along the normal is 0. Sets *other to the
+// second largest eigenvalue.
 double largest_turn(const Bend& bend, double* other = nullptr) {
   const double trace = double{bend.xx} + bend.yy + bend.zz;
   const double squares =
@@ -41,7 +41,7 @@ double largest_turn(const Bend& bend, double* other = nullptr) {
   return 0.5 * (trace + apart);
 }
 
-// The tangent direction of the largest bend; zero if the bend is equal in all directions.
+// The tangent direction of the largest curvature; zero if the curvature is equal in all directions.
 // Subtracting (smaller eigenvalue) x (tangent projection) from the bend leaves a matrix whose rows
 // are all multiples of this direction.
 Point direction_of(const Bend& bend, const Point& normal, double smaller) {
@@ -83,8 +83,8 @@ class RidgeFinder {
   }
 
  private:
-  // Walks kAway spacings in a direction and returns the last point. Returns nothing if the walk
-  // ends too early, or if the surface bends by more than `most` at that point.
+  // Walks kAway spacings in a direction and returns the last point. Returns nullopt if the walk
+  // ends too early, or if the curvature at the last point is larger than `most`.
   std::optional<Cell> flat_side(Cell from, Point along, double spacing, double most) const {
     Cell at = from;
     double walked = 0.0;
@@ -103,8 +103,8 @@ class RidgeFinder {
     return bend <= most ? std::optional(at) : std::nullopt;
   }
 
-  // The point within two arcs that is farthest ahead in the direction `along`; the point itself if
-  // none is ahead.
+  // The point within two arcs of `from` that is farthest ahead in the direction `along`. Returns
+  // `from` if no point is ahead.
   Cell farthest(Cell from, const Point& along) const {
     const Point side = cross(normals_[from], along);
     Cell best = from;

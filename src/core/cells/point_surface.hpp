@@ -1,19 +1,18 @@
-// Points as cells: the measures of arcs between neighbors in a cloud.
+// Point clouds as cells: the measures of arcs between neighboring points.
 #pragma once
 
 #include <unordered_map>
 
 #include "cells/point_ridges.hpp"
-#include "cells/surface.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {
 
-// A cloud and its graph, with arcs in both directions. Corners are unknown, because the neighbors
-// around a point are not ordered.
+// Surface of a point cloud and its graph, with arcs in both directions. It has no corners, because
+// the neighbors around a point are not ordered.
 class PointSurface final : public Surface {
  public:
-  // Normals have length 1, or are zero where undefined; the array is empty if they are not needed.
+  // Normals have length 1, or are zero where undefined. `normals` is empty if no kernel needs them.
   // `order` lists all points in a spatial order.
   PointSurface(std::span<const Point> positions, std::span<const double> areas,
                std::span<const Point> normals, std::span<const Cell> order, const Arcs& arcs)
@@ -53,8 +52,8 @@ class PointSurface final : public Surface {
 
  private:
   // pi a / (sum of arc lengths) of a point; see border_length. Each arc of a point needs this sum,
-  // so it is cached for points with many arcs: a point with a million duplicates has a million
-  // arcs.
+  // so the sum is cached for points with many arcs. For example, a point with a million duplicates
+  // has a million arcs.
   static constexpr std::size_t kMostInARow = 32;
   double border_per_arc(Cell point) const {
     const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
@@ -66,12 +65,14 @@ class PointSurface final : public Surface {
   const std::span<const double> areas_;
   const std::span<const Point> normals_;
   const std::span<const Cell> order_;
-  std::unordered_map<Cell, double> border_of_crowded_;  // points with more than kMostInARow arcs
+  std::unordered_map<Cell, double>
+      border_of_crowded_;  // cached sums of points with more than kMostInARow arcs
 };
 
-// Weights by eq. 1-3 (weights.hpp). Eq. 1 is the distance of the points. In eq. 2, theta is the
-// smaller of the turns of the surface along the step at both ends (see Bend). Convex turns count
-// more on ridges (point_ridges.hpp). An arc and its reverse arc get the same bits.
+// Computes the weights of arcs with eq. 1-3 (see weights.hpp). The geodesic term (eq. 1) is the
+// distance of the two points. In the angular term (eq. 2), theta is the smaller of the angles by
+// which the shape operators at both ends rotate the normal along the step (see Bend). Convex angles
+// have a larger weight on ridges (point_ridges.hpp). An arc and its reverse arc get the same bits.
 void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
                    std::span<double> weights);
 

@@ -5,7 +5,7 @@
 namespace superfacets {
 namespace {
 
-// The edges of polygons as their sides; see list_sides.
+// The sides of polygons, in the form that list_sides requires.
 struct PolygonSides {
   const Polygons& faces;
   std::span<const Vertex> representative;

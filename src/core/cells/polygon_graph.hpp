@@ -6,18 +6,18 @@
 
 namespace superfacets {
 
-// Graph of polygons or tetrahedra: like FaceGraph, with wider side numbers.
+// Graph of polygons or tetrahedra: like FaceGraph, with 32-bit side numbers.
 struct PolygonGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
   Buffer<Face> neighbors;          // (M,) target face of each arc
-  Buffer<std::int32_t> sides;      // (M,) side by which each arc leaves its face
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces run along the edge in the same direction
+  Buffer<std::int32_t> sides;      // (M,) side of the face that each arc crosses
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces traverse the edge in the same direction
   EdgeCounts counts;
 };
 
-// Builds one arc per shared edge and direction, by the rules of build_face_graph; for triangles,
-// both functions build the same arcs. Side s of a face joins its corners s and s + 1; the last side
-// joins the last corner and the first.
+// Builds one arc per shared edge and direction, with the same rules as build_face_graph. For
+// triangles, both functions build the same arcs. Side s of a face joins its corners s and s + 1;
+// the last side joins the last corner and the first.
 //
 // Time O(C + V + M), and O(n log n) at a vertex with n edges. Memory in addition to the result:
 // about 30 bytes per corner. Throws std::length_error before it allocates arcs, if there are too

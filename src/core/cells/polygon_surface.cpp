@@ -20,9 +20,9 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
 }
 
 // The second moment of a polygon is summed over the same fan of triangles (0, i, i + 1) as its area
-// and centroid. Flipped triangles count as negative. The second moment of a triangle is 1/12 of
+// and centroid. Flipped triangles have negative weight. The second moment of a triangle is 1/12 of
 // (the sum of c c^T over its corners c, plus s s^T with the sum s of the corners). A face without a
-// normal counts as a point at its centroid.
+// normal is treated as a point at its centroid.
 CellShape PolygonSurface::shape(Cell face) const {
   const Point& center = shapes_.centroids[face];
   CellShape shape{center, shapes_.areas[face], shapes_.areas[face] * shapes_.normals[face], {}, {}};
@@ -62,7 +62,8 @@ Edge PolygonSurface::edge_of_side(Face face, int side) const {
 
 double PolygonSurface::step_length(Cell from, std::int64_t arc) const {
   const Cell to = arcs().targets[arc];
-  return way_over(edge_of_side(from, sides_[arc]), shapes_.centroids[from], shapes_.centroids[to]);
+  return length_over(edge_of_side(from, sides_[arc]), shapes_.centroids[from],
+                     shapes_.centroids[to]);
 }
 
 double PolygonSurface::border_length(Cell from, std::int64_t arc) const {
@@ -116,7 +117,7 @@ Cell PolygonSurface::next_around(Corner center, Cell before, Cell here) const {
   return next;
 }
 
-// Range [first, last) of the arcs that leave a face by a side.
+// Range [first, last) of the arcs that cross a side of a face.
 std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, int side) const {
   const std::int64_t begin = arcs().offsets[face];
   const std::int64_t end = arcs().offsets[face + 1];
@@ -125,8 +126,8 @@ std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, in
   return {begin + (first - sides.begin()), begin + (last - sides.begin())};
 }
 
-// The first corner of a face at a vertex. If there is none, the first corner at the position of the
-// vertex, or -1.
+// The first corner of a face at a vertex. If the face does not have this vertex, returns the first
+// corner at the same position, or -1 if there is no such corner.
 int PolygonSurface::corner_at(Face face, Vertex vertex) const {
   const auto corners = faces_[face];
   if (corners.size() > kMostInARow) return corner_of_large(face, vertex);
@@ -134,7 +135,7 @@ int PolygonSurface::corner_at(Face face, Vertex vertex) const {
     if (corners[corner] == vertex) return static_cast<int>(corner);
   }
   for (std::size_t corner = 0; corner < corners.size(); ++corner) {
-    if (is_same_place(vertices_[corners[corner]], vertices_[vertex])) {
+    if (is_same_position(vertices_[corners[corner]], vertices_[vertex])) {
       return static_cast<int>(corner);
     }
   }
@@ -152,8 +153,8 @@ void PolygonSurface::sort_large_faces() {
     large.by_vertex = sorted;
     std::iota(sorted.begin(), sorted.end(), 0);
     std::ranges::stable_sort(
-        sorted, [&](int a, int b) { return place_key(corners[a]) < place_key(corners[b]); });
-    large.by_place = std::move(sorted);
+        sorted, [&](int a, int b) { return position_key(corners[a]) < position_key(corners[b]); });
+    large.by_position = std::move(sorted);
   }
 }
 
@@ -165,9 +166,10 @@ int PolygonSurface::corner_of_large(Face face, Vertex vertex) const {
                        [&](int corner, Vertex wanted) { return corners[corner] < wanted; });
   if (named != large.by_vertex.end() && corners[*named] == vertex) return *named;
   const auto there = std::lower_bound(
-      large.by_place.begin(), large.by_place.end(), place_key(vertex),
-      [&](int corner, const auto& key) { return place_key(corners[corner]) < key; });
-  if (there == large.by_place.end() || place_key(corners[*there]) != place_key(vertex)) return -1;
+      large.by_position.begin(), large.by_position.end(), position_key(vertex),
+      [&](int corner, const auto& key) { return position_key(corners[corner]) < key; });
+  if (there == large.by_position.end() || position_key(corners[*there]) != position_key(vertex))
+    return -1;
   return *there;
 }
 

@@ -1,4 +1,4 @@
-// Polygons as cells: the measures of arcs between faces that share an edge.
+// Polygon meshes as cells: the measures of arcs between faces that share an edge.
 #pragma once
 
 #include <tuple>
@@ -9,12 +9,13 @@
 
 namespace superfacets {
 
-// A polygon mesh and the arcs of its graph; see build_polygon_graph for sides. For triangles, the
-// results equal those of TriangleSurface. Stores centroids, areas and normals (56 bytes per face),
-// because computing them needs a loop around the polygon.
+// Surface of a polygon mesh and the arcs of its graph. Sides are numbered as in
+// build_polygon_graph. For triangles, the results equal the results of TriangleSurface. Stores
+// centroids, areas and normals (56 bytes per face), because computing them needs a loop around the
+// polygon.
 class PolygonSurface final : public Surface {
  public:
-  // inside_out: normals point inwards, so concave and convex are swapped.
+  // inside_out is true if normals point inwards; concave and convex are then swapped.
   PolygonSurface(std::span<const Point> vertices, const Polygons& faces, const Arcs& arcs,
                  std::span<const std::int32_t> sides, std::span<const std::uint8_t> same_turn,
                  bool inside_out, ThreadTeam& team);
@@ -31,7 +32,8 @@ class PolygonSurface final : public Surface {
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
 
-  // Corners are vertices. Where a position has several vertices, a corner may be any of them.
+  // Corners are vertices. If several vertices are at the same position, a corner may be any of
+  // these vertices.
   bool has_corners() const override { return true; }
   int n_sides(Cell face) const override { return faces_.n_sides(face); }
   Corner corner_between(Cell face, int first_side, int second_side) const override;
@@ -44,26 +46,28 @@ class PolygonSurface final : public Surface {
   int corner_at(Face face, Vertex vertex) const;
   int corner_of_large(Face face, Vertex vertex) const;
   void sort_large_faces();
-  std::tuple<double, double, double> place_key(Vertex vertex) const {
+  std::tuple<double, double, double> position_key(Vertex vertex) const {
     const Point& p = vertices_[vertex];
     return {p.x, p.y, p.z};
   }
 
   static constexpr std::size_t kMostInARow = 32;  // up to this size, a linear search is faster
 
-  // The corners of a face, sorted by vertex and sorted by position; ties by corner.
+  // The corners of a face, sorted by vertex and sorted by position. Equal keys are sorted by
+  // corner.
   struct SortedCorners {
     std::vector<int> by_vertex;
-    std::vector<int> by_place;
+    std::vector<int> by_position;
   };
 
   const std::span<const Point> vertices_;
   const Polygons faces_;
-  const std::span<const std::int32_t> sides_;      // (M,)
-  const std::span<const std::uint8_t> same_turn_;  // (M,)
+  const std::span<const std::int32_t> sides_;      // (M,) see PolygonGraph
+  const std::span<const std::uint8_t> same_turn_;  // (M,) see PolygonGraph
   const bool inside_out_;
   const PolygonShapes shapes_;
-  std::unordered_map<Face, SortedCorners> large_faces_;  // faces with more than kMostInARow corners
+  std::unordered_map<Face, SortedCorners>
+      large_faces_;  // search index of each face with more than kMostInARow corners
 };
 
 }  // namespace superfacets

@@ -1,41 +1,40 @@
 // Ridges: sharp convex edges between flat faces, as on machine parts. Rounded limbs have no ridges,
-// because they bend a little at each of many edges.
+// because their edges all have small angles.
 #pragma once
 
-#include "cells/surface.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {
 
-// A little more than the cosine of kSharpAngle: an edge between normals with a larger cosine is not
-// sharp.
+// Slightly more than the cosine of kSharpAngle. If the cosine of the angle between two normals is
+// larger, the edge is not sharp.
 inline constexpr double kSharpCosine = 0.7661;
 
 // The cosine of kSoftAngle.
 inline constexpr double kSoftCosine = 0.9835714708133859;
 
-// An edge that bends by less than this fraction of a ridge counts as flat compared with the ridge.
-inline constexpr double kFlatShare = 0.3;
+// An edge is flat compared with a ridge if its angle is less than this fraction of the ridge's
+// angle.
+inline constexpr double kFlatFraction = 0.3;
 
-// Two edges are similarly sharp if the duller edge bends by at least this fraction of the sharper
-// edge.
-inline constexpr double kAlikeShare = 0.7;
+// Two edges are similarly sharp if the smaller angle is at least this fraction of the larger angle.
+inline constexpr double kSimilarFraction = 0.7;
 
 // The next three functions compare the angle `bend` of an edge with the angle `turn` of a ridge. If
 // all three are false, the edge is about as sharp as the ridge, like the edges at the corner of a
 // box.
 inline bool is_flat(double bend, double turn) {
-  return bend < kFlatShare * turn;
+  return bend < kFlatFraction * turn;
 }
 inline bool is_dull(double bend, double turn) {
-  return bend < std::max(kSharpAngle, kAlikeShare * turn);
+  return bend < std::max(kSharpAngle, kSimilarFraction * turn);
 }
 inline bool is_sharper(double bend, double turn) {
-  return turn < kAlikeShare * bend;
+  return turn < kSimilarFraction * bend;
 }
 
-// Search index for the arcs of faces with many neighbors. Without it, the time at such a face would
-// be quadratic in its number of arcs, because each arc examines all others.
+// Search index for the arcs of faces with many neighbors. Without the index, the time at such a
+// face would be quadratic in its number of arcs, because each arc examines all other arcs.
 class CrowdedFaces {
  public:
   struct ArcTo {
@@ -46,7 +45,7 @@ class CrowdedFaces {
     }
   };
   struct Crowd {
-    std::vector<ArcTo> neighbors;  // sorted
+    std::vector<ArcTo> neighbors;  // sorted by target, then by arc
     std::vector<double> bends;     // angles of all arcs, ascending
 
     std::span<const ArcTo> arcs_to(Cell to) const {
@@ -55,8 +54,8 @@ class CrowdedFaces {
       return {first, last};
     }
 
-    // The number of angles for which a condition is false. If it is false for an angle, it must be
-    // false for all later angles.
+    // Number of angles for which the condition `holds` is false. If the condition is false for an
+    // angle, it must be false for all larger angles.
     template <typename Holds>
     std::int64_t n_after(const Holds& holds) const {
       return bends.end() - std::partition_point(bends.begin(), bends.end(), holds);
@@ -71,9 +70,9 @@ class CrowdedFaces {
     }
   };
 
-  CrowdedFaces() = default;  // empty, if ridges are not used
+  CrowdedFaces() = default;  // an empty index, for weights without ridges
 
-  // Indexes a surface with these arcs; bend(face, arc, to) is the angle at an arc.
+  // Builds the index; bend(face, arc, to) must return the angle at an arc.
   template <typename Bend>
   CrowdedFaces(const Arcs& arcs, const Bend& bend) {
     for (Face face = 0; face < arcs.n_cells(); ++face) {
@@ -89,7 +88,7 @@ class CrowdedFaces {
     }
   }
 
-  // Index of a face; null for faces with few arcs.
+  // Returns the index of a face, or null if the face has few arcs.
   const Crowd* find(const Arcs& arcs, Face face) const {
     if (arcs.neighbors(face).size() <= kMostInARow) return nullptr;
     return &crowds_[std::lower_bound(faces_.begin(), faces_.end(), face) - faces_.begin()];
@@ -101,23 +100,24 @@ class CrowdedFaces {
   std::vector<Crowd> crowds_;
 };
 
-// Index of the faces with many arcs. Empty if the options use no ridges.
+// Builds the index of the faces with many arcs. The index is empty if the options do not use
+// ridges.
 template <typename Bends>
 CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
   if (!options.has_ridges()) return {};
   return {arcs, [&](Face face, std::int64_t arc, Face to) { return bends.angle(face, arc, to); }};
 }
 
-// Finds the ridges of a surface of faces. A ridge is a convex edge that bends by at least
-// kSharpAngle between two faces whose other edges are flat, and that continues: at both ends it
-// meets another such edge or the boundary of the surface. Two faces that share several edges have
-// no ridge.
+// Finds the ridges of a surface of faces. A ridge is a convex edge with an angle of at least
+// kSharpAngle between two faces whose other edges are flat. Both ends of a ridge must meet another
+// edge with these properties, or the boundary of the surface. Two faces that share several edges
+// have no ridge.
 //
-// With the option `all_sharp`, every convex edge that bends by at least kSharpAngle is a ridge, if
-// it is the only edge that its two faces share.
+// With the option `all_sharp`, every convex edge with an angle of at least kSharpAngle is a ridge,
+// if it is the only edge that its two faces share.
 //
-// Bends provide two functions. bends.angle(face, arc, to) is the angle at a concave or convex arc,
-// 0 to pi. bends.is_convex(face, arc, to) tells whether the arc is convex.
+// The parameter `bends` provides two functions. bends.angle(face, arc, to) is the unsigned angle at
+// an arc, from 0 to pi. bends.is_convex(face, arc, to) returns whether the arc is convex.
 template <typename AnySurface, typename Bends>
 class Ridges {
  public:
@@ -143,7 +143,7 @@ class Ridges {
            arc_between(from, to) >= 0;
   }
 
-  // The only arc from one face to another, or -1 if there is none or more than one.
+  // The only arc from one face to another, or -1 if there is no arc or several arcs.
   std::int64_t arc_between(Face from, Face to) const {
     if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), from)) {
       const auto between = crowd->arcs_to(to);
@@ -164,10 +164,10 @@ class Ridges {
            is_flat_beside(to, from, turn);
   }
 
-  // Whether a face is flat beside an edge that bends by `turn`. Each other edge of the face must be
-  // flat, or similarly sharp as at the corner of a box. A triangle must also have at least one flat
-  // edge, because otherwise all edges of a coarse ball would be ridges. A polygon needs no flat
-  // edge, because it is flat inside.
+  // Whether a face is flat next to an edge with the angle `turn`. Each other edge of the face must
+  // be flat, or similarly sharp, as at the corner of a box. A triangle must also have at least one
+  // flat edge, because otherwise all edges of a coarse ball would be ridges. A polygon needs no
+  // flat edge, because it is flat inside.
   bool is_flat_beside(Face face, Face other, double turn) const {
     if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), face)) {
       return is_flat_in_crowd(*crowd, face, other, turn);
@@ -183,7 +183,7 @@ class Ridges {
     return true;
   }
 
-  // is_flat_beside for a face with many arcs.
+  // Version of is_flat_beside for a face with many arcs.
   bool is_flat_in_crowd(const CrowdedFaces::Crowd& crowd, Face face, Face other,
                         double turn) const {
     std::int64_t n_bent = crowd.n_bent(turn);
@@ -209,8 +209,8 @@ class Ridges {
     return leads_to_another(corner, from, to) || leads_to_another(corner, to, from);
   }
 
-  // Whether a walk around a corner, from `before` to `here` and on, crosses another sharp edge, or
-  // reaches the boundary or a non-manifold edge.
+  // Whether a walk around a corner crosses another sharp edge, or ends at the boundary or a
+  // non-manifold edge. The walk begins with the step from `before` to `here`.
   bool leads_to_another(Corner corner, Face before, Face here) const {
     const Face start = before;
     for (int n_steps = 0; n_steps < kLongestFan && here != start; ++n_steps) {

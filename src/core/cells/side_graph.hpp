@@ -1,4 +1,4 @@
-// The graph of cells that share a side, for cells whose sides are sets of vertices.
+// Builds the graph of cells that share a side, for cells whose sides are sets of vertices.
 #pragma once
 
 #include <tuple>
@@ -15,27 +15,30 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // which of two directions the cell runs along the side
+  bool ascending;  // the direction, one of two, in which the cell traverses the side
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
 struct SideList {
-  Buffer<std::int64_t> starts;  // (V + 1,)
+  Buffer<std::int64_t> starts;  // (V + 1,) start of each vertex in `sides`
   Buffer<ListedSide> sides;
 };
 
-// For each side of each cell, the cells on this side: a range of the sorted list.
+// For each side of each cell, the range of the sorted side list that contains all cells on this
+// side.
 struct SharedSides {
-  Buffer<std::int64_t> firsts;  // by place of a side: the start of its range
-  Buffer<std::int32_t> sizes;   // number of cells on the side; 0: the side is dropped
+  Buffer<std::int64_t> firsts;  // start of the range of each side
+  Buffer<std::int32_t> sizes;   // number of cells on each side; 0 if the side is dropped
 };
 
-// Cells provide n_cells() and n_vertices(). first_place(cell) is the index of the first side of a
-// cell among all sides; first_place(n_cells()) is the number of sides. for_each_side(cell, visit)
-// calls visit(side, lowest vertex, key, ascending).
+// Lists and sorts the sides of all cells. `cells` provides n_cells() and n_vertices().
+// first_place(cell) is the index of the first side of a cell among all sides;
+// first_place(n_cells()) is the number of sides. for_each_side(cell, visit) calls visit(side,
+// lowest vertex, key, ascending).
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
-  Buffer<std::int64_t> ends(cells.n_vertices() + 1);  // counts, then write cursors, then ends
+  Buffer<std::int64_t> ends(cells.n_vertices() +
+                            1);  // sides per vertex, then write cursors, then list ends
   team.fill(ends.span(), std::int64_t{0});
   const auto for_all = [&](const auto& visit) {
     team.for_each_index(cells.n_cells(), [&](Cell cell) {
@@ -55,7 +58,7 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   }
   list.sides = Buffer<ListedSide>(total);
   for_all([&](std::int64_t place, const ListedSide& side) { list.sides[place] = side; });
-  // Threads write in any order; sorting makes the result unique.
+  // Threads write in any order. Sorting makes the result deterministic.
   team.for_each_index(cells.n_vertices(), [&](std::int64_t vertex) {
     const std::int64_t begin = list.starts[vertex];
     std::ranges::sort(
@@ -65,8 +68,8 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   return list;
 }
 
-// Finds the cells on each side at one vertex, given the sorted sides there. If a cell has several
-// sides with the same vertices, only the first is kept.
+// Finds the cells on each side with the given lowest vertex, from the sorted list of sides. If a
+// cell has several sides with the same vertices, only the first is kept.
 template <typename Cells>
 void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
                     EdgeTally& tally) {
@@ -129,7 +132,7 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
 
 // Builds one arc per shared side and direction, sorted by side, then by neighbor. All pairs of
 // cells on a side are neighbors. No cell is its own neighbor. Throws std::length_error before it
-// allocates arcs, if there are too many (see check_number_of_arcs).
+// allocates arcs, if there are too many arcs (see check_number_of_arcs).
 template <typename Cells>
 PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {
   const std::int64_t n_cells = cells.n_cells();

@@ -11,8 +11,8 @@ struct KeptParts {
   std::span<const std::int64_t> arcs;  // (n_arcs,) index of each kept arc
 };
 
-// Measures are read from the whole surface. The side of a dropped arc counts as open, and no walk
-// around a corner crosses this side.
+// Surface of the kept cells. Measures are read from the whole surface. The side of a dropped arc is
+// treated as an open boundary, and no walk around a corner crosses this side.
 class SubSurface final : public Surface {
  public:
   // `arcs` joins kept cells, by their new indices, and contains every kept arc.
@@ -41,16 +41,14 @@ class SubSurface final : public Surface {
     return whole_.side(kept_.cells[from], kept_.arcs[arc]);
   }
 
-  // The open length in the whole surface, plus the border lengths of sides without kept arcs.
+  // The open length of the cell in the whole surface, plus the border lengths of sides without kept
+  // arcs.
   double open_length(Cell cell) const override {
     const Cell old = kept_.cells[cell];
     double length = whole_.open_length(old);
-    int last_side = -1;
-    for (const auto [arc, neighbor] : whole_.arcs().steps(old)) {
-      const int next_side = whole_.side(old, arc);
-      if (std::exchange(last_side, next_side) == next_side || has_arc_by(cell, next_side)) continue;
-      length += whole_.border_length(old, arc);
-    }
+    whole_.for_each_side(old, [&](std::int64_t begin, std::int64_t) {
+      if (!has_arc_by(cell, whole_.side(old, begin))) length += whole_.border_length(old, begin);
+    });
     return length;
   }
 
@@ -77,7 +75,7 @@ class SubSurface final : public Surface {
 
   const Surface& whole_;
   const KeptParts kept_;
-  // new index of each cell of the whole; kNoCell if the cell is dropped
+  // (cells of the whole surface,) new index of each cell; kNoCell if the cell is dropped
   std::vector<Cell> new_cells_;
 };
 

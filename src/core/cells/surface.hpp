@@ -1,5 +1,5 @@
-// The interface of cells for stages 2 and 5 to 7: arcs, and measures of the borders that arcs
-// cross.
+// The interface of cells for stages 2 and 5 to 7: cells, arcs, and measures of the borders that
+// arcs cross.
 #pragma once
 
 #include <utility>
@@ -9,18 +9,19 @@
 
 namespace superfacets {
 
-// A point where borders of cells meet, numbered by the builder. On a mesh: a vertex.
+// Index of a point where borders of cells meet. On a mesh, corners are vertices.
 using Corner = std::int64_t;
 
 inline constexpr Corner kNoCorner = -1;
 
-// Measures of the border that an arc crosses.
+// Lengths of the border that an arc crosses and of the step across the border.
 struct CrossedBorder {
-  double border_length;
-  double step_length;
+  double border_length;  // see Surface::border_length
+  double step_length;    // see Surface::step_length
 };
 
-// The weighted mean of p p^T over a shape, with p relative to some origin: a symmetric matrix.
+// Second moment of a shape: the mean of p p^T over the points p of the shape, relative to an
+// origin. This is a symmetric matrix.
 struct SecondMoment {
   Point squares{0.0, 0.0, 0.0};   // xx, yy, zz
   Point products{0.0, 0.0, 0.0};  // xy, xz, yz
@@ -38,14 +39,14 @@ struct SecondMoment {
 struct CellShape {
   Point position;
   double measure;
-  Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
+  Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero if the cell has no normal
   SecondMoment spread;               // second moment about the position; 0 for a point
   Box box;                           // bounding box of the vertices
 };
 
-// Each kind of cell implements this interface. Measures are computed on request: few arcs are near
-// a border between regions, and arrays for all arcs would take more memory than all other data.
-// Lengths are in the unit of the positions.
+// Each kind of cell implements this interface. Measures are computed on request, because few arcs
+// are near a border between regions, and arrays for all arcs would take more memory than all other
+// data. Lengths are in the unit of the positions.
 class Surface {
  public:
   explicit Surface(const Arcs& arcs) : arcs_(arcs) {}
@@ -59,14 +60,14 @@ class Surface {
   virtual Point position(Cell cell) const = 0;
   virtual double measure(Cell cell) const = 0;
 
-  // All measures of a cell. A kind without vertices returns a point.
+  // All measures of a cell. By default, the cell is treated as a point.
   virtual CellShape shape(Cell cell) const {
     const Point at = position(cell);
     return {at, measure(cell), {}, {}, {at, at}};
   }
 
-  // Length of the step from cell to cell across the border (eq. 1 of the paper). The default is the
-  // distance of their positions.
+  // Length of the step from cell to cell across the border (eq. 1 in weights.hpp). The default is
+  // the distance of their positions.
   virtual double step_length(Cell from, std::int64_t arc) const {
     return norm(position(arcs_.targets[arc]) - position(from));
   }
@@ -74,7 +75,8 @@ class Surface {
   // Length of the border that an arc crosses. Between faces, the border is an edge.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
 
-  // Writes step length and border length for several consecutive arcs of a cell, from `arc` on.
+  // Writes step length and border length of several consecutive arcs of a cell, beginning with
+  // `arc`.
   virtual void write_crossed(Cell from, std::int64_t arc, std::span<CrossedBorder> crossed) const {
     for (CrossedBorder& border : crossed) {
       border = {border_length(from, arc), step_length(from, arc)};
@@ -86,23 +88,37 @@ class Surface {
   // flat, and positive where the surface is concave. It is 0 if a cell has no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
-  // The side by which an arc leaves its cell, >= 0. The arcs of a cell are sorted by side. If
-  // several cells meet at one border, the arcs to all of these cells leave by the same side. By
-  // default, each arc has a side of its own.
+  // Index of the side that an arc crosses when it leaves its cell. The arcs of a cell are sorted by
+  // side. If more than two cells share a side, several arcs cross the same side. By default, each
+  // arc crosses a different side.
   virtual int side(Cell from, std::int64_t arc) const {
     return static_cast<int>(arc - arcs_.offsets[from]);
+  }
+
+  // Calls visit(begin, end) for each side of a cell; the arcs begin .. end-1 cross the side.
+  template <typename Visit>
+  void for_each_side(Cell cell, const Visit& visit) const {
+    const std::int64_t last = arcs_.offsets[cell + 1];
+    for (std::int64_t begin = arcs_.offsets[cell]; begin < last;) {
+      std::int64_t end = begin + 1;
+      const int crossed = side(cell, begin);
+      while (end < last && side(cell, end) == crossed) ++end;
+      visit(begin, end);
+      begin = end;
+    }
   }
 
   // Length of the part of a cell's border that no arc crosses, as at the boundary of an open mesh.
   virtual double open_length(Cell) const { return 0.0; }
 
-  // Prefetches the data that functions of this class read of a cell, and of its arcs from `arc` on.
+  // Prefetches the data that other functions of this class will read for a cell, and for its arcs
+  // beginning with `arc`.
   virtual void prefetch_cell(Cell, std::int64_t /*arc*/) const {}
 
-  // Whether some arc may have no reverse arc.
+  // Whether there may be arcs without a reverse arc.
   virtual bool may_have_one_way_arcs() const { return false; }
 
-  // Whether corners are known. If not, the functions after this one must not be called.
+  // Whether corners are defined. If not, the next functions up to leads_around must not be called.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 
@@ -111,18 +127,20 @@ class Surface {
     return kNoCorner;
   }
 
-  // The next cell around a corner after `before` and `here`; kNoCell if there is no or more than
-  // one such cell.
+  // The cell that follows after `before` and `here` in a walk around a corner; kNoCell if there is
+  // no such cell or more than one.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
-  // Whether a walk around a corner reaches the cell `goal`. The walk steps from `before` to `here`
-  // and on, through cells with the label of `here`. It fails where the next cell is ambiguous.
+  // Whether a walk around a corner reaches the cell `goal`. The walk begins with the step from
+  // `before` to `here`, and visits only cells with the label of `here`. It fails where the next
+  // cell is not unique.
   virtual bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
                             std::span<const Label> labels) const {
     return walk_around(*this, corner, before, here, goal, labels);
   }
 
-  // Whether the arcs of each cell are sorted by side. Visits all arcs: for assertions.
+  // Whether the arcs of each cell are sorted by side. Visits all arcs, so it is used in assertions
+  // only.
   bool are_sides_sorted() const {
     for (Cell cell = 0; cell < n_cells(); ++cell) {
       int last = 0;
@@ -135,7 +153,8 @@ class Surface {
   }
 
  protected:
-  // Implements leads_around for a kind of cells whose next_around is known at compile time.
+  // Implements leads_around. `AnySurface` is the concrete class, so that next_around can be
+  // inlined.
   template <typename AnySurface>
   static bool walk_around(const AnySurface& surface, Corner corner, Cell before, Cell here,
                           Cell goal, std::span<const Label> labels) {

@@ -1,13 +1,11 @@
 #include "cells/surface_weights.hpp"
 
-#include <numbers>
-
 #include "cells/ridges.hpp"
 
 namespace superfacets {
 namespace {
 
-// Angles and convexity of edges, for Ridges.
+// Provides the angle and convexity of each edge to the class Ridges.
 struct SurfaceBends {
   const Surface& surface;
 
@@ -17,7 +15,7 @@ struct SurfaceBends {
   bool is_convex(Cell cell, std::int64_t arc, Cell) const { return surface.angle(cell, arc) < 0.0; }
 };
 
-// Computes weights, and sums the net turn of their arcs.
+// Computes weights of arcs, and sums the net turn (see NetTurn) over edges.
 class SurfaceWeigher {
  public:
   SurfaceWeigher(const Surface& surface, const WeightOptions& options, const NetTurn* net_turn,
@@ -60,7 +58,7 @@ class SurfaceWeigher {
 
   const Surface& surface_;
   const WeightOptions& options_;
-  const NetTurn* net_turn_;  // null: not needed
+  const NetTurn* net_turn_;  // null if the net turn is not needed
   const SurfaceBends bends_;
   const Ridges<Surface, SurfaceBends> ridges_;
   EdgeSums sums_;
@@ -73,7 +71,7 @@ EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, options);
   EdgeSums total;
-  std::mutex adding;  // guards the sums of integers, which do not depend on the order
+  std::mutex adding;  // guards `total`; sums of integers do not depend on the order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     SurfaceWeigher weigher(surface, options, net_turn, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {

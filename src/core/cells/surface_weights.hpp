@@ -1,4 +1,4 @@
-// Stage 2 for cells of any kind: eq. 1-3, computed from the measures of arcs.
+// Stage 2 for cells of any kind: arc weights computed with eq. 1-3 (see weights.hpp).
 #pragma once
 
 #include "cells/polygon_surface.hpp"
@@ -9,12 +9,12 @@ namespace superfacets {
 // weights[a] = (step + alpha eta b theta / pi) / d. Step, border length b and angle theta are
 // measures of the arc (see Surface), and eta is 1 if theta is positive. For triangles, the result
 // has the same bits as triangle_weights of weights.hpp. If options have a crease_length, it
-// replaces b. Ridges may cost more than other convex edges. Returns sums over edges; the turn is 0
-// if net_turn is null.
+// replaces b. Ridges may cost more than other convex edges. Returns sums over edges; the net turn
+// is 0 if net_turn is null.
 EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
-// The stk02_weights of weights.hpp, for polygons.
+// Version of stk02_weights (weights.hpp) for polygons.
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
                    std::span<double> weights);
 

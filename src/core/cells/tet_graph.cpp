@@ -8,10 +8,10 @@
 namespace superfacets {
 namespace {
 
-// The corners of each side, in ascending order.
+// The three corners of each side of a tetrahedron, in ascending order.
 constexpr std::array<std::array<int, 3>, 4> kSides = {{{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}}};
 
-// The triangles of tetrahedra as their sides; see list_sides.
+// The sides of tetrahedra, in the form that list_sides requires.
 struct TetSides {
   std::span<const Tet> tets;
   std::span<const Vertex> representative;
@@ -28,13 +28,13 @@ struct TetSides {
       std::ranges::sort(v);
       if (v[0] == v[1] || v[1] == v[2]) continue;
       const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
-      visit(side, v[0], key, side % 2 == 0);  // directions have no meaning in a volume
+      visit(side, v[0], key, side % 2 == 0);  // the direction has no meaning in a volume
     }
   }
 };
 
-// The triangle of a side, with its vertices sorted by position. The two tetrahedra may use
-// different vertices at the same position, and sorting by position gives both the same triangle.
+// The triangle of a side, with its vertices sorted by position. Two tetrahedra may have different
+// vertices at the same position, so sorting by position gives both the same triangle.
 Triangle side_of(std::span<const Point> vertices, const Tet& tet, int side) {
   Triangle triangle{};
   for (int i = 0; i < 3; ++i) triangle.corners[i] = tet.corners[kSides[side][i]];

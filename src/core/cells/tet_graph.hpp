@@ -7,17 +7,17 @@
 namespace superfacets {
 
 struct TetMeasures {
-  Buffer<Point> centroids;      // (N,)
-  Buffer<double> volumes;       // (N,) >= 0 for either orientation
+  Buffer<Point> centroids;      // (N,) centroid of each tetrahedron
+  Buffer<double> volumes;       // (N,) unsigned volume of each tetrahedron
   Buffer<double> border_areas;  // (M,) area of the triangle that each arc crosses
   // (M,) length of the path between the two centroids via the centroid of the triangle
   Buffer<double> step_lengths;
   Buffer<double> open_areas;  // (N,) total area of each tetrahedron's sides that no arc crosses
 };
 
-// Builds one arc per shared triangle and direction, by the rules of build_polygon_graph. Side s of
-// a tetrahedron is the triangle of all corners except s. A triangle that names a vertex twice is
-// not a side.
+// Builds one arc per shared triangle and direction, with the same rules as build_polygon_graph.
+// Side s of a tetrahedron is the triangle of all corners except s. A triangle with two equal
+// vertices is not a side.
 PolygonGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
                              ThreadTeam& team);
 

@@ -7,23 +7,26 @@
 namespace superfacets {
 namespace {
 
-// limit of texture coordinates; beyond the limit, doubles cannot resolve texels
+// Maximum magnitude of texture coordinates. Beyond it, doubles cannot resolve texels.
 constexpr double kMaxTiles = 1 << 20;
-// maximum number of texels sampled per triangle; more texels would barely change the mean
+// Maximum number of texels sampled per triangle. More texels would barely change the mean.
 constexpr double kMaxTexels = 1 << 14;
-// maximum number of sampled rows, and of sampled columns, per triangle
+// Maximum number of sampled rows, and of sampled columns, per triangle.
 constexpr double kMaxRows = 1 << 14;
-constexpr int kMaxSplits = 16;                  // of the sides of a triangle that covers no center
-constexpr double kMaxPaintedTiles = 4.0;        // per direction
-constexpr std::int64_t kTrianglesAtOnce = 256;  // per task; their sizes differ, so tasks are small
-constexpr std::int64_t kTile = 128;             // texels; a tile of an image fits in the cache
-constexpr double kWhite = 65535.0;
+// Maximum number of parts per side of a triangle that covers no center of a texel.
+constexpr int kMaxSplits = 16;
+// Maximum number of repetitions of the image, per direction, that a triangle paints.
+constexpr double kMaxPaintedTiles = 4.0;
+// Number of triangles per task. Tasks are small, because the sizes of triangles vary.
+constexpr std::int64_t kTrianglesAtOnce = 256;
+constexpr std::int64_t kTile = 128;  // width of a tile in texels; a tile fits in the cache
+constexpr double kWhite = 65535.0;   // maximum of linear light
 
-struct Place {
+struct TexelPoint {
   double x;  // in texels, from the left
   double y;  // in texels, from the upper side
 };
-using Corners = std::array<Place, 3>;
+using Corners = std::array<TexelPoint, 3>;
 using Color = std::array<double, 3>;
 
 std::int64_t wrapped(std::int64_t i, std::int64_t size, Wrap wrap) {
@@ -34,7 +37,7 @@ std::int64_t wrapped(std::int64_t i, std::int64_t size, Wrap wrap) {
   return rest < size ? rest : period - 1 - rest;
 }
 
-// Moves coordinates of a triangle by whole periods to near 0, where doubles are finer.
+// Moves the coordinates of a triangle by whole periods close to 0, where doubles are more precise.
 void move_near(double& a, double& b, double& c, Wrap wrap) {
   if (wrap == Wrap::kClamp) return;
   const double shift = 2.0 * std::floor(std::min({a, b, c}) / 2.0);
@@ -61,8 +64,8 @@ std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles
   move_near(v[0], v[1], v[2], grid.wrap_v);
   const auto width = static_cast<double>(grid.width);
   const auto height = static_cast<double>(grid.height);
-  return Corners{Place{u[0] * width, v[0] * height}, Place{u[1] * width, v[1] * height},
-                 Place{u[2] * width, v[2] * height}};
+  return Corners{TexelPoint{u[0] * width, v[0] * height}, TexelPoint{u[1] * width, v[1] * height},
+                 TexelPoint{u[2] * width, v[2] * height}};
 }
 
 double area_of(const Corners& corners) {
@@ -71,14 +74,14 @@ double area_of(const Corners& corners) {
 }
 
 // The interval [left, right] in which the horizontal line at y crosses a triangle. If left > right,
-// the line does not cross it.
+// the line does not cross the triangle.
 std::pair<double, double> cut_at(const Corners& corners, double y) {
   double left = std::numeric_limits<double>::infinity();
   double right = -left;
   for (std::size_t i = 0; i < 3; ++i) {
-    Place a = corners[i];
-    Place b = corners[(i + 1) % 3];
-    if (b.y < a.y) std::swap(a, b);  // both triangles of an edge compute the same crossing
+    TexelPoint a = corners[i];
+    TexelPoint b = corners[(i + 1) % 3];
+    if (b.y < a.y) std::swap(a, b);  // so that both triangles of an edge compute the same crossing
     if (a.y == b.y || y < a.y || y > b.y) continue;
     const double x = a.x + (y - a.y) * ((b.x - a.x) / (b.y - a.y));
     left = std::min(left, x);
@@ -109,8 +112,8 @@ void for_each_row(const Corners& corners, std::int64_t step, const Visit& visit)
   }
 }
 
-// Step between sampled rows and columns: 1 for most triangles. It is odd, because patterns mostly
-// have even periods.
+// Step between sampled rows and columns: 1 for most triangles. The step is odd, because most
+// texture patterns have even periods.
 std::int64_t step_of(const Corners& corners) {
   const auto& [a, b, c] = corners;
   const double height = std::max({a.y, b.y, c.y}) - std::min({a.y, b.y, c.y});
@@ -120,8 +123,8 @@ std::int64_t step_of(const Corners& corners) {
   return static_cast<std::int64_t>(std::ceil(std::max(step, 1.0))) | 1;
 }
 
-// Sums of differences to the first texel. The sums are whole numbers, so the spread of a uniform
-// color is exactly 0.
+// Sums of the differences between each texel and the first texel. The sums are integers, so the
+// standard deviation of a uniform color is exactly 0.
 struct WholeSums {
   std::array<std::int64_t, 3> first{};
   std::array<std::int64_t, 3> sums{};
@@ -135,12 +138,12 @@ class Image {
         std::span<const std::int32_t> linear)
       : pixels_(pixels), grid_(grid), linear_(linear) {}
 
-  // Adds a run of texels in a row.
+  // Adds every `step`-th texel from begin to end in row y to the sums.
   void add_run(std::int64_t y, std::int64_t begin, std::int64_t end, std::int64_t step,
                WholeSums& sums) const {
     const std::uint8_t* row = row_at(y);
     if (sums.count == 0) sums.first = light_at(row, begin);
-    WholeSums run = sums;  // a local copy, so the compiler knows that nothing aliases it
+    WholeSums run = sums;  // local copy, so the compiler knows that nothing aliases the sums
     if (step == 1 && begin >= 0 && end < grid_.width) {
       for (std::int64_t x = begin; x <= end; ++x) add(row + 3 * x, run);
     } else {
@@ -151,20 +154,20 @@ class Image {
     sums = run;
   }
 
-  // Bilinear interpolation of the light of four texels.
-  Color between(const Place& place) const {
+  // Color at a position between texel centers, interpolated bilinearly in linear light.
+  Color between(const TexelPoint& place) const {
     const double left = std::floor(place.x - 0.5);
     const double upper = std::floor(place.y - 0.5);
     const auto x = static_cast<std::int64_t>(left);
     const auto y = static_cast<std::int64_t>(upper);
-    const double right_share = place.x - 0.5 - left;
-    const double lower_share = place.y - 0.5 - upper;
+    const double right_fraction = place.x - 0.5 - left;
+    const double lower_fraction = place.y - 0.5 - upper;
     const std::array rows{row_at(y), row_at(y + 1)};
     std::array<Color, 2> mixed;
     for (std::size_t i = 0; i < 2; ++i) {
-      mixed[i] = mix(light_at(rows[i], x), light_at(rows[i], x + 1), right_share);
+      mixed[i] = mix(light_at(rows[i], x), light_at(rows[i], x + 1), right_fraction);
     }
-    return mix(mixed[0], mixed[1], lower_share);
+    return mix(mixed[0], mixed[1], lower_fraction);
   }
 
  private:
@@ -188,11 +191,12 @@ class Image {
 
   // Linear interpolation; exact where both values are equal.
   template <typename Number>
-  static Color mix(const std::array<Number, 3>& a, const std::array<Number, 3>& b, double share) {
+  static Color mix(const std::array<Number, 3>& a, const std::array<Number, 3>& b,
+                   double fraction) {
     Color mixed;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto from = static_cast<double>(a[i]);
-      mixed[i] = from + share * (static_cast<double>(b[i]) - from);
+      mixed[i] = from + fraction * (static_cast<double>(b[i]) - from);
     }
     return mixed;
   }
@@ -227,14 +231,14 @@ Color as_color(const std::array<std::int64_t, 3>& whole) {
 double longest_side(const Corners& corners) {
   double longest = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Place& a = corners[i];
-    const Place& b = corners[(i + 1) % 3];
+    const TexelPoint& a = corners[i];
+    const TexelPoint& b = corners[(i + 1) % 3];
     longest = std::max(longest, std::hypot(b.x - a.x, b.y - a.y));
   }
   return longest;
 }
 
-// Samples a triangle at the middle of each of n^2 equal parts.
+// Samples a triangle at the centroids of n^2 equal parts.
 Found sampled(const Image& image, const Corners& corners) {
   const auto& [a, b, c] = corners;
   const double sides = std::ceil(std::clamp(longest_side(corners), 1.0, double{kMaxSplits}));
@@ -274,13 +278,12 @@ Found color_of(const Image& image, const Corners& corners) {
                   static_cast<double>(sums.count));
 }
 
-// Clamps a triangle to at most kMaxPaintedTiles repetitions of the image repetitions of the image
-// per direction.
+// Clamps a triangle to at most kMaxPaintedTiles repetitions of the image per direction.
 Corners cut_to_tiles(const TexelGrid& grid, Corners corners) {
   const auto& [a, b, c] = corners;
   const double left = std::min({a.x, b.x, c.x});
   const double upper = std::min({a.y, b.y, c.y});
-  for (Place& place : corners) {
+  for (TexelPoint& place : corners) {
     place.x = std::min(place.x, left + kMaxPaintedTiles * static_cast<double>(grid.width));
     place.y = std::min(place.y, upper + kMaxPaintedTiles * static_cast<double>(grid.height));
   }
@@ -307,7 +310,7 @@ class IdPainter {
     }
   }
 
-  // Gives each free texel the id of the first neighbor with an id.
+  // Assigns to each texel without an id the id of its first neighbor that has one.
   void grow(ThreadTeam& team) {
     Buffer<std::int32_t> grown(ids_.size());
     team.for_each_index(grid_.height, [&](std::int64_t y) {
@@ -354,7 +357,7 @@ std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTri
   std::vector<std::int64_t> begins(n_rows * n_columns + 1, 0);
   for (std::size_t triangle = 0; triangle < n; ++triangle) {
     const auto corners = corners_of(grid, triangles, static_cast<std::int64_t>(triangle));
-    if (!corners) continue;  // the tile does not matter
+    if (!corners) continue;  // not sampled, so any tile will do
     const auto& [x, y] = corners->front();
     const std::int64_t column = wrapped(static_cast<std::int64_t>(x), grid.width, grid.wrap_u);
     const std::int64_t row = wrapped(static_cast<std::int64_t>(y), grid.height, grid.wrap_v);

@@ -1,14 +1,12 @@
 #include "cells/triangle_surface.hpp"
 
-#include <array>
-
 #include "base/elementary.hpp"
 
 namespace superfacets {
 namespace {
 
-// Relative tolerance of comparing areas. It absorbs rounding, so that a mesh and its mirror image
-// get the same result.
+// Relative tolerance for comparing areas. Rounding errors stay below this tolerance, so a mesh and
+// its mirror image get the same result.
 constexpr double kAreaNoise = 1e-9;
 
 }  // namespace
@@ -58,7 +56,7 @@ bool TriangleSurface::is_valid() const {
 }
 
 double TriangleSurface::step_length(Cell from, std::int64_t arc) const {
-  return way_over(edge(from, arc), position(from), position(arcs().targets[arc]));
+  return length_over(edge(from, arc), position(from), position(arcs().targets[arc]));
 }
 
 double TriangleSurface::border_length(Cell from, std::int64_t arc) const {
@@ -70,7 +68,7 @@ void TriangleSurface::write_crossed(Cell from, std::int64_t arc,
   const Point start = position(from);
   for (CrossedBorder& border : crossed) {
     const Edge side = edge(from, arc);
-    border = {side.length(), way_over(side, start, position(arcs().targets[arc]))};
+    border = {side.length(), length_over(side, start, position(arcs().targets[arc]))};
     ++arc;
   }
 }
@@ -109,15 +107,15 @@ bool TriangleSurface::leads_around(Corner corner, Cell before, Cell here, Cell g
   return walk_around(*this, corner, before, here, goal, labels);
 }
 
-// The corner of a face at a vertex. If there is none, the corner at the position of the vertex, or
-// -1.
+// The corner of a face at a vertex. If the face does not have this vertex, returns the corner at
+// the same position, or -1 if there is no such corner.
 int TriangleSurface::corner_at(Face face, Vertex vertex) const {
   const auto& corners = faces_[face].corners;
   for (int corner = 0; corner < 3; ++corner) {
     if (corners[corner] == vertex) return corner;
   }
   for (int corner = 0; corner < 3; ++corner) {
-    if (is_same_place(vertices_[corners[corner]], vertices_[vertex])) return corner;
+    if (is_same_position(vertices_[corners[corner]], vertices_[vertex])) return corner;
   }
   return -1;
 }

@@ -1,4 +1,4 @@
-// Triangles as cells: the measures of arcs between faces that share an edge.
+// Triangle meshes as cells: the measures of arcs between faces that share an edge.
 #pragma once
 
 #include "base/prefetch.hpp"
@@ -17,12 +17,13 @@ struct Edge {
 
 // Length of the path from centroid to centroid via the midpoint m of an edge: |c_i - m| + |m - c_j|
 // (eq. 1).
-inline double way_over(const Edge& edge, const Point& from, const Point& to) {
+inline double length_over(const Edge& edge, const Point& from, const Point& to) {
   const Point middle = edge.middle();
   return norm(from - middle) + norm(middle - to);
 }
 
-// The fold between two faces. Swapping the faces changes no bit of any member.
+// The angle between two neighboring faces with unit normals n_i and n_j. Swapping the faces changes
+// no bit of any member.
 struct Fold {
   double sine;    // |n_i x n_j|; 0 if a normal is missing
   double cosine;  // n_i . n_j
@@ -32,31 +33,33 @@ struct Fold {
 
   bool is_concave(bool inside_out) const { return inside_out ? rise < 0.0 : rise > 0.0; }
 
-  // -pi to pi, positive where the surface is concave.
+  // The angle between the normals, -pi to pi, positive where the surface is concave.
   double signed_angle(bool inside_out) const;
 };
 
-// The fold of two faces with these unit normals; `step` leads from centroid to centroid.
+// The fold between two faces, given their unit normals. `step` is the vector from the first
+// centroid to the second.
 inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Point& step) {
   return {norm(cross(normal_from, normal_to)), dot(normal_from, normal_to),
           dot(normal_from - normal_to, step)};
 }
 
-inline bool is_same_place(const Point& p, const Point& q) {
+inline bool is_same_position(const Point& p, const Point& q) {
   return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
-// Whether the normal of the second face is flipped. If two neighbors run along their edge in the
-// same direction, one normal is flipped: the normal of the smaller face; ties go to the higher
-// index. An arc and its reverse arc flip the same normal.
+// For two neighbors that traverse their edge in the same direction, returns whether the normal of
+// the second face is flipped instead of the first. The normal of the smaller face is flipped; if
+// the areas are equal, the normal of the face with the higher index. An arc and its reverse arc
+// flip the same normal.
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
-// A mesh and the arcs of its face graph; see build_face_graph for sides. Stores no arrays of its
-// own.
+// Surface of a triangle mesh and the arcs of its face graph. Sides are numbered as in
+// build_face_graph. The object only refers to arrays of the caller.
 class TriangleSurface final : public Surface {
  public:
-  // same_turn is empty if all faces are consistently oriented. inside_out: normals point inwards,
-  // so concave and convex are swapped.
+  // same_turn is empty if all faces are consistently oriented. inside_out is true if normals point
+  // inwards; concave and convex are then swapped.
   TriangleSurface(std::span<const Point> vertices, std::span<const Triangle> faces,
                   const Arcs& arcs, std::span<const std::uint8_t> sides,
                   std::span<const std::uint8_t> same_turn, bool inside_out)
@@ -76,7 +79,7 @@ class TriangleSurface final : public Surface {
   // The edge that an arc crosses.
   Edge edge(Face from, std::int64_t arc) const { return edge_of_side(from, sides_[arc]); }
 
-  // Whether both faces of an arc run along their edge in the same direction.
+  // Whether both faces of an arc traverse their edge in the same direction.
   bool same_turn(std::int64_t arc) const { return !same_turn_.empty() && same_turn_[arc] != 0; }
 
   Point position(Cell face) const override { return centroid(vertices_, faces_[face]); }
@@ -91,10 +94,12 @@ class TriangleSurface final : public Surface {
 
   void prefetch_cell(Cell face, std::int64_t arc) const override {
     prefetch(&faces_[face]);
-    prefetch(sides_.data() + arc);  // one past the end if the last face has no arc
+    prefetch(sides_.data() +
+             arc);  // an address, because `arc` is out of range if the last face has no arc
   }
 
-  // Corners are vertices. Where a position has several vertices, a corner may be any of them.
+  // Corners are vertices. If several vertices are at the same position, a corner may be any of
+  // these vertices.
   bool has_corners() const override { return true; }
   int n_sides(Cell) const override { return 3; }
   Corner corner_between(Cell face, int first_side, int second_side) const override;
@@ -112,8 +117,8 @@ class TriangleSurface final : public Surface {
 
   const std::span<const Point> vertices_;
   const std::span<const Triangle> faces_;
-  const std::span<const std::uint8_t> sides_;      // (M,) 0, 1 or 2
-  const std::span<const std::uint8_t> same_turn_;  // (M,) or empty
+  const std::span<const std::uint8_t> sides_;      // (M,) side of each arc, 0, 1 or 2
+  const std::span<const std::uint8_t> same_turn_;  // (M,) see same_turn(); or empty
   const bool inside_out_;
 };
 

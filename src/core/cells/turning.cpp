@@ -6,7 +6,7 @@ namespace superfacets {
 namespace {
 
 // Cosine of 10 degrees. Pairs of normals with at least this |cosine| are joined first, in the order
-// of places. This order is fast, because most pairs are similar and near in memory.
+// of the rows. Most pairs are similar, and this order is fast because neighbors are near in memory.
 constexpr double kSameDirection = 0.985;
 
 // Calls take(row, near, cosine) for each pair of neighbors, row by row.
@@ -72,7 +72,7 @@ std::pair<Place, bool> TurnedSets::root(Place place) {
   bool is_turned = false;
   while (parents_[place] != place) {
     const Place parent = parents_[place];
-    turned_[place] ^= turned_[parent];  // halves the path for the next search
+    turned_[place] ^= turned_[parent];  // path halving, for faster searches
     parents_[place] = parents_[parent];
     is_turned ^= turned_[place] != 0;
     place = parents_[place];
@@ -110,7 +110,7 @@ void turn_consistently(const NeighborRows& neighbors, std::span<const Point> pos
     Point moment{0.0, 0.0, 0.0};  // area times position
     double volume = 0.0;          // three times the volume
   };
-  std::vector<Sums> sums(points.size());  // sums of each set, at its root
+  std::vector<Sums> sums(points.size());  // sums of each set, stored at the index of its root
   for (Place place = 0; place < n_places; ++place) {
     const auto [root, is_turned] = sets.root(place);
     if (is_turned) normals[place] = -1.0 * normals[place];

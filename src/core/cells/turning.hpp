@@ -8,18 +8,19 @@
 
 namespace superfacets {
 
-// The nearest neighbors of each place, in rows of equal length, padded with kNoPlace.
+// The nearest neighbors of each point, in rows of equal length, padded with kNoPlace.
 struct NeighborRows {
-  std::span<const Place> places;  // (N * n_columns,)
-  std::size_t n_columns;
+  std::span<const Place> places;  // (N * n_columns,) sorted index of each neighbor
+  std::size_t n_columns;          // number of entries per row
 
   std::span<const Place> row(Place place) const {
     return places.subspan(n_columns * place, n_columns);
   }
 };
 
-// Disjoint sets of places (union-find). Each place also stores whether its normal is flipped
-// relative to the root, the lowest place of the set. Takes 5 bytes per place.
+// Disjoint sets of points (union-find). Each point also stores whether its normal is flipped
+// relative to the normal of its parent. The root is the lowest point of the set. Uses 5 bytes per
+// point.
 class TurnedSets {
  public:
   explicit TurnedSets(Place n_places);
@@ -32,38 +33,39 @@ class TurnedSets {
 
  private:
   Buffer<Place> parents_;
-  Buffer<std::uint8_t> turned_;  // 1: flipped relative to the parent; 0 for a root
+  Buffer<std::uint8_t> turned_;  // 1 if flipped relative to the parent; 0 for a root
 };
 
 // Two neighbors whose normals differ by more than 10 degrees.
 struct NormalPair {
-  double cost;  // 1 - |n_i . n_j|
-  Cell lower;   // lower index of the two points
-  Cell higher;
-  Place from;
-  Place to;
-  bool is_opposite;  // whether their normals are opposite
+  double cost;       // 1 - |n_i . n_j|
+  Cell lower;        // the lower of the two input indices
+  Cell higher;       // the higher of the two input indices
+  Place from;        // sorted index of one point
+  Place to;          // sorted index of the other point
+  bool is_opposite;  // whether the dot product of the normals is negative
 };
 
-// A tile: consecutive places, and their neighbors outside the tile.
+// A tile: points with consecutive sorted indices, followed by their neighbors outside the tile.
 struct NormalTile {
-  NeighborRows neighbors;  // neighbors of the places of the tile, as indices into the arrays below
-  std::span<const Place> places;   // index of each among all places
-  std::span<const Cell> points;    // index of each in the input; not needed by join_alike
-  std::span<const Point> normals;  // unit normals of either sign
+  NeighborRows neighbors;          // neighbors of each point, as indices into the next arrays
+  std::span<const Place> places;   // sorted index of each point of the whole cloud
+  std::span<const Cell> points;    // input index of each point; not needed by join_alike
+  std::span<const Point> normals;  // unit normal of each point, with arbitrary sign
 };
 
-// These two functions do the work of turn_consistently tile by tile. First, join_alike joins all
-// pairs with similar normals, for one tile after another. Second, pairs_apart returns the remaining
-// pairs of a tile, in ascending order of (cost, lower, higher). The caller must join the pairs of
-// all tiles in this order.
+// join_alike and pairs_apart do the work of turn_consistently tile by tile. First, join_alike joins
+// all pairs with similar normals, for one tile after another. Second, pairs_apart returns the
+// remaining pairs of a tile, in ascending order of (cost, lower, higher). The caller must join the
+// pairs of all tiles in this order.
 void join_alike(TurnedSets& sets, const NormalTile& tile);
 std::vector<NormalPair> pairs_apart(TurnedSets& sets, const NormalTile& tile);
 
-// Flips normals so that neighbors agree, along a minimum spanning tree of each connected component
-// with the cost 1 - |n_i . n_j| (Hoppe et al. 1992). Pairs that differ by less than ten degrees
-// have equal costs. Then flips all normals of a component if the component encloses a negative
-// volume. `points` holds the index of each place in the input, which decides ties.
+// Flips normals so that neighbors agree. Neighbors are compared along a minimum spanning tree of
+// each connected component, with the cost 1 - |n_i . n_j| (Hoppe et al. 1992). Pairs of normals
+// that differ by less than ten degrees are joined first. Then flips all normals of a component if
+// the component encloses a negative volume. `points` contains the input index of each point, which
+// decides between pairs of equal cost.
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
                        std::span<const double> areas, std::span<const Cell> points,
                        std::span<Point> normals);

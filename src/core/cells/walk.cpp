@@ -12,28 +12,28 @@ class Walker {
     std::ranges::fill(is_visited_, 0);
   }
 
-  // Sorts the cells of a region by a walk. Several threads may walk different regions at the same
-  // time.
+  // Sorts the cells of a region in the order of a walk. Several threads may walk different regions
+  // at the same time.
   void walk(std::span<Cell> cells) {
     std::vector<Cell> starts(cells.begin(), cells.end());
     std::ranges::stable_sort(
         starts, [&](Cell a, Cell b) { return n_waiting_around(a) < n_waiting_around(b); });
     std::size_t n_visited = 0;
-    std::vector<Cell> way;
+    std::vector<Cell> path;
     for (const Cell start : starts) {
       if (is_visited_[start] != 0) continue;
-      way.assign({start});
+      path.assign({start});
       is_visited_[start] = 1;
       cells[n_visited++] = start;
-      while (!way.empty()) {
-        const Cell next = next_after(way.back());
+      while (!path.empty()) {
+        const Cell next = next_after(path.back());
         if (next == kNone) {
-          way.pop_back();
+          path.pop_back();
           continue;
         }
         is_visited_[next] = 1;
         cells[n_visited++] = next;
-        way.push_back(next);
+        path.push_back(next);
       }
     }
   }
@@ -63,7 +63,7 @@ class Walker {
 
   const Arcs& arcs_;
   const std::span<const Label> labels_;
-  Buffer<std::uint8_t> is_visited_;  // (N,) 1: the cell has been visited
+  Buffer<std::uint8_t> is_visited_;  // (N,) 1 if the cell has been visited
 };
 
 }  // namespace

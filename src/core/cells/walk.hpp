@@ -11,9 +11,9 @@ namespace superfacets {
 // left out. Within a region, cells are in the order of a walk. The walk begins at the cell with the
 // fewest neighbors in the region. The walk continues to the neighbor with the fewest unvisited
 // neighbors, so that narrow ends are visited early. At a dead end, the walk backtracks to the last
-// cell with an unvisited neighbor. Further connected components of the region follow. Ties go to
-// the lowest cell. Time is linear in the number of cells, and at most cubic in the small number of
-// neighbors of a cell.
+// cell with an unvisited neighbor. Further connected components of the region follow. If several
+// cells qualify, the lowest is chosen. Time is linear in the number of cells, and at most cubic in
+// the small number of neighbors of a cell.
 Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
                           ThreadTeam& team);
 

@@ -1,36 +1,33 @@
 #include "cells/weights.hpp"
 
-#include <array>
-#include <type_traits>
-
 #include "base/elementary.hpp"
 #include "base/point_block.hpp"
-#include "base/prefetch.hpp"
 #include "cells/ridges.hpp"
-#include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {
 
-// Maximum number of arcs of a face that are searched for a reverse arc. With more arcs, as at an
-// edge of many faces, computing the weight twice is faster.
+// If a face has more arcs than this, its arcs are not searched for a reverse arc, because computing
+// the weight twice is faster.
 constexpr std::int64_t kFewArcs = 8;
 
-// Faces per block: their data and the data of their neighbors fit into the first-level cache.
+// Number of faces per block. The data of a block and of its neighbors fits into the first-level
+// cache.
 constexpr std::int64_t kFacesPerList = 64;
 
-// Arcs whose weights are computed together: on most meshes, all arcs of a list.
+// Number of arcs whose weights are computed together. On most meshes, this includes all arcs of a
+// block of faces.
 constexpr std::size_t kArcsPerBlock = 128;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
-  Buffer<Point> normals(surface.n_cells());  // zero if a face has none
+  Buffer<Point> normals(surface.n_cells());  // (F,) zero if a face has no normal
   team.for_each_index(surface.n_cells(), [&](std::int64_t face) {
     normals[face] = unit_normal(surface.vertices(), surface.faces()[face]);
   });
   return normals;
 }
 
-// The data of a mesh for eq. 1-3.
+// The data of a mesh that eq. 1-3 need.
 struct Geometry {
   const TriangleSurface& surface;
   const FaceMeasures& faces;
@@ -39,16 +36,17 @@ struct Geometry {
   const Arcs& arcs() const { return surface.arcs(); }
 };
 
-// Sign that makes the rise of a concave fold positive.
+// Factor, 1 or -1, that makes the rise (see Fold) positive at concave edges.
 double up_of(const Geometry& geometry) {
   return geometry.surface.is_inside_out() ? -1.0 : 1.0;
 }
 
-// Input for the weight of an arc. Swapping the two faces changes no bit of the weight.
+// The inputs from which the weight of an arc is computed. Swapping the two faces changes no bit of
+// the weight.
 struct ArcData {
   Edge edge;
-  Point from;  // centroids
-  Point to;
+  Point from;  // centroid of the first face
+  Point to;    // centroid of the second face
   Point normal_from;
   Point normal_to;
 };
@@ -67,7 +65,7 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
   return data;
 }
 
-// Angle and direction of the fold on an arc.
+// Angle between the two faces of an arc, and whether the edge is concave.
 struct ArcTurn {
   double theta;
   double rise;  // positive if concave; a bool would prevent vectorization
@@ -80,9 +78,9 @@ SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
 
 // Versions of eq. 1-3.
 enum class Formula : std::uint8_t {
-  kEdgeLengths,  // creases cost in proportion to the lengths of edges: the paper's
-  kOneLength,    // creases cost the same for all lengths of edges: options have a crease_length
-  kStraight,     // like kOneLength, with straight steps
+  kEdgeLengths,  // the published formula: the angular term is proportional to the edge length
+  kOneLength,    // the edge length is replaced by the constant crease_length
+  kStraight,     // like kOneLength, with straight steps (see WeightOptions::is_straight)
 };
 
 Formula formula_of(const WeightOptions& options) {
@@ -90,7 +88,7 @@ Formula formula_of(const WeightOptions& options) {
   return options.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
 }
 
-// Calls run(std::integral_constant) with the formula of the options.
+// Calls run with the formula of the options as a std::integral_constant.
 template <typename Run>
 auto with_formula(const WeightOptions& options, const Run& run) {
   switch (formula_of(options)) {
@@ -111,7 +109,7 @@ SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const ArcTurn& 
   const double eta = options.eta(turned.rise, turned.theta);
   const double angular = options.angular(eta, length, turned.theta);
   const double step = kFormula == Formula::kStraight ? norm(data.to - data.from)
-                                                     : way_over(data.edge, data.from, data.to);
+                                                     : length_over(data.edge, data.from, data.to);
   return (step + angular) / options.diagonal;
 }
 
@@ -125,12 +123,12 @@ SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const ArcTurn& tur
   return (turned.rise > 0.0 ? -turned.theta : turned.theta) * data.edge.length();
 }
 
-// Angles and convexity of edges, for Ridges.
+// Provides the angle and convexity of each edge to the class Ridges.
 struct FaceBends {
   const Geometry& geometry;
 
   double angle(Face face, std::int64_t arc, Face other) const {
-    // flipping either normal changes the sign
+    // flipping either normal negates the cosine
     const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;
     const Point& normal = geometry.normals[other];
     const Fold fold = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
@@ -143,8 +141,9 @@ struct FaceBends {
   }
 };
 
-// The only arc from one face to another. -1 if there are several, or too many arcs to search. The
-// search is branch-free, because the position in the list is unpredictable.
+// The only arc from one face to another. Returns -1 if there is no such arc or more than one, or if
+// the face has more than kFewArcs arcs. The search is branch-free, because the position in the list
+// is unpredictable.
 SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
@@ -168,12 +167,13 @@ SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Fac
 
 struct RisingArc {
   Face from;
-  Face to;  // > from
+  Face to;  // higher than `from`
   std::int64_t arc;
 };
 
-// Lists the arcs from a range of faces to higher faces, and prefetches the data of the higher
-// faces. This data may be anywhere in memory, and a cache miss takes longer than the arithmetic.
+// Lists the arcs from faces begin .. end-1 to faces with a higher index, and prefetches the data of
+// these higher faces. The data may be anywhere in memory, and a cache miss takes longer than the
+// arithmetic.
 void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t end,
                       std::vector<RisingArc>& rising) {
   const Arcs& arcs = geometry.arcs();
@@ -184,7 +184,8 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     for (const Vertex corner : geometry.surface.faces()[face].corners) prefetch(&vertices[corner]);
     for (const auto [arc, neighbor] : arcs.steps(static_cast<Face>(face))) {
       rising[n_rising] = {static_cast<Face>(face), neighbor, arc};
-      n_rising += static_cast<std::size_t>(face < neighbor);  // unpredictable, so no branch
+      n_rising += static_cast<std::size_t>(
+          face < neighbor);  // without a branch, because it is unpredictable
     }
   }
   rising.resize(n_rising);
@@ -193,8 +194,8 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     prefetch(&geometry.faces.centroids[step.to]);
     prefetch(&geometry.normals[step.to]);
   }
-  // Computes an address, because an index would be out of range for an empty list after the last
-  // arc.
+  // Computes an address instead of indexing, because the offset of a face without arcs may be one
+  // past the last arc.
   for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
 
@@ -223,13 +224,15 @@ struct Block {
   }
 };
 
-// Computes the weights of the first n arcs of a block, and their turns if needed.
+// Computes the weights of the first n arcs of a block, and their net turns (see NetTurn) if
+// kHasTurns.
 template <Formula kFormula, bool kHasTurns>
 struct Weigh {
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
                                             double up, const NetTurn& net_turn, Numbers* weights,
                                             Numbers* turns, std::size_t n) const {
-    const WeightOptions hoisted = options;  // local copy: stores cannot alias it
+    const WeightOptions hoisted =
+        options;  // local copy, so the compiler knows that stores cannot alias it
     const NetTurn rounding = net_turn;
     for (std::size_t i = 0; i < n; ++i) {
       const ArcData data = block.get(i);
@@ -246,8 +249,8 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
   return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
 }
 
-// Computes the weights of arcs to higher faces, and copies each weight to the reverse arc if that
-// is unique.
+// Computes the weights of arcs to faces with a higher index, and copies each weight to the reverse
+// arc if the reverse arc is unique.
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
@@ -263,7 +266,7 @@ class Weigher {
   // Sums over all arcs processed so far.
   const EdgeSums& sums() const { return sums_; }
 
-  // Processes the arcs from a range of faces. Returns the number of weights.
+  // Processes the arcs that leave faces begin .. end-1. Returns the number of weights written.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
     std::int64_t n_weighed = 0;
     for (std::int64_t first = begin; first < end; first += kFacesPerList) {
@@ -322,7 +325,7 @@ class Weigher {
     }
     count_edges(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
-      if (cosines_[i] > kSharpCosine) continue;  // most arcs
+      if (cosines_[i] > kSharpCosine) continue;  // not sharp, like most arcs
       const RisingArc& step = rising[i];
       const ArcData data = block_.get(i);
       if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
@@ -350,7 +353,7 @@ class Weigher {
   const WeightOptions of_ridges_;
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
-  const NetTurn* const net_turn_;  // null: not needed
+  const NetTurn* const net_turn_;  // null if the net turn is not needed
   const NetTurn rounding_ = net_turn_ == nullptr ? NetTurn() : *net_turn_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
@@ -362,8 +365,8 @@ class Weigher {
   EdgeSums sums_;
 };
 
-// Computes the weights that a Weigher skips: weights of arcs to lower faces that are not unique or
-// have no reverse arc.
+// Computes the weights that class Weigher skips: weights of arcs to faces with a lower index for
+// which is_pair is false.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
                       const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
                       std::span<double> weights) {
@@ -419,7 +422,7 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
   const Buffer<Point> normals = unit_normals(surface, team);
   team.for_each_index(surface.n_cells(), [&](Face face) {
     for (const auto [arc, to] : surface.arcs().steps(face)) {
-      const double geodesic = way_over(surface.edge(face, arc), centroids[face], centroids[to]);
+      const double geodesic = length_over(surface.edge(face, arc), centroids[face], centroids[to]);
       weights[arc] = stk02_weight(geodesic, normals[face], normals[to], alpha);
     }
   });

@@ -1,4 +1,6 @@
-// Stage 2: the length of each arc (eq. 1-3 of the paper), and its rounding to whole units.
+// Stage 2: weights of arcs, and their rounding to whole units. Equations are numbered as in Simari,
+// Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term
+// of a weight, eq. 2 the angular term, and eq. 3 the normalized sum of both.
 #pragma once
 
 #include <numbers>
@@ -14,36 +16,36 @@ namespace superfacets {
 inline constexpr int kTotalBits = 48;
 
 // Smallest angle of a sharp edge: 40 degrees, so both edges of a 45-degree chamfer are sharp. Edges
-// of rounded limbs bend by less on all but coarse meshes.
+// on rounded limbs have smaller angles, except on coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
-// Smallest angle of a soft edge: 10.4 degrees. An edge that bends by less is flat, or part of a
-// round face. With a bound of exactly 10 degrees, rounding errors would decide about the edges of
-// cylinders with 36 segments.
+// Smallest angle of a soft edge: 10.4 degrees. An edge with a smaller angle is flat or part of a
+// curved surface. With a bound of exactly 10 degrees, rounding errors would decide about the edges
+// of cylinders with 36 segments.
 inline constexpr double kSoftAngle = kSharpAngle * 0.26;
 
 struct WeightOptions {
-  double alpha = 200.0;        // weight of the angular term, >= 0
-  double eta_convex = 0.2;     // eta of convex edges; concave edges have 1
-  double crease_length = 0.0;  // replaces |e| in eq. 2; 0: the length of each edge
+  double alpha = 200.0;        // factor of the angular term, >= 0
+  double eta_convex = 0.2;     // eta of convex edges; eta of concave edges is 1
+  double crease_length = 0.0;  // replaces the edge length |e| in eq. 2 if > 0
   double diagonal = 1.0;       // d, the diagonal of the bounding box of the vertices used by faces
-  double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
-  // subtracted from eta of smooth concave edges; lower bound of eta of smooth convex edges
+  double ridges = 0.0;         // eta of ridges (ridges.hpp); only used if larger than eta_convex
+  // Subtracted from eta of smooth concave edges, and a lower bound of eta of smooth convex edges.
   double evened = 0.0;
-  // a step is the straight line from centroid to centroid, not the path over the edge
+  // If true, a step is the straight line from centroid to centroid, not the path via the edge.
   bool is_straight = false;
-  bool all_sharp = false;  // all sharp convex edges are ridges
-  double slack = 0.0;      // subtracted from each angle: edges that bend by less are free
+  bool all_sharp = false;  // if true, all sharp convex edges are ridges
+  double slack = 0.0;      // angle in radians that is subtracted from the angle of each edge
 
-  // eta of an edge that bends by theta and is not a ridge. The edge is concave if rise > 0. Smooth
-  // edges bend by less than kSharpAngle.
+  // eta of an edge with angle theta that is not a ridge. The edge is concave if rise > 0. An edge
+  // is smooth if its angle is less than kSharpAngle.
   SUPERFACETS_ALWAYS_INLINE double eta(double rise, double theta) const {
     const double of_concave = theta < kSharpAngle ? 1.0 - evened : 1.0;
     const double of_convex = theta < kSharpAngle ? std::max(eta_convex, evened) : eta_convex;
     return rise > 0.0 ? of_concave : of_convex;
   }
 
-  // The angular term of eq. 2, for an edge of this length.
+  // The angular term of eq. 2, for an edge with the given eta, length and angle.
   SUPERFACETS_ALWAYS_INLINE double angular(double eta_of_edge, double length, double theta) const {
     return alpha * eta_of_edge * length * std::max(0.0, theta - slack) / std::numbers::pi;
   }
@@ -51,7 +53,7 @@ struct WeightOptions {
   // Whether ridges cost more than other convex edges.
   bool has_ridges() const { return alpha > 0.0 && ridges > eta_convex; }
 
-  // These options with the eta of ridges for convex edges.
+  // Returns a copy of the options in which convex edges have the eta of ridges.
   WeightOptions of_ridges() const {
     WeightOptions options = *this;
     options.eta_convex = ridges;
@@ -59,12 +61,13 @@ struct WeightOptions {
   }
 };
 
-// Sums over edges. An edge is counted at its lower face. Without ridges, n_soft and n_sharp are 0.
+// Sums over edges. Each edge is counted once, at the face with the lower index. If the options do
+// not use ridges, only `turn` is computed.
 struct EdgeSums {
-  std::int64_t turn = 0;  // in units of NetTurn
-  std::int64_t n_edges = 0;
-  std::int64_t n_soft = 0;   // edges that bend by kSoftAngle or more, but are not sharp
-  std::int64_t n_sharp = 0;  // convex edges that bend by kSharpAngle or more
+  std::int64_t turn = 0;     // net turn, in the units of class NetTurn
+  std::int64_t n_edges = 0;  // number of all edges
+  std::int64_t n_soft = 0;   // edges with an angle from kSoftAngle to below kSharpAngle
+  std::int64_t n_sharp = 0;  // convex edges with an angle of at least kSharpAngle
 
   void add(const EdgeSums& other) {
     turn += other.turn;
@@ -74,10 +77,11 @@ struct EdgeSums {
   }
 };
 
-// Net outward turn of a surface: the sum over edges of theta times length, negative for concave
-// edges. If the options have ridges, ridges are left out. The sum is twice the total mean curvature
-// of the remaining surface. An edge is counted with its lower face. Each term is rounded to a whole
-// number of units, so that sums over parts of a mesh add up exactly, in any order.
+// Net outward turn of a surface: the sum over edges of angle times length, where concave edges are
+// negative. The sum is twice the total mean curvature of the surface. If the options use ridges,
+// ridges are left out of the sum. Each edge is counted once, at the face with the lower index. Each
+// term is rounded to a whole number of units, so that sums over parts of a mesh add up exactly, in
+// any order.
 class NetTurn {
  public:
   NetTurn() = default;
@@ -86,32 +90,33 @@ class NetTurn {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
 
-  // A turn in units, rounded to an integer. An edge turns by at most pi, and is not longer than the
-  // diagonal: sums of 2^19 terms are exact in a double, sums of 2^29 terms fit into 64 bits.
+  // Converts a term to units, rounded to an integer. The angle is at most pi, and the edge is not
+  // longer than the diagonal. So sums of 2^19 terms are exact in a double, and sums of 2^29 terms
+  // fit into 64 bits.
   SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
     // doubles near this number have no fraction bits, for either sign of turn
     constexpr double kNoFraction = 0x1.8p52;
     return (turn * units_ + kNoFraction) - kNoFraction;
   }
-  // Whether edges between a face and higher faces are counted.
+  // Whether edges between a face and faces with a higher index are counted.
   bool counts(Cell face) const { return is_counted_.empty() || is_counted_[face] != 0; }
 
  private:
   static constexpr int kTurnBits = 31;
 
-  double units_ = 1.0;                        // units per unit of length
-  std::span<const std::uint8_t> is_counted_;  // (N,), or empty: all are counted
+  double units_ = 1.0;                        // number of units per radian and unit of length
+  std::span<const std::uint8_t> is_counted_;  // (N,) or empty if all faces are counted
 };
 
-// Centroids, areas and unit normals of faces. Each arc reads them, so they are computed once. If
-// `normals` is empty, the kernel computes normals, which takes 24 bytes per face.
+// Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs
+// them. If `normals` is empty, the kernel computes normals, which takes 24 bytes per face.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;
   std::span<const Point> normals;
 };
 
-// The weight of an arc by eq. 6; normals are zero if undefined.
+// The weight of an arc, computed with eq. 6. A normal is zero if undefined.
 inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
                            double alpha) {
   const double cosine = dot(normal_from, normal_to);
@@ -132,7 +137,7 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
                           std::span<double> weights);
 
 // weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
-// Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second
+// Shlafman, Tal and Katz 2002 (eq. 6). alpha is in [0, 1]. Weights are finite and >= 0. The second
 // term is 0 where a face has no normal. Memory: 24 bytes per face.
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);
@@ -143,8 +148,8 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
 double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths);
 
-// unit_of_lengths returns the unit for weights with this sum. round_weights rounds weights to a
-// given unit.
+// The two steps of quantize_weights. unit_of_lengths returns the unit for a given sum of weights.
+// round_weights rounds weights to multiples of a given unit.
 double unit_of_lengths(double total_weight);
 void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
                    std::span<float> lengths);

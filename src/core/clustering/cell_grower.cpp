@@ -1,11 +1,9 @@
 #include "clustering/cell_grower.hpp"
 
-#include "base/prefetch.hpp"
-
 namespace superfacets {
 namespace {
 
-// Prefetch distance, in places.
+// Prefetch distance: arcs are prefetched this number of cells in advance.
 constexpr std::size_t kArcsAhead = 16;
 
 }  // namespace
@@ -18,7 +16,7 @@ void CellGrower::divide(Place begin, Place end) {
   centers_.clear();
   paths_.assign(size_ + 1, kNoPath);
   paths_[size_] = 0;
-  if (graph_.straight_unit > 0.0) prices_.assign(size_, 0.0F);
+  if (graph_.straight_unit > 0.0) costs_.assign(size_, 0.0F);
   is_waiting_.assign(size_, 0);
   const auto spacing = static_cast<std::size_t>(spacing_);
   for (std::size_t i = (std::min(spacing, size_) - 1) / 2; i < size_; i += spacing) {
@@ -38,8 +36,8 @@ void CellGrower::start(Place center) {
   centers_.push_back(center);
 }
 
-// Label correction: each round extends all improved paths by one arc. Cells are a few arcs wide, so
-// a few rounds suffice.
+// Label-correcting search: each round extends all improved paths by one arc. Coarse cells are a few
+// arcs wide, so a few rounds suffice.
 void CellGrower::expand_waiting() {
   std::size_t n_expanded = 0;
   while (!waiting_.empty()) {
@@ -57,7 +55,7 @@ void CellGrower::expand_waiting() {
   }
 }
 
-// Runs Dijkstra's algorithm from all waiting places.
+// Runs Dijkstra's algorithm, starting from all waiting cells.
 void CellGrower::expand_in_order() {
   heap_.restart();
   auto push = [&](std::size_t i) { heap_.push(paths_[i], static_cast<Place>(i)); };
@@ -79,16 +77,16 @@ void CellGrower::prefetch_arcs(std::size_t index) const {
 template <typename Push>
 void CellGrower::expand(std::size_t index, const Push& push) {
   const PackedPath path = paths_[index];
-  const bool has_prices = graph_.straight_unit > 0.0;
+  const bool has_costs = graph_.straight_unit > 0.0;
   for (const Arc& arc : graph_.arcs_of(begin_ + static_cast<Place>(index))) {
     const auto length = static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
     const PackedPath longer = path + (length << kRangeBits);
     const std::size_t to = index_of(arc.to);
     if (longer >= paths_[to]) continue;
-    if (has_prices) {
-      const double price = graph_.price(begin_ + static_cast<Place>(index), arc);
-      if (price >= graph_.barrier) continue;
-      prices_[to] = prices_[index] + static_cast<float>(price);
+    if (has_costs) {
+      const double cost = graph_.crease_cost(begin_ + static_cast<Place>(index), arc);
+      if (cost >= graph_.barrier) continue;
+      costs_[to] = costs_[index] + static_cast<float>(cost);
     }
     paths_[to] = longer;
     push(to);

@@ -1,4 +1,4 @@
-// Divides a range of places into small connected cells around centers.
+// Divides a range of fine cells into small connected coarse cells.
 #pragma once
 
 #include "cells/ordered_graph.hpp"
@@ -7,27 +7,28 @@
 
 namespace superfacets {
 
-// Divides ranges of places among centers, one range after another. Each place goes to the center
-// with the shortest path within the range. Ties go to the first center. A range should fit into the
-// first-level cache.
+// Divides ranges of consecutive cells among centers, one range after another. Each cell is assigned
+// to the center with the shortest path within the range; if two paths are equally short, to the
+// first center. A range should fit into the first-level cache.
 class CellGrower {
  public:
-  static constexpr int kRangeBits = 12;  // a range has at most 2^kRangeBits places
+  static constexpr int kRangeBits = 12;  // a range has at most 2^kRangeBits cells
 
-  // Centers are `spacing` places apart.
+  // `spacing` is the distance between two centers, in cells of the sorted order.
   CellGrower(const OrderedGraph& graph, Place spacing) : graph_(graph), spacing_(spacing) {}
 
-  // Divides the places begin to end - 1. While paths leave some place unreached, the first such
-  // place becomes another center.
+  // Divides the cells begin .. end-1. As long as some cell is not reached by any path, the first
+  // such cell becomes another center.
   void divide(Place begin, Place end);
 
-  // Results for the last range: its centers, and for each place the index of its center and the
+  // Results for the last range: the centers, and for each fine cell the index of its center and the
   // length of the path from that center.
   std::span<const Place> centers() const { return centers_; }
   std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
   PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
-  // The sum of the prices of the arcs on the path to a place. Only graphs with prices have it.
-  float price(Place place) const { return prices_[place - begin_]; }
+  // Sum of the crease costs on the path to a cell. Only available if the graph has a straight_unit
+  // > 0 (see OrderedGraph).
+  float crease_cost(Place place) const { return costs_[place - begin_]; }
 
  private:
   // A path length and the index of a center, packed into one integer that compares like (length,
@@ -37,12 +38,12 @@ class CellGrower {
   static constexpr PackedPath kCellMask = (PackedPath{1} << kRangeBits) - 1;
   static constexpr PackedPath kNoPath = ~PackedPath{0};
 
-  // Limit of expansions per place of the range. At this limit the search switches to Dijkstra's
-  // algorithm. On meshes a place is expanded once or twice.
+  // Maximum number of expansions per cell of the range. Above this number, the search switches to
+  // Dijkstra's algorithm. On meshes, a cell is expanded once or twice.
   static constexpr std::size_t kMaxExpanded = 4;
 
-  // The index of a place within the range. All places outside share one extra entry, which no path
-  // improves.
+  // The index of a cell within the range. All cells outside the range share one extra index, whose
+  // path is never improved.
   std::size_t index_of(Place place) const {
     return std::min(static_cast<std::size_t>(static_cast<std::uint32_t>(place - begin_)), size_);
   }
@@ -56,12 +57,13 @@ class CellGrower {
   const OrderedGraph& graph_;
   const Place spacing_;
   Place begin_ = 0;
-  std::size_t size_ = 0;  // number of places in the range
+  std::size_t size_ = 0;  // number of cells in the range
   std::vector<Place> centers_;
-  std::vector<PackedPath> paths_;            // by index, plus one entry for all places outside
-  std::vector<float> prices_;                // by index, if arcs have prices
-  std::vector<std::uint8_t> is_waiting_;     // by index
-  std::vector<std::size_t> waiting_, next_;  // indices with an improved path, not yet expanded
+  std::vector<PackedPath>
+      paths_;                 // best path to each cell of the range, plus one entry for outside
+  std::vector<float> costs_;  // crease costs of each path; empty without straight_unit
+  std::vector<std::uint8_t> is_waiting_;     // 1 if a cell is in the list of the next round
+  std::vector<std::size_t> waiting_, next_;  // cells to expand in this round and in the next round
   RadixHeap heap_;
 };
 

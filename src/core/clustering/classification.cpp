@@ -14,8 +14,8 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   centers_.assign(centers.begin(), centers.end());
   const std::vector<PathLength> before =
       std::exchange(offsets_, std::vector(offsets.begin(), offsets.end()));
-  // The detour from the new center to the old one bounds the increase of path lengths only if every
-  // arc has a reverse arc of equal length.
+  // Paths can be reused only if every arc has a reverse arc of equal length. Otherwise the path
+  // from the new center to the old center may be longer than the path in the other direction.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {
@@ -32,7 +32,7 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each center has its own label and, if islands are kept, each place has a label.
+// Whether each center has its own label and, if islands_ is kKeep, each cell has a label.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;
@@ -53,10 +53,10 @@ void Classification::start_all() {
   }
 }
 
-// When a center moves, the paths of its region are lengthened by the detour from the new center to
-// the old one, and by the increase of the center's offset. So the paths remain valid upper bounds,
-// and no path has to be reset. Shorter paths from the new center then replace nearly all paths of
-// its region, and few paths of other regions.
+// When a center moves, all path lengths of its region are increased by the length of the path from
+// the new center to the old center, and by the increase of the center's offset. So the lengths
+// remain valid upper bounds, and no path has to be reset. Shorter paths from the new center then
+// replace nearly all paths of its region, and few paths of other regions.
 void Classification::start_moved(std::span<const PathLength> offsets_before) {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {

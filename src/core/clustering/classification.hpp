@@ -2,45 +2,47 @@
 #pragma once
 
 #include "clustering/islands.hpp"
-#include "paths/expansion.hpp"
 #include "paths/halting.hpp"
 
 namespace superfacets {
 
-// The classification of all places by centers. The time of a repeated classification is
-// proportional to the number of changes. Memory: 12 bytes per cell. Halted expansions take 4 more
-// bytes, plus 8 bytes for each of up to four threads.
+// Assigns each cell of a graph to the center with the shortest path, and updates this assignment
+// when centers move. An update takes time proportional to the number of cells whose path changes.
+// Uses 12 bytes per cell. With a finite `reach`, it uses 4 more bytes per cell, and 8 bytes per
+// cell for each of up to four threads.
 class Classification {
  public:
-  // With an infinite `reach` the classification is exact: each place gets the label of the nearest
-  // center, ties go to the lowest label, and regions are connected. A finite reach halts expansions
-  // (see HaltedPaths). If islands are kept, the lowest unreached cell becomes a center, repeatedly,
-  // until all cells are reached. Otherwise unreached cells get kNoLabel.
+  // If `reach` is infinite, the classification is exact: each cell gets the label of the nearest
+  // center (the lowest label if several centers are equally near), and regions are connected. A
+  // finite `reach` limits the Euclidean distance at which paths are continued (see HaltedPaths). If
+  // `islands` is kKeep, the lowest unreached cell becomes a center, repeatedly, until all cells are
+  // reached. Otherwise, unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
-  // Classifies all places by these centers. `offsets` holds the initial path length of each center.
-  // With offsets, a center may be in the region of another center and have no cell. An offset must
-  // not be less than in the last call, and expansions must not be halted.
+  // Assigns all cells to the given centers. `offsets` contains the initial path length of each
+  // center, or is empty if all of them are 0. A center with an offset may be in the region of
+  // another center, and its own region may be empty. An offset must not be less than in the last
+  // call. Offsets require an infinite `reach`.
   void classify(std::span<const Place> centers, std::span<const PathLength> offsets = {});
 
   // The centers of the last call, followed by unreached cells that became centers.
   std::span<const Place> centers() const { return centers_; }
 
-  // The path to a place from its center. Its label is the index of the center in `centers`.
+  // The path from the nearest center to a cell. Its label is the index of the center in centers().
   Path path(Place place) const {
     return halted_ ? halted_->path(exact_, place) : exact_.path(place);
   }
 
-  // Calls take(begin, end), on several threads, for ranges of places whose paths may have changed
-  // since the last call. All other paths are unchanged.
+  // Calls take(begin, end), on several threads, for ranges of cells whose paths may have changed
+  // since the last call. Paths outside these ranges are unchanged.
   template <typename Take>
   void take_changes(const Take& take) {
     team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
-      // Halted expansions do not record which corrections are new, so `take` gets all places.
+      // HaltedPaths does not record which paths have changed, so all cells are visited.
       if (!halted_ && !exact_.has_changed(chunk)) return;
       const auto [begin, end] = exact_.places(chunk);
       take(begin, end);
-      exact_.settle(chunk);
+      exact_.clear_changed(chunk);
     });
   }
 
@@ -59,8 +61,8 @@ class Classification {
   Expansion exact_;
   std::optional<HaltedPaths> halted_;
   std::vector<Place> centers_;
-  std::vector<Place> started_;       // centers of the exact paths
-  std::vector<PathLength> offsets_;  // offset of each center; 0 if none was given
+  std::vector<Place> started_;       // centers from which exact_ was last run
+  std::vector<PathLength> offsets_;  // offset of each center; empty if all offsets are 0
   bool may_have_orphans_ = true;
 };
 

@@ -1,7 +1,5 @@
 #include "clustering/clustering.hpp"
 
-#include "base/assert.hpp"
-#include "base/threads.hpp"
 #include "clustering/relocation.hpp"
 
 namespace superfacets {

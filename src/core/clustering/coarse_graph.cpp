@@ -1,16 +1,14 @@
 #include "clustering/coarse_graph.hpp"
 
-#include <numeric>
-
 #include "clustering/nearest_members.hpp"
 
 namespace superfacets {
 
-// Weight of a cell without area in the mean of a coarse cell. A positive weight gives every coarse
-// cell a mean.
+// Minimum weight of a cell in the mean of a coarse cell. The weight is positive, so that the mean
+// is defined even if all measures are 0.
 constexpr double kLeastMeasure = 1e-300;
 
-// The coarse cells of a range.
+// The coarse cells of one range, and the arcs that leave them.
 struct CoarseGraph::Part {
   RangeCells cells;
   RangeArcs leaving;
@@ -19,7 +17,7 @@ struct CoarseGraph::Part {
 CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team)
     : fine_(fine), local_(fine.n_cells()) {
   SUPERFACETS_ASSERT(fine.is_symmetric && cell_size >= 1);
-  // (N,) length of the path from the center of the coarse cell to each place
+  // (N,) length of the path from the center of the coarse cell to each fine cell
   Buffer<float> lengths(fine.n_cells());
   std::vector<Part> parts = divide(cell_size, lengths, team);
   number(parts);

@@ -1,12 +1,9 @@
-// The coarse cells of one range of places, and the arcs that leave them.
+// Builds the coarse cells of one range of fine cells, and the arcs that leave them.
 #pragma once
 
 #include <tuple>
 
-#include "base/elementary.hpp"
 #include "base/lists.hpp"
-#include "base/prefetch.hpp"
-#include "cells/ordered_graph.hpp"
 #include "clustering/cell_grower.hpp"
 #include "clustering/sums.hpp"
 
@@ -14,20 +11,20 @@ namespace superfacets {
 
 // The coarse cells of a range.
 struct RangeCells {
-  std::vector<Place> centers;
-  std::vector<WeightedSum> sums;
+  std::vector<Place> centers;     // fine cell at the center of each coarse cell
+  std::vector<WeightedSum> sums;  // positions and measures of the fine cells of each coarse cell
 };
 
 // The arcs that leave the coarse cells of a range.
 struct RangeArcs {
-  std::vector<std::int64_t> ends;  // for each cell, one past its last arc
-  std::vector<Arc> arcs;           // to coarse cells
+  std::vector<std::int64_t> ends;  // one past the last arc of each coarse cell
+  std::vector<Arc> arcs;           // arcs to other coarse cells
 };
 
-// Divides the places begin to end - 1 into coarse cells. Calls write(place, cell, length) for each
-// place. `cell` is the index of the coarse cell within the range. `length` is the length of the
-// path from the center of the coarse cell. In a graph with straight steps, `length` is the sum of
-// the prices only.
+// Divides the fine cells begin .. end-1 into coarse cells. Calls write(place, cell, length) for
+// each fine cell. `cell` is the index of the coarse cell within the range. `length` is the length
+// of the path from the center of the coarse cell to the fine cell. If the graph has a straight_unit
+// > 0, `length` is the sum of the crease costs on this path instead.
 template <typename Write>
 RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begin, Place end,
                         const Write& write) {
@@ -35,17 +32,18 @@ RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begi
   RangeCells cells;
   cells.centers.assign(grower.centers().begin(), grower.centers().end());
   cells.sums.resize(cells.centers.size());
-  const bool has_prices = fine.straight_unit > 0.0;
+  const bool has_costs = fine.straight_unit > 0.0;
   for (Place place = begin; place < end; ++place) {
     const std::size_t cell = grower.cell(place);
-    write(place, cell, has_prices ? grower.price(place) : static_cast<float>(grower.length(place)));
+    write(place, cell,
+          has_costs ? grower.crease_cost(place) : static_cast<float>(grower.length(place)));
     cells.sums[cell].add(fine.positions[place], fine.measures[place]);
   }
   return cells;
 }
 
-// Adds an arc, unless one of the last arcs is parallel: that one becomes as short as the shorter. A
-// coarse cell has few neighbors, so few parallel arcs remain to be sorted.
+// Appends an arc. If one of the last kSearched arcs has the same target, shortens that arc to the
+// minimum instead. A coarse cell has few neighbors, so few parallel arcs remain to be sorted.
 inline void add_or_shorten(std::vector<Arc>& arcs, const Arc& arc) {
   constexpr std::size_t kSearched = 8;
   const std::size_t end = arcs.size() - std::min(arcs.size(), kSearched);
@@ -57,7 +55,7 @@ inline void add_or_shorten(std::vector<Arc>& arcs, const Arc& arc) {
   arcs.push_back(arc);
 }
 
-// Keeps the shortest of parallel arcs, sorted by target.
+// Sorts arcs by target, and keeps only the shortest arc to each target.
 inline void remove_parallel(std::vector<Arc>& arcs) {
   std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
     return std::tie(a.to, a.length) < std::tie(b.to, b.length);
@@ -67,22 +65,24 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
   arcs.erase(end, arcs.end());
 }
 
-// Computes lengths of arcs between coarse cells. If steps are straight, the length of an arc is the
-// distance between the positions of its cells, plus the lowest price of a path across their border.
+// Computes lengths of arcs between coarse cells. If the graph has a straight_unit > 0 (see
+// OrderedGraph), the length of an arc is the straight distance between the positions of its cells,
+// plus the lowest crease cost of a path across their border.
 struct CrossingLengths {
   const OrderedGraph& fine;
-  std::span<const float> from_center;  // (N,) by place, as written by divide_range
-  std::span<const Point> positions;    // of coarse cells; empty if steps are not straight
+  std::span<const float> from_center;  // (N,) `length` of each fine cell; see divide_range
+  std::span<const Point> positions;    // positions of coarse cells; empty if straight_unit is 0
 
-  // The length (the price, if steps are straight) of the path from center to center over an arc.
-  // The path lengths at both ends are added first, so both directions of the arc give the same
-  // bits.
+  // The length (or crease cost, if straight_unit > 0) of the path from center to center via an arc
+  // between fine cells. The values at both ends are added first, so that both directions of the arc
+  // give the same bits.
   float across(Place place, const Arc& arc) const {
     const float ends = from_center[place] + from_center[arc.to];
     return positions.empty() ? ends + arc.length
-                             : ends + static_cast<float>(fine.price(place, arc));
+                             : ends + static_cast<float>(fine.crease_cost(place, arc));
   }
-  // The length of an arc, given the least result of `across`.
+  // The length of a coarse arc, given the minimum of across() over all fine arcs between its two
+  // cells.
   float of(Cell from, Cell to, float least) const {
     if (positions.empty()) return least;
     const double straight = norm(positions[to] - positions[from]) / fine.straight_unit;
@@ -90,9 +90,9 @@ struct CrossingLengths {
   }
 };
 
-// Returns the arcs of the coarse cells first to first + n_cells - 1, which consist of the places
-// begin to end - 1. coarse_of(place) is the coarse cell of a place that is in this range or
-// adjacent to the range.
+// Returns the arcs that leave the coarse cells first .. first+n_cells-1, which consist of the fine
+// cells begin .. end-1. coarse_of(place) must return the coarse cell of any fine cell that is in
+// this range or adjacent to the range.
 template <typename CoarseOf>
 RangeArcs connect_range(std::pair<Place, Place> range,
                         std::pair<Cell, std::size_t> first_and_number, const CoarseOf& coarse_of,

@@ -14,7 +14,8 @@ std::pair<Place, Place> places_of_range(std::int64_t range, Place n_own) {
   return {begin, std::min(begin + (1 << CellGrower::kRangeBits), n_own)};
 }
 
-// Concatenates the cells of all ranges, and numbers them from the first cell of the tile.
+// Concatenates the coarse cells of all ranges. They are numbered from the first coarse cell of the
+// tile.
 TileCells joined(std::span<const RangeCells> parts, Buffer<Cell> of, Buffer<float> lengths) {
   TileCells cells;
   for (const RangeCells& part : parts) {
@@ -42,7 +43,7 @@ TileCells joined(std::span<const RangeCells> parts, Buffer<Cell> of, Buffer<floa
 TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, ThreadTeam& team) {
   SUPERFACETS_ASSERT(n_own >= 1 && n_own <= tile.n_cells() && cell_size >= 1);
   std::vector<RangeCells> parts(n_ranges(n_own));
-  // (n_own,) coarse cell of each place, as an index within its range
+  // (n_own,) coarse cell of each fine cell, as an index within its range
   Buffer<Cell> of(n_own);
   Buffer<float> lengths(n_own);
   PerThread<CellGrower> growers(team.size());

@@ -1,17 +1,14 @@
 #include "clustering/farthest.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 
-// Initial value of a maximum: less than every squared distance, and less than kIsCenter.
+// Initial value of a maximum, less than every squared distance and less than kIsCenter.
 constexpr double kBelowAll = -2.0;
 
-// Tree level whose nodes are updated on several threads if a new center changes enough of these
-// nodes. A node of this level holds 2^11 cells, about ten microseconds of work.
+// Tree level whose nodes are updated on several threads, if a new center may change at least
+// kMinShared of these nodes. A node of this level contains 2^11 cells, about ten microseconds of
+// work.
 constexpr std::size_t kSharedLevel = 2;
 constexpr std::size_t kMinShared = 8;
 
@@ -66,7 +63,7 @@ void FarthestPoints::update_all(std::size_t top, Point position) {
   }
 }
 
-// Lists the nodes of the shared level that a new center may change, in ascending order.
+// Lists the nodes of level kSharedLevel that a new center may change, in ascending order.
 void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point center,
                                    std::vector<std::size_t>& changing) const {
   if (!can_change(level, index, center)) return;
@@ -75,8 +72,8 @@ void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point c
   for (auto child = begin; child < end; ++child) find_changing(level - 1, child, center, changing);
 }
 
-// Returns false if the box of a node is at least as far from the new center as the farthest cell in
-// the box is from the earlier centers. Then no distance in the box changes.
+// Whether a new center may change a distance in a node. No distance changes if every point in the
+// node's box is farther from the new center than every cell in the node is from its nearest center.
 bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
   return summaries_[level][index].farthest_squared >
          graph_.tree.level(level)[index].squared_distance(center);

@@ -1,18 +1,18 @@
-// Farthest-point sampling in a tree of bounding boxes; used by the seeding stage.
+// Farthest-point sampling with a tree of bounding boxes, used for seeding (stage 3).
 #pragma once
 
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
-// Stores the squared distance of every cell to the nearest center placed so far, and finds the
-// farthest cell.
+// Stores the squared distance of every cell to the nearest center so far, and finds the farthest
+// cell.
 class FarthestPoints {
  public:
   // Starts without centers.
   FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
 
-  // Excludes the places for which is_left_out(place) holds: they are never the farthest.
+  // Excludes the cells for which is_left_out(place) is true, so that they are never the farthest.
   template <typename IsLeftOut>
   void leave_out(const IsLeftOut& is_left_out) {
     for (Place place = 0; place < graph_.n_cells(); ++place) {
@@ -21,21 +21,21 @@ class FarthestPoints {
     summarize_all();
   }
 
-  // Places a center: its cell is never the farthest again.
+  // Adds a center and updates the distances of all cells.
   void place(Place center);
 
-  // The cell farthest from all centers. Ties go to the lowest cell. At least one cell must be
-  // neither a center nor excluded.
+  // The cell farthest from all centers, or the lowest cell if several are equally far. At least one
+  // cell must be neither a center nor excluded.
   Place farthest() const;
 
  private:
-  // Squared distance stored for centers and excluded places. It is less than every real one, so
-  // these places are never the farthest.
+  // Squared distance stored for centers and excluded cells. It is less than every actual squared
+  // distance, so these cells are never the farthest.
   static constexpr double kIsCenter = -1.0;
 
   struct Summary {
-    double farthest_squared;  // the largest squared distance among the cells of a node
-    Place farthest;           // the place at that distance; ties go to the lowest cell
+    double farthest_squared;  // maximum squared distance of the cells of a node
+    Place farthest;           // the cell at that distance, the lowest if there are several
   };
 
   bool can_change(std::size_t level, std::size_t index, Point center) const;
@@ -51,8 +51,8 @@ class FarthestPoints {
 
   const OrderedGraph& graph_;
   ThreadTeam& team_;
-  Buffer<double> squared_distance_;              // (N,) infinite before any center
-  std::vector<std::vector<Summary>> summaries_;  // of each node, indexed as in the tree
+  Buffer<double> squared_distance_;              // (N,) squared distance to the nearest center
+  std::vector<std::vector<Summary>> summaries_;  // [level][node] maximum of each tree node
 };
 
 }  // namespace superfacets

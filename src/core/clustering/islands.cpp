@@ -1,18 +1,13 @@
 #include "clustering/islands.hpp"
 
-#include <algorithm>
-#include <limits>
-#include <mutex>
-#include <numeric>
 #include <tuple>
 
 #include "cells/components.hpp"
-#include "spatial/box_tree.hpp"
 
 namespace superfacets {
 namespace {
 
-// Number of islands per task.
+// Number of unlabeled cells per task.
 constexpr std::int64_t kBlock = 1 << 10;
 
 // A labeled cell, and its distance from an island.
@@ -26,11 +21,11 @@ struct Candidate {
   }
 };
 
-// A tree of boxes over the labeled cells only. A search in the tree of all cells would also visit
-// the cells of other islands, of which there may be thousands near an island.
+// A box tree of the labeled cells only. A search in the tree of all cells would also visit the
+// cells of other islands, and there may be thousands of these near an island.
 class LabeledCells {
  public:
-  // `labels` is indexed by place, `groups` by cell. `groups` may be empty.
+  // `labels` is in the sorted order of the graph. `groups` is in the order of the input, or empty.
   LabeledCells(const OrderedGraph& graph, std::span<const Label> labels,
                std::span<const Label> groups, ThreadTeam& team) {
     for (Place place = 0; place < graph.n_cells(); ++place) {
@@ -52,11 +47,12 @@ class LabeledCells {
         ranges, {}, [](Range& range, const Range& other) { range.include(other); });
   }
 
-  // Searches for the labeled cell nearest to `target`, a cell of an island of this group. `best`
-  // holds the nearest cell found for other cells of the island. A nearer cell replaces it.
+  // Searches for the labeled cell nearest to `target`, the position of a cell of an island that
+  // belongs to `group`. `best` is the best candidate found so far, and is replaced by a nearer
+  // cell.
   void search(Point target, Place place, Label group, Candidate& best) const {
-    // The search starts at the nearest cell along the curve, which is usually near in space, so
-    // that most boxes are farther away and skipped.
+    // The first candidates are the nearest labeled cells along the space-filling curve. They are
+    // usually near in space, so that most boxes are farther away and skipped.
     const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), group, best);
@@ -92,14 +88,14 @@ class LabeledCells {
     if (other.is_better_than(best)) best = other;
   }
 
-  std::vector<Place> places_;  // ascending
-  std::vector<Point> positions_;
-  std::vector<Cell> cells_;
-  std::vector<Label> labels_;
-  std::vector<Label> groups_;  // empty without groups
-  BoxTree tree_;
-  std::vector<std::vector<Cell>> lowest_;  // lowest cell of each tree node, by level
-  // groups in each tree node, by level; empty without groups
+  std::vector<Place> places_;     // sorted index of each labeled cell, ascending
+  std::vector<Point> positions_;  // position of each labeled cell
+  std::vector<Cell> cells_;       // input index of each labeled cell
+  std::vector<Label> labels_;     // label of each labeled cell
+  std::vector<Label> groups_;     // group of each labeled cell; empty if there are no groups
+  BoxTree tree_;                  // boxes of the labeled cells
+  std::vector<std::vector<Cell>> lowest_;  // [level][node] lowest input index in the node
+  // [level][node] range of groups in the node; empty if there are no groups
   std::vector<std::vector<Range>> ranges_;
 };
 
@@ -113,7 +109,8 @@ std::vector<Place> unlabeled_places(std::span<const Label> labels, const Compone
   return places;
 }
 
-// The nearest labeled cell of each island. Islands have the indices of their connected components.
+// Finds the labeled cell nearest to each island. Islands are numbered like the connected
+// components.
 std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells& labeled,
                                   std::span<const Place> places, const Components& pieces,
                                   std::span<const Label> groups, ThreadTeam& team) {
@@ -135,7 +132,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   return nearest;
 }
 
-// Makes a region of each island that may not join any region.
+// Turns each island that may not join any region into a region.
 void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
   Label next = *std::ranges::max_element(joined.labels) + 1;
   std::vector<Label> names(pieces.n_components, kNoLabel);

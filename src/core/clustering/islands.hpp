@@ -13,23 +13,25 @@ enum class Islands : std::uint8_t {
 };
 
 struct JoinedIslands {
-  Buffer<Label> labels;           // (N,) without kNoLabel
+  Buffer<Label> labels;           // (N,) label of each cell, never kNoLabel
   Cell n_joined = 0;              // number of islands that joined a region
-  std::vector<Cell> new_centers;  // lowest cell of each island that became a region
+  std::vector<Cell> new_centers;  // lowest cell of each island that became a new region
 };
 
 // Group of an island that may join any region.
 inline constexpr Label kAnyGroup = -1;
 
-// An island is a connected component of the cells with kNoLabel. Each island gets the label of the
-// labeled cell with the least Euclidean distance from any cell of the island. Ties go to the lowest
-// labeled cell. `labels` is indexed by cell, and at least one cell must have a label. Time O(N log
-// N) in practice.
+// Labels the islands. An island is a connected component of the cells with kNoLabel. Each island
+// gets the label of the labeled cell with the smallest Euclidean distance from any cell of the
+// island. If several labeled cells are equally near, the lowest is used. `labels` has one value per
+// cell, in the order of the input, and at least one cell must have a label. Time O(N log N) in
+// practice.
 //
-// `groups` is empty, or holds the group of each cell, which is the same for all cells of an island.
-// With groups, an island joins only cells of its own group; an island of kAnyGroup joins any cell.
-// An island whose group has no labeled cell becomes a region. These regions get labels from K on,
-// in the order of their lowest cells.
+// `groups` is empty or contains the group of each cell, which must be the same for all cells of an
+// island. If there are groups, an island can only join cells of its own group. An island of the
+// group kAnyGroup can join any cell. An island whose group has no labeled cell becomes a new
+// region. If there are K regions, new regions get the labels K, K + 1, ... in the order of their
+// lowest cells.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team);
 

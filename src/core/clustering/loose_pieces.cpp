@@ -1,11 +1,5 @@
 #include "clustering/loose_pieces.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 #include "cells/components.hpp"
 
 namespace superfacets {
@@ -26,8 +20,8 @@ class PieceJoiner {
   Buffer<Label> take_labels() && { return std::move(labels_); }
 
  private:
-  // Runs one round with the arcs shorter than `barrier`. Returns whether any cell has joined a
-  // region.
+  // Runs one round that uses only arcs shorter than `barrier`. Returns whether any cell has joined
+  // a region.
   bool join_some(std::vector<Cell>& loose, double barrier) {
     std::vector<std::pair<Cell, Label>> joining;
     for (const Cell cell : loose) {

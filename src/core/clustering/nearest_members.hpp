@@ -1,30 +1,31 @@
-// Finds the cell of a region nearest to a point, for many regions.
+// For many regions, finds the cell of the region that is nearest to a given point.
 #pragma once
 
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
-// For each region, finds the place nearest to the target of the region among the places with its
-// label. Ties go to the lowest cell. `regions` is ascending. On entry, `places` holds any place of
-// each region; a place near the target makes the search fast. On return, `places` holds the nearest
-// places. label_of(place) may be called on any thread. Time O(N + R log N). A search in the box
-// tree stops after kShares times the region's share of all leaves, for example if the target is far
-// away or many cells are equally near. One pass over all places then finds the results for the
-// remaining regions. A region of few places is not
-// searched for, because the pass takes less time.
+// For each region, finds the cell of the region that is nearest to its target point; the lowest
+// cell if several are equally near. `regions` contains labels in ascending order. On entry,
+// `places` contains any cell of each region; the search is fast if this cell is near the target. On
+// return, `places` contains the nearest cells. label_of(place) is called on several threads.
+// The search in the box tree is limited to kVisitFactor times (number of leaves / number of
+// regions). It stops early if, for example, the target is far from the region or many cells are
+// equally near. A single pass over all cells then finds the results for these regions. If regions
+// have few cells on average, only the pass is used, because it is faster. Time O(N + R log N).
 template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,
                           std::span<Place> places, ThreadTeam& team) {
   constexpr std::int64_t kLeastVisits = 32;
-  // limit of a search, in multiples of (number of leaves) / (number of regions)
-  constexpr std::int64_t kShares = 16;
-  constexpr std::int64_t kFewPlaces = 64;  // per region
+  // maximum number of leaves visited by a search, in multiples of (all leaves / regions)
+  constexpr std::int64_t kVisitFactor = 16;
+  // below this mean number of cells per region, only the pass over all cells is used
+  constexpr std::int64_t kFewPlaces = 64;
   const std::int64_t n_regions = std::ssize(regions);
   if (n_regions == 0) return;
   const std::int64_t n_leaves = std::ssize(graph.tree.level(0));
-  const std::int64_t n_visits = kLeastVisits + kShares * n_leaves / n_regions;
+  const std::int64_t n_visits = kLeastVisits + kVisitFactor * n_leaves / n_regions;
   std::vector<std::uint8_t> is_found(n_regions);
   const bool are_searched = graph.n_cells() >= kFewPlaces * n_regions;
   team.for_each(are_searched ? n_regions : 0, [&](std::int64_t i, int) {
@@ -35,7 +36,7 @@ void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regi
   });
 
   constexpr std::int64_t kNotGivenUp = -1;
-  // (by label) index among the regions whose search gave up
+  // index of each label in given_up, or kNotGivenUp
   std::vector<std::int64_t> given_up_of(regions.back() + 1, kNotGivenUp);
   std::vector<NearestPlace> given_up;
   for (std::int64_t i = 0; i < n_regions; ++i) {
@@ -44,7 +45,7 @@ void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regi
     given_up.emplace_back(graph, targets[i], places[i]);
   }
   if (given_up.empty()) return;
-  // Each thread has some of the regions.
+  // Each thread passes over all cells, and updates only its own part of the regions.
   const std::int64_t n_parts = std::min<std::int64_t>(team.size(), std::ssize(given_up));
   team.for_each(n_parts, [&](std::int64_t part, int) {
     const std::int64_t begin = part * std::ssize(given_up) / n_parts;

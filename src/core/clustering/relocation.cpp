@@ -1,12 +1,5 @@
 #include "clustering/relocation.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-
-#include "base/assert.hpp"
 #include "paths/second_paths.hpp"
 
 namespace superfacets {
@@ -20,12 +13,12 @@ constexpr double kGain = 0.5;
 constexpr double kGainWithBarriers = 0.25;
 
 struct Need {
-  double removal_cost = 0.0;  // infinite if some place has no second-nearest center
-  double distortion = 0.0;
-  Place farthest = 0;
+  double removal_cost = 0.0;  // infinite if some cell has no second-nearest center
+  double distortion = 0.0;    // see relocate_centers
+  Place farthest = 0;         // cell with the longest path from the center
 };
 
-// Computes the need of a region that consists of these places.
+// Computes removal cost, distortion and farthest cell of a region, given as a list of its cells.
 Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
              std::span<const Path> seconds, std::span<const Place> region) {
   Need need;
@@ -49,7 +42,7 @@ Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
   return need;
 }
 
-// The labels with the lowest keys, in ascending order of (key, label).
+// All labels, in ascending order of (key, label).
 template <typename Key>
 std::vector<Label> sorted_labels(std::size_t n_regions, const Key& key) {
   std::vector<Label> labels(n_regions);

@@ -1,66 +1,68 @@
-// Stage 3: the first centers.
+// Stage 3: chooses the initial centers (seeds).
 #pragma once
 
-#include "base/threads.hpp"
-#include "base/types.hpp"
-#include "cells/ordered_graph.hpp"
 #include "clustering/islands.hpp"
 
 namespace superfacets {
 
-// A connected component is large if it has at least half of the expected measure of a region, or if
-// all larger components together have fewer than n_seeds cells. The n_seeds largest of these
-// components get seeds. Ties go to the component of `first`, then to the component with the lowest
-// cell. All other components are islands. The direction of arcs does not matter for components.
+// Seeds are placed in large components only. A connected component is large if it has at least half
+// of the mean measure of a region, or if all larger components together have fewer than n_seeds
+// cells. At most n_seeds components are large. All other components are islands. Components with
+// equal measures are ordered by their lowest cells, but the component of `first` comes first.
+// Components are connected components of the undirected graph.
 
-// The cell nearest to the measure-weighted mean of all positions. Ties go to the lowest index.
+// The cell nearest to the measure-weighted mean of all positions, or the lowest cell if several are
+// equally near.
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
-// The number of cells in components with at least half the expected measure of a region. If this
+// The number of cells in components that have at least half the mean measure of a region. If this
 // number is at least n_seeds, all other components are islands.
 std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds, ThreadTeam& team);
 
-// Farthest-point sampling by Euclidean distance. Starts with `first`, and repeatedly adds the cell
-// farthest from all chosen cells, until n_seeds <= N cells are chosen. Ties go to the lowest index.
-// Time O(N log N + k log N) in practice, because a tree of bounding boxes skips groups of cells
-// that are nearer to earlier seeds. Memory: 9 bytes per cell.
+// Farthest-point sampling with Euclidean distances. Starts with `first`, and repeatedly adds the
+// cell farthest from all chosen cells (the lowest cell, if several are equally far), until n_seeds
+// <= N cells are chosen. Time O(N log N + k log N) in practice, because a tree of bounding boxes
+// skips groups of cells that are nearer to earlier seeds. Uses 9 bytes per cell.
 //
-// If islands are not kept, islands get no seeds, and the other components start with the same seeds
-// as in geodesic_seeds.
+// If `islands` is not kKeep, islands get no seeds, and the first seeds of the large components are
+// the same as in geodesic_seeds.
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team);
 
-// Farthest-point sampling by path length. Starts with `first`, and repeatedly adds the cell with
-// the longest path from its nearest chosen cell, until n_seeds <= N cells are chosen. Ties go to
-// the lowest index.
+// Farthest-point sampling with path lengths. Starts with `first`, and repeatedly adds the cell with
+// the longest path from its nearest chosen cell (the lowest cell, if several paths are equally
+// long), until n_seeds <= N cells are chosen.
 //
-// In a graph of several components, the first seeds are the cells nearest to the mean position of
-// each large component (see update_centers), in the order of the components. Islands get no seed.
-// If one-way arcs leave cells of large components unreached, the lowest unreached cell is the next
-// seed.
+// If the graph has several components, the first seeds are the cells nearest to the mean position
+// of each large component (see update_centers), from the largest component to the smallest. Islands
+// get no seeds. If one-way arcs leave cells of large components unreached, the lowest unreached
+// cell is the next seed.
 //
-// Time: about log k passes over a mesh, because each seed expands only to the cells for which it is
-// the nearest seed. Memory: 12 bytes per cell, 28 if there are several components.
+// The time is about log k passes over the mesh for k seeds, because each seed expands only to the
+// cells for which it is the nearest seed. Uses 12 bytes per cell, or 28 if there are several
+// components.
 std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  ThreadTeam& team);
 
-// Seeds along the curve for three fifths of n_seeds, then the cell with the longest path from all
-// seeds, repeatedly, as in geodesic_seeds. The share of a cell is its measure times the root of the
-// mean length of its arcs per straight distance, and each component is divided along the curve into
-// parts of equal shares. A seed is the middle of a part. Large components get seeds in proportion
-// to their shares, but at least one each; islands get none.
+// Chooses the first 60% of the seeds along the space-filling curve, and the remaining seeds as in
+// geodesic_seeds. Along the curve, each component is divided into parts of equal weight, and the
+// middle cell of each part is a seed. The weight of a cell is its measure times sqrt(sum of its arc
+// lengths / sum of the straight distances of these arcs), so that seeds are denser near creases.
+// Large components get seeds in proportion to their total weight, but at least one each. Islands
+// get no seeds.
 //
-// Time: few passes, as gaps between seeds are small. Memory: as geodesic_seeds.
+// The time is a few passes over the mesh, because gaps between seeds are small. Uses as much memory
+// as geodesic_seeds.
 std::vector<Cell> curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                               ThreadTeam& team);
 
-// Visits cells in ascending order of path length from `first`. Ties go to the lowest index. A
-// visited cell that no region has reached starts a region. The region expands through the cells
-// within `reach` of its first cell, and also labels the cells adjacent to them. The component of
-// `first` is flooded first. The other components follow in the order of their lowest cells; each
-// flood starts at the lowest cell. If islands are not kept, islands (for n_seeds expected regions)
-// are left out. Cells that one-way arcs leave without a path from the start are visited last in
-// their component.
+// Visits cells in ascending order of path length from `first`, then of index. If no region has
+// reached the visited cell, it becomes the seed of a new region. The region expands through all
+// cells within the Euclidean distance `reach` of the seed, and also reaches the neighbors of these
+// cells. The component of `first` is flooded first. The other components follow in the order of
+// their lowest cells; each flood starts at the lowest cell. If `islands` is not kKeep, islands get
+// no seeds; n_seeds is then the expected number of regions. If one-way arcs leave cells without a
+// path from the start, these cells are visited last in their component.
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
                               Islands islands, ThreadTeam& team);
 

@@ -5,15 +5,16 @@ namespace {
 
 constexpr double kLowerScale = 0x1p31;
 
-// Upper bound of the scaled sum over all cells.
+// Upper bound of the sum over all cells, after scaling.
 constexpr double kLargest = 0x1p62;
 
-// Smallest total that has a finite scale. The caller rejects smaller areas and extents. A smaller
-// extent of nearly coincident centroids remains possible; there any center is acceptable.
+// Smallest total for which the scale is finite. The caller rejects meshes with smaller areas or
+// extents. Only nearly coincident centroids can have a smaller extent, and then any center is
+// acceptable.
 constexpr double kSmallestTotal = 0x1p-900;
 
-// Returns the power of two that scales the sum `total` to less than 2^61. The difference to
-// kLargest leaves room for rounding errors.
+// Returns the power of two that scales the sum `total` to less than 2^61. The margin to kLargest
+// allows for rounding errors.
 double scale_for(double total) {
   return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
 }

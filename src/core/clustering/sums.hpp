@@ -1,20 +1,19 @@
-// Measure-weighted sums over cells. WeightedSum uses floating point, for few cells. FixedSum uses
-// fixed point, for all cells: its result does not depend on the order of additions and
+// Measure-weighted sums over cells. WeightedSum uses floating point, and is used for few cells.
+// FixedSum uses fixed point, so its result does not depend on the order of additions and
 // subtractions.
 #pragma once
-
-#include <array>
 
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
-// Cells must be added in an order that does not depend on the number of threads.
+// Floating-point sum over cells. Cells must be added in an order that does not depend on the number
+// of threads.
 struct WeightedSum {
   Point weighted{0.0, 0.0, 0.0};  // sum of measure times position
   Point plain{0.0, 0.0, 0.0};     // sum of positions
-  double measure = 0.0;
-  double count = 0.0;
+  double measure = 0.0;           // sum of measures
+  double count = 0.0;             // number of cells
 
   void add(Point position, double cell_measure) {
     weighted = weighted + cell_measure * position;
@@ -31,11 +30,12 @@ struct WeightedSum {
   }
 };
 
-// A sum over cells in fixed point. Each number has an upper and a lower part; a unit of the lower
-// part is 2^-31 units of the upper part. Sums of integers do not depend on their order, so several
-// threads can add and subtract cells without rounding errors.
+// Fixed-point sum over cells. Each number has an upper and a lower part; a unit of the lower part
+// is 2^-31 units of the upper part. Sums of integers have no rounding errors, so several threads
+// can add and subtract cells in any order.
 struct FixedSum {
-  // Measure times x, y and z (relative to the low corner of the bounds), and the measure.
+  // Four numbers: measure times x, y and z (relative to the lower corner of the bounding box), and
+  // the measure.
   std::array<std::int64_t, 4> upper{};
   std::array<std::int64_t, 4> lower{};
 
@@ -47,13 +47,13 @@ struct FixedSum {
   }
 };
 
-// Converts cells to fixed-point numbers, and sums of such numbers to means. The upper part of the
-// sum of all cells is about 2^60 to 2^61; the rounding error per cell is below 2^-92 of that sum.
+// Converts cells to fixed-point numbers, and sums of these numbers to means. The upper part of the
+// sum over all cells is about 2^60 to 2^61. The rounding error per cell is below 2^-92 of that sum.
 class FixedPoint {
  public:
   explicit FixedPoint(const OrderedGraph& graph) : FixedPoint(graph.bounds, graph.total_measure) {}
 
-  // For cells with positions in `bounds` and measures that sum to `total_measure`.
+  // All cells must have positions in `bounds`, and their measures must sum to `total_measure`.
   FixedPoint(const Box& bounds, double total_measure);
 
   FixedSum of(const OrderedGraph& graph, Place place) const {
@@ -69,8 +69,8 @@ class FixedPoint {
 
  private:
   Point origin_;
-  double measure_scale_;   // powers of two
-  double position_scale_;  // power of two for measure times position
+  double measure_scale_;   // factor of measures, a power of two
+  double position_scale_;  // factor of (measure times position), a power of two
 };
 
 }  // namespace superfacets

@@ -22,8 +22,8 @@ void RegionMeans::resize(std::size_t n_regions) {
   nearest_.resize(n_regions, 0);
 }
 
-// Consecutive places on the curve mostly change between the same two labels. Their contributions
-// are therefore summed, and applied at once.
+// Consecutive cells mostly change between the same two labels. So the contributions of consecutive
+// cells with equal labels are summed first, and applied with one atomic operation.
 void RegionMeans::collect(Change& change, Label label, const FixedSum& sum, std::int64_t sign) {
   if (label != change.label) {
     apply(change, sign);

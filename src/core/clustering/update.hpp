@@ -1,7 +1,6 @@
 // Stage 4b: computes centers from labels.
 #pragma once
 
-#include "cells/ordered_graph.hpp"
 #include "clustering/sums.hpp"
 
 namespace superfacets {
@@ -9,25 +8,27 @@ namespace superfacets {
 // The measure-weighted mean position of all cells, or the unweighted mean if all measures are 0.
 Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team);
 
-// For each region 0..n_regions-1, the place nearest to the measure-weighted mean position of its
-// cells (the unweighted mean, if all measures are 0). Ties go to the lowest cell. `labels` is
-// indexed by place. Every region must have a cell.
+// For each region 0..n_regions-1, the cell nearest to the measure-weighted mean position of the
+// region's cells (the unweighted mean, if all measures are 0). If several cells are equally near,
+// the result is the lowest. `labels` and the result refer to cells in the sorted order of the
+// graph. Every region must have a cell.
 std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
                                   Label n_regions, ThreadTeam& team);
 
-// Computes update_centers incrementally, for labels that change little between calls. Only cells
-// with a new label change the sums, and only changed regions search for their nearest place.
-// Regions of nearly zero measure are summed from scratch each time, in a pass over all cells.
-// Memory: 4 bytes per cell.
+// Incremental version of update_centers, for labels that change little between calls. Only cells
+// with a new label change the sums, and only changed regions search for their nearest cell. Regions
+// of nearly zero measure are summed from scratch each time, in a pass over all cells. Uses 4 bytes
+// per cell.
 class RegionMeans {
  public:
   // Initially, no cell has a label.
   RegionMeans(const OrderedGraph& graph, ThreadTeam& team);
 
+  // Sets the number of regions, which must not decrease.
   void resize(std::size_t n_regions);
 
-  // Sets the labels of the places begin to end - 1 to label_of(place). Several threads may call it
-  // at once.
+  // Sets the label of each cell begin .. end-1 to label_of(place). Several threads may call this
+  // function for different ranges at the same time.
   template <typename LabelOf>
   void take_over(Place begin, Place end, const LabelOf& label_of) {
     Change gained, lost;
@@ -43,9 +44,9 @@ class RegionMeans {
     apply(gained, 1);
   }
 
-  // For each region, the place nearest to its mean position. `members` holds any place of each
-  // region. For a region without cells, `members` holds a place of another region, which becomes
-  // the result.
+  // For each region, the cell nearest to the mean position of the region. `members` contains any
+  // cell of each region. If a region has no cells, its entry of `members` is a cell of another
+  // region, and is returned unchanged.
   const std::vector<Place>& nearest(std::span<const Place> members);
 
  private:
@@ -62,10 +63,10 @@ class RegionMeans {
   const OrderedGraph& graph_;
   ThreadTeam& team_;
   const FixedPoint fixed_;
-  Buffer<Label> labels_;                   // (N,)
-  std::vector<FixedSum> sums_;             // (K,)
-  std::vector<std::uint8_t> has_changed_;  // (K,) 1: changed since its nearest place was found
-  std::vector<Place> nearest_;             // (K,)
+  Buffer<Label> labels_;                   // (N,) last label of each cell
+  std::vector<FixedSum> sums_;             // (K,) sum over the cells of each region
+  std::vector<std::uint8_t> has_changed_;  // (K,) 1 if a region has changed since the last search
+  std::vector<Place> nearest_;             // (K,) result of the last search
 };
 
 }  // namespace superfacets

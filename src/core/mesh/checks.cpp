@@ -15,7 +15,7 @@ bool mark_used(std::span<const Vertex> corners, std::span<std::uint8_t> is_used,
   const auto n_corners = static_cast<std::int64_t>(corners.size());
   team.for_each_block(n_corners, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
-      // a negative index becomes a large number
+      // Negative indices become large numbers, so one comparison suffices.
       const auto index = static_cast<std::uint32_t>(corners[i]);
       if (index >= is_used.size()) {
         is_in_range.store(false, std::memory_order_relaxed);

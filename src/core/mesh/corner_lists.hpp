@@ -8,10 +8,10 @@
 namespace superfacets {
 
 struct CornerLists {
-  std::span<const Vertex> corners;  // (C,)
+  std::span<const Vertex> corners;  // (C,) vertex of each corner
   std::span<const std::int64_t>
-      offsets;            // (N + 1,) into corners; empty if all cells have `size` corners
-  std::int64_t size = 0;  // number of corners of every cell, if there are no offsets
+      offsets;  // (N + 1,) start of each cell in `corners`; empty if all cells have `size` corners
+  std::int64_t size = 0;  // number of corners of every cell, if `offsets` is empty
 
   Cell n_cells() const {
     return static_cast<Cell>(offsets.empty() ? std::ssize(corners) / size

@@ -1,10 +1,8 @@
 #include "mesh/geometry.hpp"
 
-#include <array>
 #include <limits>
 
 #include "base/point_block.hpp"
-#include "base/versions.hpp"
 
 namespace superfacets {
 namespace {
@@ -14,7 +12,7 @@ namespace {
 // direction is arbitrary, and the face has no normal.
 constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Number of faces per block. Their data fits into the first-level cache.
+// Number of faces per block. The data of a block fits into the first-level cache.
 constexpr std::size_t kFacesAtOnce = 64;
 
 using Numbers = std::array<double, kFacesAtOnce>;
@@ -27,7 +25,8 @@ struct Shapes {
   Numbers longest;
 };
 
-// Measures the first n faces of a block, by the formulas of centroid, area and unit_normal.
+// Measures the first n faces of a block, with the same formulas as centroid(), area() and
+// unit_normal().
 struct Measure {
   SUPERFACETS_ALWAYS_INLINE void operator()(const std::array<Points, 3>& corners, Shapes* shapes,
                                             std::size_t n) const {

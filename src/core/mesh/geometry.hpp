@@ -23,12 +23,12 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
   return 0.5 * norm(double_area_vector(vertices, face));
 }
 
-// The measures of faces that stages 1 and 2 need.
+// Centroids, areas and normals of faces, as needed by stages 1 and 2.
 struct FaceShapes {
-  Buffer<Point> centroids;  // (F,)
-  Buffer<double> areas;     // (F,)
-  Buffer<Point> normals;    // (F,) as from unit_normal
-  // (F / kSumBlock, rounded up) squared length of the longest side in each block of faces
+  Buffer<Point> centroids;  // (F,) centroid of each face
+  Buffer<double> areas;     // (F,) area of each face
+  Buffer<Point> normals;    // (F,) unit normal of each face, computed like unit_normal
+  // (F / kSumBlock, rounded up) squared length of the longest side in each block of kSumBlock faces
   Buffer<double> longest;
 };
 
@@ -38,7 +38,8 @@ FaceShapes measure_faces(std::span<const Point> vertices, std::span<const Triang
 
 // Total area of slivers. A sliver is a face whose longest side is longer than min_length, and whose
 // height above this side is less than max_height. The result has the same bits for any number of
-// threads. `longest` comes from measure_faces, and serves to skip blocks without long sides.
+// threads. `longest` is the array of measure_faces, which is used to skip blocks without long
+// sides.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
                    std::span<const double> areas, std::span<const double> longest,
                    double min_length, double max_height, ThreadTeam& team);
@@ -48,11 +49,11 @@ Buffer<Point> area_vectors(std::span<const Point> vertices, std::span<const Tria
                            ThreadTeam& team);
 
 // Normalizes a cross product. Returns zero if the product is not longer than its rounding errors.
-// longest_squared is the larger of the squared lengths of its two factors.
+// longest_squared is the larger of the squared lengths of the two multiplied vectors.
 Point unit_normal_along(const Point& direction, double longest_squared);
 
-// The unit normal of a face. Zero if the face has no normal: two corners are at one position, or
-// its area is not larger than rounding errors.
+// Unit normal of a face. Returns zero if the face has no normal, because two corners are at the
+// same position or its area is not larger than rounding errors.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 
 // Number of faces that have no normal.

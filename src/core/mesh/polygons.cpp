@@ -6,8 +6,8 @@
 namespace superfacets {
 namespace {
 
-// Calls visit(u, v) for each triangle of the fan; u and v are the vectors from corner 0 to the
-// other two corners of the triangle.
+// Calls visit(u, v) for each triangle (0, i, i + 1) of the fan triangulation of a polygon; u and v
+// are the vectors from corner 0 to the other two corners of the triangle.
 template <typename Visit>
 void for_each_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
                      const Visit& visit) {
@@ -20,7 +20,7 @@ void for_each_of_fan(std::span<const Point> vertices, std::span<const Vertex> co
   }
 }
 
-// The longest side of the triangles of the fan, squared.
+// Squared length of the longest side in the fan triangulation of a polygon.
 double longest_squared(std::span<const Point> vertices, std::span<const Vertex> corners) {
   double longest = 0.0;
   for_each_of_fan(vertices, corners, [&](const Point& u, const Point& v) {
@@ -29,11 +29,11 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
   return longest;
 }
 
-// Scales a direction to length 1. Returns zero if the length is within the rounding error of the
-// fan.
+// Scales a direction to length 1. Returns zero if the length is not larger than the rounding error
+// of the fan triangulation.
 Point normal_along(const Point& direction, std::span<const Point> vertices,
                    std::span<const Vertex> corners) {
-  // Each triangle of the fan adds its rounding error.
+  // The rounding errors of the triangles add up.
   const auto n_triangles = static_cast<double>(corners.size() - 2);
   return unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
 }
@@ -82,8 +82,8 @@ class EarCutter {
   Vertex before(std::size_t i) const { return rest_[i == 0 ? rest_.size() - 1 : i - 1]; }
   Vertex after(std::size_t i) const { return rest_[i + 1 == rest_.size() ? 0 : i + 1]; }
 
-  // Returns the next ear. If there is none, returns corner 1, so the remaining polygon is cut as a
-  // fan.
+  // Returns the next corner that can be cut off. If no corner is an ear, returns corner 1, so the
+  // remaining polygon is cut into a fan.
   std::size_t find_ear() const {
     for (std::size_t i = 1; i <= rest_.size(); ++i) {
       if (is_ear(i % rest_.size())) return i % rest_.size();
@@ -111,7 +111,7 @@ class EarCutter {
   Point normal_;
 };
 
-// Whether all triangles of the fan have the orientation of the polygon.
+// Whether all triangles of the fan triangulation have the orientation of the polygon.
 bool is_fan_flat(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point normal = double_area_vector(vertices, corners);
   bool is_flat = true;

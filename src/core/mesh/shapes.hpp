@@ -1,8 +1,8 @@
-// Shapes: a point, a triangle, a tetrahedron. Each can find its point nearest to a given point.
+// Geometric shapes (point, triangle, tetrahedron) that find their point nearest to a given point.
 //
-// The result of nearest() is in the box() of the shape, despite rounding. So
+// The result of nearest() is always in the box() of the shape, despite rounding. So
 // box().squared_distance(p) is a lower bound of the computed squared distance. A search that prunes
-// by boxes therefore has the same result, bit for bit, as a comparison with all shapes.
+// with boxes therefore has the same result, bit for bit, as an exhaustive search.
 #pragma once
 
 #include <tuple>
@@ -12,7 +12,7 @@
 
 namespace superfacets {
 
-// Returns the point that is nearer to p; ties go to `one`.
+// Returns the point that is nearer to p, or `one` if both are equally near.
 inline Point nearer(const Point& p, const Point& one, const Point& other) {
   return squared_norm(p - other) < squared_norm(p - one) ? other : one;
 }
@@ -55,9 +55,8 @@ class TriangleShape {
   }
 
   // If the projection of p is inside the triangle, the result is computed from barycentric
-  // coordinates. Otherwise the result is on one of the sides. In a triangle with a height of nearly
-  // 0, only the sides are searched, because every point of the triangle is within this height of a
-  // side.
+  // coordinates. Otherwise the result is on one of the sides. In a nearly degenerate triangle, only
+  // the sides are searched, because every point of the triangle is close to a side.
   Point nearest(const Point& p) const {
     const Point ab = b_ - a_;
     const Point ac = c_ - a_;

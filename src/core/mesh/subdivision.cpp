@@ -4,13 +4,12 @@
 // too long is eventually bisected in each of its faces. Faces are therefore independent, except for
 // the indices of midpoints on shared sides.
 //
-// The bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles constructed
-// by bisecting the longest side", 1975. The algorithm: Rivara, "Algorithms for refining triangular
-// grids suitable for adaptive and multigrid techniques", 1984.
+// Source of the bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles
+// constructed by bisecting the longest side", 1975. Source of the algorithm: Rivara, "Algorithms
+// for refining triangular grids suitable for adaptive and multigrid techniques", 1984.
 #include "mesh/subdivision.hpp"
 
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 #include "base/lists.hpp"
@@ -18,7 +17,8 @@
 namespace superfacets {
 namespace {
 
-// Faces per task. The number is small, because one large face may be cut into thousands.
+// Number of faces per task. The number is small, because one large face may be cut into thousands
+// of parts.
 constexpr std::int64_t kFacesPerTask = 256;
 
 constexpr Vertex kNoVertex = -1;
@@ -48,7 +48,7 @@ class Limit {
 
   bool is_exceeded(const Point& a, const Point& b) const { return squared_norm(b - a) > squared_; }
 
-  // The side to bisect, or kNoSide.
+  // Returns the longest side if it is too long, and kNoSide otherwise.
   int longest_side(const Corners& corners) const {
     double longest = squared_;
     int longest_side = kNoSide;
@@ -70,19 +70,20 @@ Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
   return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
 }
 
-// Returns the number of parts of a face, or some number above `most` if there are more than `most`.
+// Returns the number of parts of a face, or any number larger than `most` if the face has more than
+// `most` parts.
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
   const int end = next_corner(side);
   const Point middle = midpoint(face.points[side], face.points[end]);
   const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
-  if (n_first >= most) return most + 1;  // the other half is at least one part
+  if (n_first >= most) return most + 1;  // the other half has at least one part
   return n_first + count_parts(face.with(side, middle), limit, most - n_first);
 }
 
 [[noreturn]] void refuse() {
-  throw std::length_error("too many faces");
+  throw std::length_error("the subdivision would have too many faces");
 }
 
 // Prefix sum of the number of parts per face, (F + 1,).
@@ -136,7 +137,7 @@ void for_each_long_side(std::span<const Point> vertices, std::span<const Triangl
 }
 
 // The edges of the mesh that are too long, each given by its two vertices, and the midpoints on
-// them.
+// these edges.
 class LongEdges {
  public:
   LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit,
@@ -184,7 +185,7 @@ class LongEdges {
  private:
   std::int64_t n_edges() const { return std::ssize(highs_.entries); }
 
-  // for each vertex as the lower vertex of edges: the higher vertices, ascending
+  // list i: the higher vertices of the edges whose lower vertex is i, ascending
   Lists<Vertex> highs_;
   Buffer<Vertex> first_points_;  // (edges + 1,) index of the first midpoint of each edge
 };
@@ -207,7 +208,7 @@ class Cutter {
   }
 
  private:
-  // A side of the face, an inner edge, or a part of one of them.
+  // A side of the face, an edge inside the face, or a part of such an edge.
   struct SplitEdge {
     Vertex from;
     Vertex to;
@@ -216,7 +217,7 @@ class Cutter {
     std::int32_t second_half = 0;
   };
 
-  // An edge, and the direction in which a part of the face runs along it.
+  // An edge, and the direction in which a part of the face traverses this edge.
   struct Side {
     std::int32_t edge;
     bool is_reversed;
@@ -271,7 +272,7 @@ class Cutter {
 
   // Adds an edge from a midpoint to the opposite corner.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    // This is a pointer, because next_point_ may be one past the last vertex. In this case the edge
+    // A pointer is used, because next_point_ may be one past the last vertex. In this case the edge
     // is short, and nothing is written.
     Point* place = parts_.vertices.data() + next_point_;
     write_points(point(middle), point(opposite), limit_, place);

@@ -9,7 +9,7 @@ namespace superfacets {
 
 struct VertexGraph {
   Buffer<std::int64_t> offsets;  // (V + 1,) arcs of vertex i: offsets[i] .. offsets[i+1]-1
-  Buffer<Vertex> neighbors;      // (M,) ascending for each vertex, without duplicates
+  Buffer<Vertex> neighbors;      // (M,) neighbors of each vertex, ascending and without duplicates
   Buffer<double> lengths;        // (M,) length of the edge of each arc
 };
 
@@ -21,10 +21,10 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
                                std::span<const Vertex> representative, ThreadTeam& team);
 
 // Positions after n_steps steps of Taubin's smoothing ("A Signal Processing Approach to Fair
-// Surface Design", 1995). A step moves each vertex by 0.5 of the way toward the mean of its
-// neighbors, then by 0.53 of the way away from the mean. Smoothing removes bumps as small as an
-// edge, and does not shrink the shape. Vertices without neighbors do not move. Time O(n_steps * (V
-// + M)). The result has the same bits for any number of threads.
+// Surface Design", 1995). A step moves each vertex toward the mean of its neighbors, by 0.5 of the
+// distance, and then away from the mean, by 0.53 of the distance. Smoothing removes bumps as small
+// as an edge, and does not shrink the shape. Vertices without neighbors do not move. Time O(n_steps
+// * (V + M)). The result has the same bits for any number of threads.
 Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
                             std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
 

@@ -7,7 +7,7 @@ namespace superfacets {
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative) {
   SUPERFACETS_ASSERT(representative.size() == vertices.size());
-  Buffer<Point> means(vertices.size());  // sums, until they are divided
+  Buffer<Point> means(vertices.size());  // first the sums of normals, then the means
   std::vector<int> n_faces(vertices.size());
   std::ranges::fill(means, Point{0.0, 0.0, 0.0});
   for (Face face = 0; face < faces.n_cells(); ++face) {

@@ -40,11 +40,12 @@ bool same_position(Point a, Point b) {
 }
 
 // Hash table from positions to the lowest vertex at each position, with open addressing and linear
-// probing, at most half full. A taken slot keeps its position, and all threads probe in the same
-// order. So threads agree on one slot per position without a lock.
+// probing, at most half full. An occupied slot never changes its position, and all threads probe in
+// the same order. So threads agree on one slot per position without a lock.
 class PositionTable {
  public:
-  using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32 slots
+  using Slot =
+      std::uint32_t;  // 32 bits suffice, because 2^31 - 1 vertices need a table of 2^32 slots
 
   PositionTable(std::span<const Point> vertices, ThreadTeam& team)
       : vertices_(vertices), table_(std::bit_ceil(2 * vertices.size() + 1)) {
@@ -81,8 +82,8 @@ class PositionTable {
   Buffer<Vertex> table_;
 };
 
-// Inserts vertices begin .. end-1. Returns whether the position of any of them was already in the
-// table.
+// Inserts vertices begin .. end-1. Returns whether the position of any of these vertices was
+// already in the table.
 bool insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
                   std::span<PositionTable::Slot> slots) {
   bool is_shared = false;

@@ -8,8 +8,8 @@
 namespace superfacets {
 
 // Returns the representative of each vertex, (V,): the lowest vertex at exactly the same position
-// (-0.0 equals 0.0). There are at most 2^31 - 1 vertices, with finite positions. Expected time
-// O(V). Memory: at most 20 bytes per vertex in addition to the result.
+// (-0.0 equals 0.0). `vertices` has at most 2^31 - 1 points, and all coordinates are finite.
+// Expected time O(V). Memory: at most 20 bytes per vertex in addition to the result.
 Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team);
 
 // Lists the vertices that represent themselves, ascending.

@@ -1,9 +1,9 @@
-// A queue of places for label-correcting shortest paths, with buckets ordered by path length. The
-// queue is far cheaper than a heap, and nearly sorted, so few places are expanded twice. Places
-// within a bucket are unordered: a place whose path becomes shorter after its expansion must be
-// expanded again. If most arcs are much shorter than the mean, a bucket holds whole neighborhoods
-// and the number of repeated expansions has no good bound. Callers must watch n_handled and switch
-// to a RadixHeap.
+// A queue of cells for label-correcting shortest paths, with buckets ordered by path length. It is
+// much faster than a heap. Cells within a bucket are unordered, so a cell whose path becomes
+// shorter after its expansion must be expanded again. On most meshes, few cells are expanded twice.
+// If most arcs are much shorter than the mean, a bucket contains whole neighborhoods, and the
+// number of repeated expansions may become very large. Callers must therefore check n_handled(),
+// and switch to a RadixHeap if it is too large.
 #pragma once
 
 #include <bit>
@@ -14,14 +14,13 @@ namespace superfacets {
 
 class BucketQueue {
  public:
-  // For a graph of n_arcs arcs whose lengths sum to about 2^kTotalBits. The width of a bucket is
-  // between an eighth and a half of the mean length of an arc: in wider buckets, more places are
+  // The graph must have n_arcs arcs whose lengths sum to about 2^kTotalBits. The width of a bucket
+  // is between 1/8 and 1/2 of the mean length of an arc. In wider buckets, more cells would be
   // expanded twice.
   explicit BucketQueue(std::int64_t n_arcs)
       : width_bits_(std::max(0, kTotalBits - 2 - bits_of(n_arcs))), ring_(kRingSize) {}
 
-  // Restarts at the bucket of `lowest`, the lowest length that will be pushed. The queue must be
-  // empty.
+  // Restarts the queue; `lowest` is the lowest length that will be pushed. The queue must be empty.
   void restart(PathLength lowest) {
     SUPERFACETS_ASSERT(empty());
     current_ = lowest >> width_bits_;
@@ -30,7 +29,7 @@ class BucketQueue {
 
   bool empty() const { return n_near_ == 0 && far_.empty(); }
 
-  // Pushes a place. Its length must be at least the lower bound of the last bucket taken.
+  // Pushes a cell. Its path length must not be less than the lower bound of the last bucket taken.
   void push(PathLength length, Place place) {
     const std::uint64_t bucket = length >> width_bits_;
     SUPERFACETS_ASSERT(bucket >= current_);
@@ -42,9 +41,9 @@ class BucketQueue {
     }
   }
 
-  // Removes the first bucket that is not empty, and returns its places. Their paths may have become
-  // shorter since they were pushed. The result is valid until the next call. The queue must not be
-  // empty.
+  // Removes the first bucket that is not empty, and returns its cells. Their paths may have become
+  // shorter since the cells were pushed. The result is valid until the next call. The queue must
+  // not be empty.
   const std::vector<Place>& take() {
     SUPERFACETS_ASSERT(!empty());
     if (n_near_ == 0) bring_near();
@@ -56,7 +55,7 @@ class BucketQueue {
     return taken_;
   }
 
-  // Removes all places, and calls visit(place) for each, in any order.
+  // Removes all cells, and calls visit(place) for each cell, in any order.
   template <typename Visit>
   void drain(const Visit& visit) {
     for (auto& bucket : ring_) {
@@ -68,11 +67,11 @@ class BucketQueue {
     n_near_ = 0;
   }
 
-  // Whether an entry just taken is outdated, because its place later got a shorter path and was
-  // pushed again. `length` is the current length.
+  // Whether an entry of the last bucket is outdated, because its cell later got a shorter path and
+  // was pushed again. `length` is the current path length of the cell.
   bool is_stale(PathLength length) const { return length >> width_bits_ != current_; }
 
-  // Number of places taken since the restart, plus the number of places inspected to find them.
+  // Number of entries processed since the restart, including far entries moved to the ring.
   std::size_t n_handled() const { return n_handled_; }
 
  private:
@@ -85,10 +84,11 @@ class BucketQueue {
     Place place;
   };
 
-  // The ring spans arcs of up to about 100 times the mean length.
+  // Number of buckets. The ring covers arcs of up to about 100 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
-  // Refills the empty ring from the far entries, starting at the lowest length of a far entry.
+  // Refills the empty ring from the far entries. The new first bucket contains the lowest far
+  // length.
   void bring_near() {
     auto by_length = [](const FarEntry& a, const FarEntry& b) { return a.length < b.length; };
     std::vector<FarEntry> waiting;
@@ -100,11 +100,11 @@ class BucketQueue {
 
   int width_bits_;                        // a bucket is 2^width_bits_ units wide
   std::vector<std::vector<Place>> ring_;  // bucket b is ring_[b % kRingSize]
-  std::vector<FarEntry> far_;             // entries that were beyond the ring
-  std::vector<Place> taken_;              // places of the last bucket taken
-  std::uint64_t current_ = 0;             // the first bucket that may have entries
-  std::size_t n_near_ = 0;                // entries in the ring
-  std::size_t n_handled_ = 0;
+  std::vector<FarEntry> far_;             // entries whose bucket was beyond the ring when pushed
+  std::vector<Place> taken_;              // cells of the last bucket taken
+  std::uint64_t current_ = 0;             // index of the first bucket that may have entries
+  std::size_t n_near_ = 0;                // number of entries in the ring
+  std::size_t n_handled_ = 0;             // see n_handled()
 };
 
 }  // namespace superfacets

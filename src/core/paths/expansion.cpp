@@ -1,26 +1,21 @@
 #include "paths/expansion.hpp"
 
-#include <array>
-#include <bit>
-
-#include "base/prefetch.hpp"
-
 namespace superfacets {
 namespace {
 
-// Number of places in a chunk, as a power of two. A chunk, with its arcs and paths, takes at most a
-// few megabytes, and its active part fits into the second-level cache. On small graphs, chunks are
-// smaller, so that each thread has several chunks. Chunks must be large enough that most paths stay
-// within their chunk.
+// Logarithm (base 2) of the number of cells in a chunk. A chunk, with its arcs and paths, takes at
+// most a few megabytes, and its active part fits into the second-level cache. In small graphs,
+// chunks are smaller, so that each thread has several chunks. Chunks must be large enough that most
+// paths stay within their chunk.
 constexpr int kMaxChunkBits = 17;
 constexpr int kMinChunkBits = 13;
 constexpr std::int64_t kChunksPerThread = 4;
 
-// Limit of handled places per place of a chunk. At this limit a chunk switches from buckets to a
-// heap. On meshes a place is handled once or twice.
+// Maximum number of processed queue entries per cell of a chunk. Above this number, the chunk
+// switches from the bucket queue to a heap. On meshes, a cell is processed once or twice.
 constexpr std::size_t kMaxHandled = 4;
 
-// Prefetch distances, in places, for arcs and for paths.
+// Prefetch distances: arcs and paths are prefetched this number of cells in advance.
 constexpr std::size_t kArcsAhead = 16;
 constexpr std::size_t kPathsAhead = 6;
 
@@ -91,9 +86,9 @@ void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> b
   }
 }
 
-// Posts a proposal for each arc between two labels that improves a path. Arcs within a label cannot
-// improve a path, because all paths of the label were lengthened by the same amount. Paths are not
-// written here, because other threads read them at the same time.
+// Adds a proposal for each arc between two regions that improves a path. Arcs within a region
+// cannot improve a path, because all paths of the region were lengthened by the same amount. Paths
+// are not written here, because other threads read them at the same time.
 void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> by_label,
                                Worker& worker) {
   const auto [begin, end] = places(chunk);
@@ -157,8 +152,8 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
     const std::vector<Place>& taken = worker.queue.take();
     for (std::size_t i = 0; i < taken.size(); ++i) {
       if (i + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[i + kArcsAhead]).data());
-      // Prefetch only for rows: the arcs of long lists lead to few different places, which are
-      // already in the cache.
+      // Prefetches paths only if arcs are stored in rows. Otherwise each cell has many arcs, and
+      // their targets are usually in the cache already.
       if (graph_.has_rows() && i + kPathsAhead < taken.size()) {
         for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
           prefetch(&lengths_[arc.to]);
@@ -175,7 +170,7 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
   }
 }
 
-// Dijkstra's algorithm, from all places in the queue.
+// Continues with Dijkstra's algorithm, starting from all cells in the queue.
 void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
   worker.heap.restart();
   worker.queue.drain([&](Place place) { worker.heap.push(lengths_[place], place); });
@@ -185,7 +180,7 @@ void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
   }
 }
 
-// Relaxes all arcs of a place.
+// Relaxes all arcs that leave a cell.
 template <typename Queue>
 void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);
@@ -204,7 +199,7 @@ void Expansion::expand_row(Place place, std::int64_t chunk, Worker& worker, Queu
   const Path path = this->path(place);
   const Arc* row = &graph_.arcs[std::size_t{OrderedGraph::kRow} * place];
   std::array<PathLength, OrderedGraph::kRow> longer{};
-  unsigned improved = 0;  // bit i: arc i may improve a path
+  unsigned improved = 0;  // bit i is set if arc i may improve a path
   for (unsigned i = 0; i < OrderedGraph::kRow; ++i) {
     longer[i] = longer_by(path.length, row[i]);
     improved |= static_cast<unsigned>(longer[i] <= length(row[i].to)) << i;

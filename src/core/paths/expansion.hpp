@@ -1,7 +1,5 @@
-// Shortest paths from all centers at once, on several threads.
+// Multi-source shortest paths from all centers, on several threads.
 #pragma once
-
-#include <limits>
 
 #include "cells/ordered_graph.hpp"
 #include "paths/bucket_queue.hpp"
@@ -11,25 +9,26 @@ namespace superfacets {
 
 inline constexpr PathLength kUnreached = std::numeric_limits<PathLength>::max();
 
-// A path to a place. The best path is the shortest; ties go to the lowest label. So the best of
-// several paths does not depend on the order of comparisons.
+// A path from a center to a cell. The best path is the shortest, or the path with the lowest label
+// if several are equally short. So the best of several paths does not depend on the order of
+// comparisons.
 struct Path {
   PathLength length = kUnreached;
-  Label label = kNoLabel;
+  Label label = kNoLabel;  // index of the center
 
   bool is_better_than(const Path& other) const {
     return length < other.length || (length == other.length && label < other.label);
   }
 };
 
-// Computes the best path to every place from all centers started so far. The places are split into
-// chunks: consecutive places on the space-filling curve that fit into a cache. A thread takes a
-// chunk, follows all paths within the chunk, and posts proposals to other chunks for paths that
-// leave the chunk. The run ends when no proposals remain. Then no arc can improve a path, so each
-// place has the best of all paths, for any order of processing.
+// Computes the best path to every cell from all centers started so far. The cells are split into
+// chunks: consecutive cells on the space-filling curve that fit into a cache. A thread takes a
+// chunk and extends all paths within the chunk. Paths that leave the chunk are sent to other chunks
+// as proposals. The run ends when no proposals remain. Then no arc can improve a path, so each cell
+// has the best of all paths, for any order of processing.
 class Expansion {
  public:
-  // Initially no place is reached.
+  // Initially, no cell is reached.
   Expansion(const OrderedGraph& graph, ThreadTeam& team);
 
   Path path(Place place) const { return {lengths_[place], labels_[place]}; }
@@ -37,31 +36,31 @@ class Expansion {
   // Discards all paths.
   void clear();
 
-  // Lengthens all paths of each label by by_label[label], the length of the detour from its new
-  // center to its old center, so that paths remain valid upper bounds. The value kUnreached
-  // discards the paths. Arcs between regions may then improve paths; the next run applies these
-  // improvements. The graph must be symmetric.
+  // Adds by_label[label] to the length of each path, or discards the path if the value is
+  // kUnreached. If a center moves, the value must be the length of the path from the new center to
+  // the old center, so that path lengths remain valid upper bounds. Arcs between regions may then
+  // improve paths. These improvements are applied by the next run(). The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
-  // Starts a center: a path without arcs, whose length is the offset.
+  // Adds a center. The path to the center itself has the length `offset`.
   void start(Place center, Label label, PathLength offset = 0) {
     propose({center, {offset, label}});
   }
 
-  // Sets the paths to all places. Precondition: no arc improves any of them.
+  // Sets the paths to all cells. No arc may improve any of these paths.
   void restore(std::span<const PathLength> lengths, std::span<const Label> labels);
 
-  // Adds a path that was found elsewhere.
+  // Adds a path that was found by another algorithm.
   void propose(Place place, const Path& path) { propose({place, path}); }
 
   void run();
 
-  // Number of chunks. has_changed(chunk) tells whether a path in the chunk has changed since
-  // settle(chunk).
+  // Number of chunks. has_changed(chunk) returns whether a path in the chunk has changed since the
+  // last call of clear_changed(chunk).
   std::int64_t n_chunks() const { return static_cast<std::int64_t>(chunks_.size()); }
   std::pair<Place, Place> places(std::int64_t chunk) const;
   bool has_changed(std::int64_t chunk) const { return chunks_[chunk].has_changed; }
-  void settle(std::int64_t chunk) { chunks_[chunk].has_changed = false; }
+  void clear_changed(std::int64_t chunk) { chunks_[chunk].has_changed = false; }
 
  private:
   struct Proposal {
@@ -69,14 +68,14 @@ class Expansion {
     Path path;
   };
   struct Chunk {
-    std::vector<Place> waiting;  // places with an improved path, not yet expanded
+    std::vector<Place> waiting;  // cells with an improved path that is not yet extended
     bool has_changed = false;
   };
   struct Worker {
     explicit Worker(std::int64_t n_arcs) : queue(n_arcs) {}
     BucketQueue queue;
     RadixHeap heap;
-    std::vector<Proposal> proposals;  // proposals to other chunks
+    std::vector<Proposal> proposals;  // improved paths to cells of other chunks
   };
 
   // A thread may read lengths in a chunk that another thread writes. A length read this way is
@@ -102,11 +101,11 @@ class Expansion {
 
   const OrderedGraph& graph_;
   ThreadTeam& team_;
-  const int chunk_bits_;        // a chunk is 2^chunk_bits_ places
-  Buffer<PathLength> lengths_;  // (N,)
-  Buffer<Label> labels_;        // (N,)
+  const int chunk_bits_;        // a chunk has 2^chunk_bits_ cells
+  Buffer<PathLength> lengths_;  // (N,) length of the best path to each cell
+  Buffer<Label> labels_;        // (N,) label of the best path to each cell
   std::vector<Chunk> chunks_;
-  std::vector<std::int64_t> active_;  // chunks with places to expand
+  std::vector<std::int64_t> active_;  // chunks with waiting cells
   std::vector<Worker> workers_;       // one per thread
 };
 

@@ -1,19 +1,12 @@
 #include "paths/halting.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <mutex>
-#include <numeric>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
 
-// Maximum number of threads. Each thread takes 8 bytes per cell, and more threads would save no
-// time.
+// Maximum number of threads. Each thread needs 8 bytes per cell, and more threads would not be
+// faster.
 constexpr std::int64_t kMaxWorkers = 4;
 
 }  // namespace
@@ -41,8 +34,9 @@ void HaltedPaths::add_doubt(Place place, const Path& path) {
   doubts_.push_back({place, path});
 }
 
-// A place is uncertain if a shortest path to it leaves the reach of its center. (A place with
-// another shortest path within reach is checked unnecessarily.)
+// Finds the uncertain cells: a cell is uncertain if a shortest path to the cell leaves the radius
+// `reach` of its center. If the cell has another shortest path within the radius, it is checked
+// unnecessarily.
 void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> centers) {
   const auto add_halted = [&](Place place, std::vector<Place>& found) {
     const Label label = exact.path(place).label;
@@ -69,8 +63,8 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
   }
 }
 
-// The centers whose expansion may reach an uncertain place: every center within reach of a place
-// that has an arc to an uncertain place. All centers, if the graph is not symmetric.
+// The centers whose expansion may reach an uncertain cell: every center with an uncertain cell, or
+// a neighbor of such a cell, within the radius `reach`. If the graph is not symmetric, all centers.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<Label> labels;
   if (!graph_.is_symmetric) {
@@ -78,7 +72,7 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
     std::iota(labels.begin(), labels.end(), Label{0});
     return labels;
   }
-  // by node: whether it holds an uncertain place, or a place with an arc to one
+  // [level][node] whether the node contains an uncertain cell or a neighbor of an uncertain cell
   std::vector<std::vector<char>> has_source;
   has_source.reserve(graph_.tree.n_levels());
   for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {

@@ -1,33 +1,30 @@
-// Computes the paper's halted expansions as corrections to the exact classification.
+// Halted expansions (Simari et al. 2014), computed as corrections to exact shortest paths.
 #pragma once
 
-#include <vector>
-
-#include "paths/expansion.hpp"
 #include "paths/source_paths.hpp"
 
 namespace superfacets {
 
-// In the halted mode each center expands separately. A place at a Euclidean distance of more than
-// `reach` from the center is labeled but not expanded. Where expansions overlap, the better path
-// wins. A direct implementation takes about five expansions per place, and most of these confirm
-// the exact classification: if the exact path to a place stays within reach of its center, the
-// halted result is the same path, because no other center has a better one. All other places are
-// uncertain. Their paths are found as in the paper, by separate expansions from the centers that
-// may reach an uncertain place.
+// In a halted expansion, each center expands separately. A cell whose Euclidean distance from the
+// center is larger than `reach` gets a path, but the path is not continued. Where expansions
+// overlap, the best path is used. A direct implementation would expand each cell about five times.
+// Most results equal the exact shortest paths: if the exact path to a cell stays within the radius
+// `reach` of its center, the halted result is the same path, because no other center has a better
+// path. All other cells are uncertain. Their paths are found with separate expansions from the
+// centers that may reach an uncertain cell.
 class HaltedPaths {
  public:
   HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);
 
-  // Finds the paths that differ from the exact paths. `exact` holds the exact classification by the
-  // centers, in which cells of components without a center are unreached.
+  // Finds the paths that differ from the exact paths. `exact` contains the exact shortest paths
+  // from the given centers.
   void correct(const Expansion& exact, std::span<const Place> centers);
 
-  // Must be called after `correct`. Repeatedly makes the lowest unreached cell a center and appends
-  // it to `centers`, until all cells are reached.
+  // Repeatedly makes the lowest unreached cell a center and appends the cell to `centers`, until
+  // all cells are reached. Must be called after correct().
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
 
-  // The path to a place, after all corrections.
+  // The path to a cell, after all corrections.
   Path path(const Expansion& exact, Place place) const {
     return doubt_of_[place] == kNoDoubt ? exact.path(place) : doubts_[doubt_of_[place]].path;
   }
@@ -52,7 +49,7 @@ class HaltedPaths {
   const OrderedGraph& graph_;
   const double squared_reach_;
   ThreadTeam& team_;
-  Buffer<std::int32_t> doubt_of_;  // (N,) index of a place among the uncertain places
+  Buffer<std::int32_t> doubt_of_;  // (N,) index of each cell in doubts_, or kNoDoubt
   std::vector<Doubt> doubts_;
   const std::int64_t n_workers_;
   PerThread<SourcePaths> workers_;

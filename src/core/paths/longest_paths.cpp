@@ -1,14 +1,10 @@
 #include "paths/longest_paths.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 
-// Places per block. Searching a block takes less than a microsecond, much less than the expansion
-// from a new center.
+// Number of cells per block. Searching a block takes less than a microsecond, much less than the
+// expansion from a new center.
 constexpr std::int64_t kBlock = 1 << 8;
 
 }  // namespace
@@ -36,10 +32,10 @@ bool LongestPaths::reach_all() const {
   return true;
 }
 
-// Paths never become longer, so an earlier maximum of a block remains an upper bound. Bounds
-// compare by (length, lowest cell), so this includes ties. The block with the highest bound is
-// searched again, until a search confirms a bound, which is then the maximum of all blocks. If all
-// paths are equally long, only one block is searched.
+// Paths never become longer, so an earlier maximum of a block remains an upper bound. Bounds are
+// compared by (length, lowest cell). The block with the highest bound is searched again. If the
+// search confirms the bound, it is the maximum of all blocks; otherwise the next block is searched.
+// If all paths are equally long, only one block is searched.
 Place LongestPaths::farthest() {
   while (true) {
     std::pop_heap(bounds_.begin(), bounds_.end());

@@ -1,37 +1,37 @@
-// Farthest-point sampling by path length; used by the seeding stage.
+// Farthest-point sampling with path lengths, used for seeding (stage 3).
 #pragma once
 
-#include <span>
 #include <tuple>
 
-#include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
 
 namespace superfacets {
 
-// Computes the best path to every place from the centers placed so far, and finds the place with
-// the longest of these paths.
+// Computes the best path to every cell from the centers added so far, and finds the cell with the
+// longest of these paths.
 class LongestPaths {
  public:
   // Initially there are no centers.
   LongestPaths(const OrderedGraph& graph, ThreadTeam& team);
 
+  // Adds one center, or several centers, which is faster than one after the other.
   void place(Place center);
-  void place_all(std::span<const Place> centers);  // faster than one after the other
+  void place_all(std::span<const Place> centers);
 
-  // reaches: whether a path reaches a place. reach_all: whether paths reach all places.
+  // Whether there is a path to a cell, and whether there are paths to all cells.
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }
   bool reach_all() const;
 
-  // The reached place with the longest path. Ties go to the lowest cell. At least one reached place
-  // must not be a center. Centers placed after this call must be reached places, too.
+  // The reached cell with the longest path, or the lowest cell if several paths are equally long.
+  // At least one reached cell must not be a center. After this call, only reached cells may be
+  // added as centers.
   Place farthest();
 
  private:
   struct Bound {
-    PathLength longest;  // no path in the block is longer
+    PathLength longest;  // upper bound of the path lengths in the block
     Cell cell;           // the lowest cell with a path of this length
-    std::int64_t block;
+    std::int64_t block;  // index of the block
 
     bool operator<(const Bound& other) const {
       return std::tuple(longest, -cell) < std::tuple(other.longest, -other.cell);
@@ -47,7 +47,7 @@ class LongestPaths {
   const OrderedGraph& graph_;
   Expansion paths_;
   Label n_placed_ = 0;
-  std::vector<Bound> bounds_;  // one per block of places; a heap, the highest first
+  std::vector<Bound> bounds_;  // bound of each block, as a max-heap
 };
 
 }  // namespace superfacets

@@ -1,6 +1,5 @@
 #include "paths/path_lengths.hpp"
 
-#include <limits>
 #include <numeric>
 
 #include "paths/source_paths.hpp"
@@ -8,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Number of sources per task. It is large enough that few lists have to be concatenated.
+// Number of source cells per task. It is large enough that few lists have to be concatenated.
 constexpr std::int64_t kBlock = 64;
 
 // Calls work(first, last, paths) for blocks of 0..n_sources-1, on any thread.
@@ -30,9 +29,9 @@ struct Entry {
   float value;
 };
 
-// The rows of consecutive cells.
+// The matrix rows of kBlock consecutive cells.
 struct Block {
-  std::vector<std::int64_t> ends;  // end of each row, as an index of entries
+  std::vector<std::int64_t> ends;  // end of each row in `entries`
   std::vector<Entry> entries;
 };
 
@@ -97,7 +96,7 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
                   Buffer<float>(begins.back())};
   rows.offsets[0] = 0;
   team.for_each(std::ssize(blocks), [&](std::int64_t index, int) {
-    const Block block = std::move(blocks[index]);  // frees its memory after use
+    const Block block = std::move(blocks[index]);  // moved, so that its memory is freed after use
     for (std::size_t row = 0; row < block.ends.size(); ++row) {
       rows.offsets[index * kBlock + row + 1] = begins[index] + block.ends[row];
     }

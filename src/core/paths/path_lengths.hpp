@@ -1,5 +1,5 @@
-// Lengths of shortest paths from some cells to all cells, or between nearby cells, for normalized
-// cuts. No other functions need memory quadratic in the number of cells.
+// Matrices of shortest path lengths, from some cells to all cells or between nearby cells, as
+// needed for normalized cuts.
 #pragma once
 
 #include "cells/ordered_graph.hpp"
@@ -8,21 +8,21 @@ namespace superfacets {
 
 // Rows of a sparse matrix, in CSR form.
 struct SparseRows {
-  Buffer<std::int64_t> offsets;  // (N + 1,)
-  Buffer<Cell> columns;          // (E,) ascending within a row
-  Buffer<float> values;          // (E,)
+  Buffer<std::int64_t> offsets;  // (N + 1,) start of each row
+  Buffer<Cell> columns;          // (E,) column of each entry, ascending within a row
+  Buffer<float> values;          // (E,) value of each entry
 };
 
-// Row i holds the length of the shortest path from sources[i] to each cell, multiplied by `unit`,
-// or infinity if there is no path. Time O(S (N + M)) in practice; memory 4 bytes per source and
-// cell.
+// Returns a dense matrix. Row i contains the length of the shortest path from sources[i] to each
+// cell, multiplied by `unit`, or infinity if there is no path. Time O(S (N + M)) in practice for S
+// sources; memory 4 bytes per source and cell.
 Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
                            ThreadTeam& team);
 
-// Path lengths from each cell to itself (0) and to all cells within the Euclidean distance `reach`.
-// A path is the shortest path whose places, except the last, are all within reach of the source.
-// This bound depends on the source, so the two paths between a pair of cells may differ, or only
-// one may exist. Memory: 8 bytes per pair, 16 while rows are concatenated.
+// Returns the path lengths from each cell to itself (0) and to all cells within the Euclidean
+// distance `reach`, multiplied by `unit`. Paths may only pass through cells within `reach` of their
+// source. So the paths from a to b and from b to a may have different lengths, or only one of them
+// may exist. Uses 8 bytes per pair of cells, and 16 while rows are concatenated.
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team);
 

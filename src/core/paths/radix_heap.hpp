@@ -1,5 +1,5 @@
-// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990). Monotone:
-// each key pushed must be at least the last key popped, as in Dijkstra's algorithm.
+// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990). Each key
+// pushed must be at least the last key popped, as in Dijkstra's algorithm.
 #pragma once
 
 #include <array>
@@ -42,7 +42,8 @@ class RadixHeap {
   }
 
  private:
-  // Bucket b > 0 holds the keys whose highest bit that differs from last_ is bit b - 1.
+  // Bucket 0 contains keys equal to last_. Bucket b > 0 contains the keys whose highest bit that
+  // differs from last_ is bit b - 1.
   std::size_t bucket_of(PathLength key) const { return std::bit_width(key ^ last_); }
 
   // Moves the entries of the first occupied bucket to lower buckets. Entries with the lowest key
@@ -58,8 +59,8 @@ class RadixHeap {
   }
 
   std::array<std::vector<Entry>, 65> buckets_;
-  PathLength last_ = 0;   // no key in the heap, or pushed later, is lower
-  std::size_t size_ = 0;  // entries in all buckets
+  PathLength last_ = 0;   // lower bound of all keys in the heap
+  std::size_t size_ = 0;  // number of entries in all buckets
 };
 
 }  // namespace superfacets

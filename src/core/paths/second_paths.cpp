@@ -1,15 +1,9 @@
 #include "paths/second_paths.hpp"
 
-#include <cstdint>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 
-// Logical operators that evaluate both operands, and take no branch.
+// Logical AND and OR that evaluate both operands, without a branch.
 bool both(bool one, bool other) {
   return (static_cast<unsigned>(one) & static_cast<unsigned>(other)) != 0;
 }
@@ -17,8 +11,8 @@ bool either(bool one, bool other) {
   return (static_cast<unsigned>(one) | static_cast<unsigned>(other)) != 0;
 }
 
-// The best path into each place that comes from another region, by its last arc. Without branches,
-// because it is unpredictable which arcs cross borders.
+// For each cell, finds the best path whose last arc comes from another region. The loop has no
+// branches, because it is unpredictable which arcs cross borders.
 void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                    std::span<Path> seconds) {
   SUPERFACETS_ASSERT(graph.is_symmetric);
@@ -37,7 +31,7 @@ void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, Thr
   });
 }
 
-// Like enter_regions, for graphs with arcs that have no reverse arc: visits arcs at their sources.
+// Like enter_regions, for graphs with one-way arcs. Each arc is visited at its source cell.
 void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                       std::span<Path> seconds) {
   team.fill(seconds, Path{});
@@ -52,9 +46,9 @@ void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, 
   }
 }
 
-// Extends the paths that enter a region within the region. Label correction extends all paths by
-// one arc per round. Regions are a few arcs wide, so a few rounds usually suffice. Otherwise,
-// Dijkstra's algorithm takes over.
+// Extends paths that enter a region to all cells of the region. A label-correcting search extends
+// all improved paths by one arc per round. Regions are a few arcs wide, so a few rounds usually
+// suffice. Otherwise, the search switches to Dijkstra's algorithm.
 class Inwards {
  public:
   Inwards(const OrderedGraph& graph, std::span<const Path> nearest, std::span<Path> seconds)
@@ -77,7 +71,8 @@ class Inwards {
   }
 
  private:
-  // Limit of expansions per place of the region. At this limit, Dijkstra's algorithm takes over.
+  // Maximum number of expansions per cell of the region. Above this number, the search switches to
+  // Dijkstra's algorithm.
   static constexpr std::size_t kMaxExpanded = 4;
 
   void wait(Place place, std::vector<Place>& list) {
@@ -94,13 +89,13 @@ class Inwards {
     }
   }
 
-  // Calls push(to) for each place that gets a better path over this one.
+  // Calls push(to) for each neighbor whose path is improved by the path via this cell.
   template <typename Push>
   void relax(Place place, const Push& push) {
     const Path path = seconds_[place];
     const Label label = nearest_[place].label;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      // Other threads write the paths of other regions.
+      // Skips other regions, whose paths may be written by other threads.
       if (nearest_[arc.to].label != label) continue;
       const Path longer{longer_by(path.length, arc), path.label};
       if (!longer.is_better_than(seconds_[arc.to])) continue;
@@ -113,7 +108,7 @@ class Inwards {
   const std::span<const Path> nearest_;
   const std::span<Path> seconds_;
   std::vector<Place> waiting_, next_;
-  std::vector<std::uint8_t> is_waiting_;  // by place: whether it is in the list of the next round
+  std::vector<std::uint8_t> is_waiting_;  // (N,) 1 if a cell is in the list of the next round
   RadixHeap heap_;
 };
 

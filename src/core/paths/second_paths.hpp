@@ -1,14 +1,12 @@
-// Computes the path from each place to its second-nearest center.
+// Computes for each cell the path from its second-nearest center.
 #pragma once
 
 #include "base/lists.hpp"
-#include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
-#include "paths/radix_heap.hpp"
 
 namespace superfacets {
 
-// The places grouped by the label of their path, ascending within each label.
+// The cells of each region: cells grouped by the label of their path, ascending within each region.
 struct Regions {
   Regions(std::span<const Path> paths, Label n_regions);
 
@@ -17,12 +15,13 @@ struct Regions {
   Lists<Place> places;
 };
 
-// For each place, the best path from a center other than its own, or kUnreached. `nearest` holds
-// the best path to each place, with kNoLabel if unreached.
+// For each cell, the best path from any center except the center of its region; the length is
+// kUnreached if there is no such path. `nearest` contains the best path to each cell; its label is
+// kNoLabel if the cell is unreached.
 //
-// The result consists of the best path to a place just outside the region, one arc into the region,
-// and a part inside. (The place outside has its own center at least as near as any other.) So one
-// expansion per region suffices, from its border inwards.
+// Such a path consists of the best path to a neighboring cell outside the region, one arc into the
+// region, and a part inside the region. So one expansion per region suffices, from its border
+// inwards.
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
                           const Regions& regions, ThreadTeam& team);
 

@@ -1,15 +1,12 @@
-// Shortest paths from one place, up to a bound that the caller sets.
+// Shortest paths from a single cell, limited by a condition that the caller defines.
 #pragma once
 
-#include "cells/ordered_graph.hpp"
-#include "paths/bucket_queue.hpp"
 #include "paths/expansion.hpp"
-#include "paths/radix_heap.hpp"
 
 namespace superfacets {
 
-// Expands one source after another by label correction. After too many steps, Dijkstra's algorithm
-// takes over. Memory: 8 bytes per cell.
+// Finds the shortest paths from one source cell after another, with a label-correcting search.
+// After too many steps, the search switches to Dijkstra's algorithm. Uses 8 bytes per cell.
 class SourcePaths {
  public:
   explicit SourcePaths(const OrderedGraph& graph)
@@ -17,9 +14,9 @@ class SourcePaths {
     std::ranges::fill(lengths_, kUnreached);
   }
 
-  // Finds the shortest paths from `source`. A path continues beyond a place only if
-  // is_followed(place, length) holds. is_followed may be called before the shortest path to a place
-  // is known; if it holds for a length, it must hold for any lower length. The paths of the
+  // Finds the shortest paths from `source`. A path is continued beyond a cell only if
+  // is_followed(place, length) is true. `length` may be larger than the final path length. If
+  // is_followed is true for a length, it must be true for any lower length. The paths of the
   // previous source must have been taken.
   template <typename IsFollowed>
   void expand(Place source, const IsFollowed& is_followed) {
@@ -37,7 +34,7 @@ class SourcePaths {
     }
   }
 
-  // Calls take_one(place, length) for each place reached, in any order, and clears the path to it.
+  // Calls take_one(place, length) for each reached cell, in any order, and clears all paths.
   template <typename Take>
   void take(const Take& take_one) {
     for (const Place place : reached_) take_one(place, std::exchange(lengths_[place], kUnreached));
@@ -45,12 +42,13 @@ class SourcePaths {
   }
 
  private:
-  // Limits of handled places, in total and per place reached. Beyond both, the search switches from
-  // buckets to a heap. On meshes a place is handled once or twice.
+  // Maximum number of processed queue entries: kAlwaysHandled plus kMaxHandled per reached cell.
+  // Above this number, the search switches from the bucket queue to a heap. On meshes, a cell is
+  // processed once or twice.
   static constexpr std::size_t kAlwaysHandled = 1000;
   static constexpr std::size_t kMaxHandled = 4;
 
-  // Dijkstra's algorithm from all places in the queue.
+  // Continues with Dijkstra's algorithm, starting from all cells in the queue.
   template <typename IsFollowed>
   void expand_in_order(const IsFollowed& is_followed) {
     heap_.restart();
@@ -80,8 +78,8 @@ class SourcePaths {
   const OrderedGraph& graph_;
   BucketQueue queue_;  // the queue and the heap are empty between expansions
   RadixHeap heap_;
-  Buffer<PathLength> lengths_;  // (N,) from the current source; kUnreached between searches
-  std::vector<Place> reached_;  // places reached from the current source
+  Buffer<PathLength> lengths_;  // (N,) path length from the current source, or kUnreached
+  std::vector<Place> reached_;  // cells reached from the current source
 };
 
 }  // namespace superfacets

@@ -1,17 +1,15 @@
 #include "paths/tile_paths.hpp"
 
-#include "cells/weights.hpp"
-
 namespace superfacets {
 namespace {
 
-// The mean length is estimated from every kStep-th length. A sample of some thousand lengths
+// The mean arc length is estimated from every kStep-th arc. A sample of a few thousand arcs
 // suffices.
 constexpr std::size_t kStep = 61;
 
-// Estimated number of arcs of the whole graph: 2^kTotalBits, the sum of all lengths, divided by the
-// mean length of the sample. Queues derive their bucket width from this number, so the width does
-// not depend on the size of the tile.
+// Estimated number of arcs of the whole graph. All lengths sum to about 2^kTotalBits, which is
+// divided by the mean length of the sample. Queues derive their bucket width from this number, so
+// the width does not depend on the size of the tile.
 std::int64_t n_arcs_of_all(std::span<const float> lengths) {
   double total = 0.0;
   std::int64_t n_lengths = 0;

@@ -5,70 +5,72 @@
 namespace superfacets {
 namespace {
 
-// Fraction of each share that flows out of a vertex per step. Above one half, shares would
-// oscillate.
+// Diffusion rate: the weight of the neighbors' mean in each step. With more than one half, the
+// label fractions would oscillate.
 constexpr float kFlow = 0.5F;
 
-// Smallest share that is kept. Smaller shares never become the largest, but would make most
-// vertices near a border mixed.
-constexpr float kLeastShare = 0.02F;
+// Smallest label fraction that is kept. Smaller fractions hardly ever become the largest, but most
+// vertices near a border would have several labels.
+constexpr float kLeastFraction = 0.02F;
 
-// Limits of the cotangent weights: the cotangents of 87 and 18 degrees. The lower limit lets shares
-// flow over every edge. The upper limit keeps slivers from dominating their neighbors.
+// Limits of the cotangent weights: the cotangents of 87 and 18 degrees. With the lower limit,
+// labels diffuse across every edge. With the upper limit, slivers do not dominate their neighbors.
 constexpr double kLeastCotangent = 0.05;
 constexpr double kMostCotangent = 3.0;
 
-// Number of rings around borders in which shares diffuse: twice the standard deviation of six
-// steps.
+// Number of rings of vertices around borders in which labels diffuse. This is twice the standard
+// deviation of the diffusion kernel after six steps.
 constexpr int kRings = 4;
 
-// Change of a region's offset per area error. A border moves by (change of the offset) / (slope of
-// the shares). The slope is 1 / (3.2 edge lengths times sqrt(number of steps)). A region of area A
-// has a border of length 4 sqrt(A), and the edges of n faces have length 2 sqrt(A / n). The factor
-// 0.5 halves the change, because neighboring regions correct the same border.
+// Change of a region's offset per relative area error. A border moves by (change of the offset) /
+// (slope of the label fractions). The slope is 1 / (3.2 edge lengths times sqrt(number of steps)).
+// A region with area A has a border of length 4 sqrt(A), and the edges of its n faces have length 2
+// sqrt(A / n). The factor 0.5 halves the change, because the two regions at a border both correct
+// this border.
 constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
-constexpr double kMostStep = 0.05;
-constexpr double kMostOffset = 0.6;
+constexpr double kMostStep = 0.05;   // maximum change of an offset per correction
+constexpr double kMostOffset = 0.6;  // maximum magnitude of an offset
 
 // Maximum number of distinct labels counted around a vertex.
 constexpr int kMostLabels = 32;
 
-// Sums the shares of each label. Labels are in order of first appearance.
+// Sums the fractions of each label. Labels are stored in the order of their first appearance.
 class MixSum {
  public:
-  void add(Label label, float share) {
+  void add(Label label, float fraction) {
     for (int i = 0; i < n_; ++i) {
       if (labels_[i] == label) {
-        shares_[i] += share;
+        fractions_[i] += fraction;
         return;
       }
     }
     if (n_ == kMostLabels) return;
     labels_[n_] = label;
-    shares_[n_++] = share;
+    fractions_[n_++] = fraction;
   }
 
   void add(const LabelMix& mix, float weight) {
     for (int i = 0; i < LabelMix::kMost && mix.labels[i] != kNoLabel; ++i) {
-      add(mix.labels[i], weight * mix.shares[i]);
+      add(mix.labels[i], weight * mix.fractions[i]);
     }
   }
 
-  // The largest shares, scaled to a sum of 1. Equal shares are sorted by label.
+  // The largest fractions in descending order, scaled to a sum of 1. Equal fractions are sorted by
+  // label.
   LabelMix largest() {
     float total = 0.0F;
-    for (int i = 0; i < n_; ++i) total += shares_[i];
+    for (int i = 0; i < n_; ++i) total += fractions_[i];
     LabelMix mix;
     float kept = 0.0F;
     for (int place = 0; place < LabelMix::kMost; ++place) {
       const int best = take_best();
-      if (best < 0 || (place > 0 && shares_[best] < kLeastShare * total)) break;
+      if (best < 0 || (place > 0 && fractions_[best] < kLeastFraction * total)) break;
       mix.labels[place] = labels_[best];
-      mix.shares[place] = shares_[best];
-      kept += shares_[best];
+      mix.fractions[place] = fractions_[best];
+      kept += fractions_[best];
       labels_[best] = kNoLabel;
     }
-    for (float& share : mix.shares) share = kept > 0.0F ? share / kept : share;
+    for (float& fraction : mix.fractions) fraction = kept > 0.0F ? fraction / kept : fraction;
     return mix;
   }
 
@@ -77,8 +79,8 @@ class MixSum {
     int best = -1;
     for (int i = 0; i < n_; ++i) {
       if (labels_[i] == kNoLabel) continue;
-      if (best < 0 || shares_[i] > shares_[best] ||
-          (shares_[i] == shares_[best] && labels_[i] < labels_[best])) {
+      if (best < 0 || fractions_[i] > fractions_[best] ||
+          (fractions_[i] == fractions_[best] && labels_[i] < labels_[best])) {
         best = i;
       }
     }
@@ -87,13 +89,13 @@ class MixSum {
 
   int n_ = 0;
   Label labels_[kMostLabels];
-  float shares_[kMostLabels];
+  float fractions_[kMostLabels];
 };
 
 LabelMix pure(Label label) {
   LabelMix mix;
   mix.labels[0] = label;
-  mix.shares[0] = 1.0F;
+  mix.fractions[0] = 1.0F;
   return mix;
 }
 
@@ -129,7 +131,7 @@ BorderField::BorderField(const LabeledMesh& mesh, const FacesAround& around,
       team_(team),
       are_pinned_(pinned_vertices(mesh, around, team)),
       cotangents_(cotangents_of(mesh, team)),
-      shares_(mesh.faces.size()),
+      fractions_(mesh.faces.size()),
       mixes_(mesh.vertices.size()),
       chosen_(mesh.vertices.size()),
       goals_(mesh.n_labels, 0.0),
@@ -140,9 +142,9 @@ BorderField::BorderField(const LabeledMesh& mesh, const FacesAround& around,
   SUPERFACETS_ASSERT(options.margin > 0.0 && options.margin < 0.5);
   for (std::int64_t face = 0; face < around.n_faces(); ++face) {
     const Label label = mesh.labels[face];
-    shares_[face] = {{label, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F}};
+    fractions_[face] = {{label, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F}};
     goals_[label] += around.area(static_cast<Face>(face));
-    steps_[label] += 1.0;  // counts the faces of the label
+    steps_[label] += 1.0;  // number of faces, converted to a step below
   }
   for (double& step : steps_) step = kBalance * std::sqrt(step / options.n_steps);
 }
@@ -166,9 +168,9 @@ void BorderField::mix_labels() {
 LabelMix BorderField::mix_around(Vertex vertex) const {
   const std::span<const Face> faces = around_.of(vertex);
   if (faces.empty()) return {};
-  const Label first = shares_[faces[0]].labels[0];
+  const Label first = fractions_[faces[0]].labels[0];
   const auto is_first = [&](Face face) {
-    return shares_[face].labels[0] == first && shares_[face].labels[1] == kNoLabel;
+    return fractions_[face].labels[0] == first && fractions_[face].labels[1] == kNoLabel;
   };
   if (std::ranges::all_of(faces, is_first)) return pure(first);
   double area = 0.0;
@@ -176,15 +178,15 @@ LabelMix BorderField::mix_around(Vertex vertex) const {
   MixSum sum;
   for (const Face face : faces) {
     const auto weight = static_cast<float>(area > 0.0 ? around_.area(face) / area : 1.0);
-    for (int i = 0; i < 3 && shares_[face].labels[i] != kNoLabel; ++i) {
-      sum.add(shares_[face].labels[i], weight * shares_[face].shares[i]);
+    for (int i = 0; i < 3 && fractions_[face].labels[i] != kNoLabel; ++i) {
+      sum.add(fractions_[face].labels[i], weight * fractions_[face].fractions[i]);
     }
   }
   return sum.largest();
 }
 
-// Finds the vertices near borders. Ring numbers start at 1 in the outermost ring, and rise toward
-// the borders.
+// Finds the vertices near borders. Ring numbers are kRings at a border, and decrease to 1 in the
+// outermost ring.
 void BorderField::find_near() {
   Buffer<std::uint8_t> rings(mesh_.vertices.size());
   team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
@@ -208,7 +210,7 @@ void BorderField::find_near_faces(std::span<const std::uint8_t> rings) {
     if (std::any_of(corners, corners + 3, [&](Vertex v) { return rings[v] > 0; })) {
       near_faces_.push_back(face);
     } else {
-      far_areas_[shares_[face].labels[0]] += around_.area(face);
+      far_areas_[fractions_[face].labels[0]] += around_.area(face);
     }
   }
 }
@@ -234,8 +236,9 @@ bool BorderField::is_inside(Vertex vertex) const {
   });
 }
 
-// The mean of the neighbors' shares, by cotangent weights. A neighbor counts once for each face on
-// the edge to it.
+// The label fractions of a vertex after one diffusion step: a mean of the fractions of its
+// neighbors, with cotangent weights. The weight of a neighbor is summed over the faces on the edge
+// to this neighbor.
 LabelMix BorderField::diffused(Vertex vertex) const {
   if (is_inside(vertex)) return mixes_[vertex];
   MixSum sum;
@@ -282,10 +285,10 @@ void BorderField::choose_labels() {
 Label BorderField::best_label(const LabelMix& mix) const {
   Label best = mix.labels[0];
   if (mix.is_pure()) return best;
-  double highest = mix.shares[0] + offsets_[best];
+  double highest = mix.fractions[0] + offsets_[best];
   for (int i = 1; i < LabelMix::kMost && mix.labels[i] != kNoLabel; ++i) {
     const Label label = mix.labels[i];
-    const double score = mix.shares[i] + offsets_[label];
+    const double score = mix.fractions[i] + offsets_[label];
     if (score > highest || (score == highest && label < best)) {
       highest = score;
       best = label;
@@ -296,18 +299,18 @@ Label BorderField::best_label(const LabelMix& mix) const {
 
 void BorderField::cut_faces() {
   team_.for_each_index(std::ssize(near_faces_), [&](std::int64_t i) {
-    shares_[near_faces_[i]] = cut_of(near_faces_[i]).shares();
+    fractions_[near_faces_[i]] = cut_of(near_faces_[i]).fractions();
   });
 }
 
-// Runs on one thread and adds areas in the order of faces, so the sums have the same bits in every
-// run.
+// Runs on one thread, so that areas are added in the order of faces, and sums have the same bits in
+// every run.
 std::vector<double> BorderField::measure_labels() const {
   std::vector<double> areas = far_areas_;
   for (const Face face : near_faces_) {
-    const FaceShares& parts = shares_[face];
+    const FaceFractions& parts = fractions_[face];
     for (int i = 0; i < 3 && parts.labels[i] != kNoLabel; ++i) {
-      areas[parts.labels[i]] += around_.area(face) * parts.shares[i];
+      areas[parts.labels[i]] += around_.area(face) * parts.fractions[i];
     }
   }
   return areas;
@@ -342,7 +345,8 @@ double BorderField::crossing(Vertex a, Vertex b) const {
 
 double BorderField::lead(Vertex vertex, Label own, Label other) const {
   const LabelMix& mix = mixes_[vertex];
-  const double gap = double{mix.share(own)} + offsets_[own] - mix.share(other) - offsets_[other];
+  const double gap =
+      double{mix.fraction(own)} + offsets_[own] - mix.fraction(other) - offsets_[other];
   return std::max(gap, 0.0);
 }
 

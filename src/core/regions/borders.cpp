@@ -1,7 +1,5 @@
 #include "regions/borders.hpp"
 
-#include <array>
-
 #include "base/elementary.hpp"
 #include "base/lists.hpp"
 
@@ -20,45 +18,29 @@ struct RegionLength {
   double length;
 };
 
-// Tells whether a side of a cell counts for the perimeter of the cell's region. It does if some
-// cell at the side is in another region, and this cell is the lowest cell of its region at the
-// side.
-struct SideState {
-  bool is_border = false;
-  bool is_counted = false;
-};
-
-// Appends the length of each side of a cell that counts for the perimeter of the cell's region.
+// Appends the lengths of the sides of a cell that are part of the perimeter of the cell's region:
+// sides at which another cell is in another region. If several cells of the region meet at a side,
+// its length is counted at the lowest cell only.
 void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
                    std::vector<RegionLength>& lengths) {
+  const Label own = labels[cell];
   const double open = surface.open_length(cell);
-  if (open > 0.0) lengths.push_back({labels[cell], open});
-  int side = -1;
-  std::int64_t arc_of_side = 0;
-  SideState state;
-  const auto count_side = [&] {
-    if (side < 0 || !state.is_border || state.is_counted) return;
-    lengths.push_back({labels[cell], surface.border_length(cell, arc_of_side)});
-  };
-  for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
-    if (const int next = surface.side(cell, arc); next != side) {
-      count_side();
-      side = next;
-      arc_of_side = arc;
-      state = {};
-    }
-    const bool is_same = labels[neighbor] == labels[cell];
-    state.is_border |= !is_same;
-    state.is_counted |= is_same && neighbor < cell;
-  }
-  count_side();
+  if (open > 0.0) lengths.push_back({own, open});
+  surface.for_each_side(cell, [&](std::int64_t begin, std::int64_t end) {
+    const auto neighbors = surface.arcs().targets.subspan(begin, end - begin);
+    const bool is_border =
+        std::ranges::any_of(neighbors, [&](Cell other) { return labels[other] != own; });
+    const bool is_counted = std::ranges::any_of(
+        neighbors, [&](Cell other) { return other < cell && labels[other] == own; });
+    if (is_border && !is_counted) lengths.push_back({own, surface.border_length(cell, begin)});
+  });
 }
 
 }  // namespace
 
 void BorderCost::write(const Surface& surface, Cell from, std::int64_t arc,
                        std::span<float> costs) const {
-  constexpr std::size_t kAtOnce = 4;  // arcs whose exponentials are computed together
+  constexpr std::size_t kAtOnce = 4;  // number of arcs whose exponentials are computed together
   std::array<CrossedBorder, kAtOnce> crossed;
   std::array<double, kAtOnce> powers;
   while (!costs.empty()) {

@@ -11,23 +11,23 @@ namespace superfacets {
 
 // Computes the cost of the border across an arc: the length of the border times exp(-excess /
 // crease_scale). The excess is the weight of the arc minus the length of its step (eq. 1), in the
-// unit of the positions. It is the part of the weight that a crease adds.
+// unit of the positions. So the excess is the angular term of the weight (eq. 2).
 struct BorderCost {
   std::span<const float> lengths;  // (M,) quantized weight of each arc (see quantize_weights)
   double unit = 1.0;               // size of one unit of `lengths`, in the unit of the positions
-  double crease_scale = 1.0;       // in the unit of the positions
+  double crease_scale = 1.0;       // excess at which the cost is divided by e
 
   // The weight of an arc, in the unit of the positions.
   double length(std::int64_t arc) const { return double{lengths[arc]} * unit; }
 
   double operator()(const Surface& surface, Cell from, std::int64_t arc) const;
 
-  // Writes the costs, rounded to float, of consecutive arcs of a cell from `arc` on.
+  // Writes the costs, rounded to float, of consecutive arcs of a cell, beginning with `arc`.
   void write(const Surface& surface, Cell from, std::int64_t arc, std::span<float> costs) const;
 };
 
-// Sorts arcs that cross borders by pair of regions, then by arc, so that the order of addition does
-// not depend on the number of threads.
+// Sorts arcs that cross borders by their two regions, then by arc, so that the order of summation
+// does not depend on the number of threads.
 template <typename Crossing>
 void sort_crossings(Buffer<Crossing>& crossings) {
   std::ranges::sort(crossings, {}, [](const Crossing& crossing) {
@@ -36,19 +36,20 @@ void sort_crossings(Buffer<Crossing>& crossings) {
 }
 
 struct RegionBorder {
-  Label low;
-  Label high;   // > low
-  double cost;  // summed over the arcs from one to the other
+  Label low;    // the lower label of the two regions
+  Label high;   // the higher label
+  double cost;  // sum of the costs of the arcs between the regions
 };
 
-// Returns the borders between regions, sorted. Time O(N + M), and O(n log n) for n arcs that cross
-// borders. The result has the same bits for any number of threads.
+// Returns the borders between regions, sorted by (low, high). Time O(N + M), and O(n log n) for n
+// arcs that cross borders. The result has the same bits for any number of threads.
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team);
 
-// Returns the perimeter of each region 0..n_regions-1. Cells may have kNoLabel. A side with cells
-// of several regions counts once for each of these regions. Sides without arcs (the boundary of an
-// open mesh) count too. Time O(N + M). The result has the same bits for any number of threads.
+// Returns the perimeter of each region 0..n_regions-1. Cells may have kNoLabel. A side shared by
+// several regions is included once in the perimeter of each region. Sides without arcs (the
+// boundary of an open mesh) are included too. Time O(N + M). The result has the same bits for any
+// number of threads.
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team);
 

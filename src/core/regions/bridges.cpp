@@ -1,6 +1,5 @@
 #include "regions/bridges.hpp"
 
-#include <limits>
 #include <tuple>
 
 namespace superfacets {
@@ -20,8 +19,8 @@ class BridgeSearch {
   }
 
   std::vector<Bridge> search_all() {
-    // Start with the nearest place along the curve. It is usually near in space, so the search
-    // starts with a short bridge.
+    // First compares cells that are adjacent along the space-filling curve. They are usually near
+    // in space, so the tree search starts with a short bridge.
     Place last_lower = kNoPlace;
     for (Place place = 1; place < cells_.n_cells(); ++place) {
       if (ranks_[place - 1] < ranks_[place]) last_lower = place - 1;
@@ -57,9 +56,9 @@ class BridgeSearch {
   }
 
   const PlacedCells& cells_;
-  std::vector<Cell> ranks_;                      // by place
-  std::vector<std::vector<Cell>> lowest_ranks_;  // lowest rank in each tree node, by level
-  std::vector<Bridge> bridges_;                  // by rank, from rank 1 on
+  std::vector<Cell> ranks_;                      // component rank of each cell, in sorted order
+  std::vector<std::vector<Cell>> lowest_ranks_;  // [level][node] lowest rank in each tree node
+  std::vector<Bridge> bridges_;                  // best bridge found for each rank
 };
 
 }  // namespace

@@ -1,21 +1,21 @@
-// Stage 5: joins connected components by their nearest cells.
+// Stage 5: finds pairs of near cells that join the connected components of a graph.
 #pragma once
 
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
-// The nearest pair of cells of a component and of any component of lower rank.
+// The nearest pair of cells between a component and any component with a lower rank.
 struct Bridge {
-  Cell from = 0;
-  Cell to = 0;
+  Cell from = 0;  // cell of the component
+  Cell to = 0;    // cell of a component with a lower rank
   double squared_length = kInfinity;
 };
 
-// Returns one bridge for each component except rank 0, in the order of ranks. Distances are
-// Euclidean. Ties go to the lowest cell of the component, then to the lowest other cell. The
-// bridges together connect the graph. `ranks` holds the component rank of each cell. Every rank
-// from 0 to n_components - 1 occurs.
+// Returns one bridge for each component except the component with rank 0, in the order of ranks.
+// Together, the bridges connect the graph. Distances are Euclidean. Equal distances are ordered by
+// `from`, then by `to`. `ranks` contains the rank of each cell's component. Every rank from 0 to
+// n_components - 1 must occur.
 //
 // Time O(N log N) in practice, because boxes farther away than the shortest bridge so far are
 // skipped.

@@ -1,18 +1,17 @@
 #include "regions/chains.hpp"
 
 #include <array>
-#include <limits>
 
 namespace superfacets {
 namespace {
 
-// Smallest gain that counts, as a fraction of the cost of all sides of the cell. A smaller gain may
-// be a rounding error, which could make two opposite moves alternate forever.
+// Minimum gain of a move, as a fraction of the cost of all sides of the cell. A smaller gain may be
+// a rounding error, and two opposite moves could then alternate forever.
 constexpr double kLeastGain = 1e-9;
 
 // A chain ends when its loss exceeds this fraction of the cost of the sides of its first cell.
-// Without this limit, compactness on the benchmark models would be 0.007 lower (better) and the run
-// time 1.5 times as long.
+// Without this limit, compactness on the benchmark models would improve by only 0.007, and the run
+// time would be 1.5 times as long.
 constexpr double kDeepest = 0.5;
 
 // Maximum number of neighbors in the region that are examined. A cell with more neighbors does not
@@ -23,8 +22,8 @@ class Neighborhood {
  public:
   Neighborhood(const Surface& surface, std::span<const Label> labels, Cell cell)
       : surface_(surface), labels_(labels), cell_(cell) {
-    // A cell with a neighbor in the region across every side is not at a border, unless several
-    // cells meet at one side, which is too rare to examine.
+    // If a cell has a neighbor of its region across every side, it is not at a border. (It may be
+    // at a border if more than two cells share a side. This rare case is ignored.)
     limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
                                    : kMostNeighbors;
     for (const Step step : surface.arcs().steps(cell)) {
@@ -70,8 +69,8 @@ class Neighborhood {
     return surface_.arcs().leads_to(first.to, second.to);
   }
 
-  // Whether cells of the region, other than this cell, join two neighbors around the corner that
-  // their two sides share.
+  // Whether other cells of the region connect two neighbors around the corner between the two sides
+  // of the cell.
   bool joins_around_corner(const Step& first, const Step& second) const {
     const Corner corner = surface_.corner_between(cell_, surface_.side(cell_, first.arc),
                                                   surface_.side(cell_, second.arc));
@@ -87,16 +86,16 @@ class Neighborhood {
   std::array<Step, kMostNeighbors> steps_{};
 };
 
-// Local test whether a region stays connected and non-empty when the cell leaves it. The test
-// succeeds if the cell's neighbors in the region are joined around the corners of the cell (by arcs
-// between neighbors, if corners are unknown). It may fail for a region that stays connected: if
-// only a longer path joins the neighbors, or if the cell has too many neighbors. The cell then does
-// not move.
+// Local test of whether a region stays connected and non-empty when a cell leaves it. The test
+// succeeds if the cell's neighbors in the region are connected around the corners of the cell (or
+// by arcs between neighbors, if the surface has no corners). The test is conservative: it also
+// fails if the neighbors are only connected by a longer path, or if the cell has too many
+// neighbors. The cell then does not move.
 bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell) {
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
   const auto n_same = std::ranges::count_if(
       neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
-  if (n_same <= 1) return n_same == 1;  // the result for most cells at borders
+  if (n_same <= 1) return n_same == 1;  // decides for most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 
@@ -122,7 +121,7 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 
 void MovingRegions::prefetch_arcs(Cell cell) const {
   const std::int64_t arc = arcs().offsets[cell];
-  prefetch(arcs().targets.data() + arc);  // an address beyond the arcs is valid to prefetch
+  prefetch(arcs().targets.data() + arc);  // prefetching an address beyond the array is harmless
   prefetch(border_cost_.lengths.data() + arc);
   prefetch(costs_.data() + arc);
   surface_.prefetch_cell(cell, arc);
@@ -150,7 +149,7 @@ double MovingRegions::gain_of(Cell cell, Label from, Label to) {
   double gain = 0.0;
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const Label label = labels_[neighbors[i]];
-    // Branch-free, because the label is unpredictable.
+    // Computed without branches, because the label is unpredictable.
     gain += double{costs[i]} * (static_cast<int>(label == to) - static_cast<int>(label == from));
   }
   return gain;
@@ -168,7 +167,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
   for (const auto [arc, neighbor] : arcs().steps(cell)) {
     if (labels_[neighbor] != to) continue;
     const double step = border_cost_.length(arc);
-    // then the initial border is halfway along the step
+    // at the initial border, the cell is half a step away from the border
     const bool is_at_border = first_labels_[neighbor] == to;
     shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
   }
@@ -177,8 +176,8 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
 
 std::span<const Cell> ChainMover::try_moves(Cell cell) {
   chain_.clear();
-  // Every chain begins with this cell, so this cell is tested once, before the loop over regions. A
-  // test per region would dominate the time where hundreds of cells are mutual neighbors.
+  // Every chain begins with this cell, so may_leave is called once, before the loop over regions.
+  // Otherwise it would dominate the run time where hundreds of cells are mutual neighbors.
   if (!regions_.may_leave(cell)) return {};
   const double cost = regions_.cost_of_sides(cell);
   const Label from = regions_.label(cell);
@@ -193,9 +192,9 @@ std::span<const Cell> ChainMover::try_moves(Cell cell) {
 }
 
 // Repeatedly moves the best candidate adjacent to the cells moved before, then undoes all moves
-// after the cheapest state. A single move may raise the cost, so that a border can cross a row of
-// triangles (like the swaps of Kernighan and Lin 1970). Every move keeps regions connected. Returns
-// whether any cell has moved.
+// after the state with the lowest cost. A single move may increase the cost, so that a border can
+// cross a row of triangles (like the swaps of Kernighan and Lin 1970). Every move keeps regions
+// connected. Returns whether any cell has moved.
 bool ChainMover::move_chain(Cell first, Label to, double cost) {
   const Label from = regions_.label(first);
   const std::size_t best_size = grow_chain(first, from, to, cost);
@@ -206,8 +205,8 @@ bool ChainMover::move_chain(Cell first, Label to, double cost) {
   return best_size > 0;
 }
 
-// Makes the moves of a chain, and records the change of areas by all of them. Returns the number of
-// moves after which borders are cheapest; 0 if no state is cheaper than the first.
+// Moves the cells of a chain. Returns the number of moves after which the cost is lowest, or 0 if
+// no state has a lower cost than the initial state. Records the area changes of these moves.
 std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost) {
   double gain = 0.0;
   double area = 0.0;
@@ -243,7 +242,8 @@ ChainMover::Candidate ChainMover::candidate(Cell cell, Label from, Label to) {
   return {cell, regions_.gain_of(cell, from, to), stiff, 0.0F};
 }
 
-// Removes and returns the best candidate that may move; kNoCell if no gain is large enough.
+// Removes and returns the candidate with the largest gain that may move. The cell is kNoCell if no
+// gain is at least least_gain.
 ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain stiff,
                                                  double least_gain) {
   const auto gain_of = [&](const Candidate& of) { return of.gain + stiff.of(of.stiff); };
@@ -265,7 +265,7 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
   return {};
 }
 
-// Updates the candidates adjacent to a cell that has just moved. The move raised their gain.
+// Updates the candidates adjacent to a cell that has just moved. The move has increased their gain.
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;

@@ -1,17 +1,14 @@
-// Stage 5: chains of cells that move from one region to an adjacent one.
+// Stage 5: moves chains of cells from one region to an adjacent region.
 #pragma once
 
 #include "base/prefetch.hpp"
-#include "cells/surface.hpp"
-#include "regions/borders.hpp"
 #include "regions/patches.hpp"
 #include "regions/smooth.hpp"
-#include "regions/stiffness.hpp"
 
 namespace superfacets {
 
-// The current labels of all cells, and cached data (such as costs) of cells near borders. The cache
-// is uninitialized memory, and pages of cells far from borders are never touched.
+// The current labels of all cells, and cached data of cells near borders. The cache is
+// uninitialized memory, and memory pages of cells far from borders are never touched.
 class MovingRegions {
  public:
   MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
@@ -26,28 +23,28 @@ class MovingRegions {
   bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
   bool may_leave(Cell cell);
 
-  // Costs of the borders across the arcs of a cell. They are computed at the first request, because
-  // few arcs are near a border.
+  // Costs of the borders that the arcs of a cell cross. They are computed at the first call,
+  // because few arcs are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was tried, which reads the cells around it.
+  // Whether a move of the cell was tried. If so, the result depends on the cells around it.
   bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
-  // Decrease of the border cost if the cell moves.
+  // Decrease of the border cost if the cell moves from one region to the other.
   double gain_of(Cell cell, Label from, Label to);
   double cost_of_sides(Cell cell);
 
-  // Path length from a moved cell back to the initial border of its region, along cells that moved
-  // earlier.
+  // Distance that the border has moved at a cell: the path length from the cell to the initial
+  // border of its current region, along cells that moved earlier.
   float travel(Cell cell) const {
     return labels_[cell] == first_labels_[cell] ? 0.0F : travels_[cell];
   }
 
-  // The travel that the cell would have after a move to an adjacent region.
+  // The value of travel(cell) after a move to the adjacent region `to`.
   double travel_to(Cell cell, Label to) const;
 
-  // prefetch_cell prefetches the data of a cell; prefetch_arcs then prefetches the data of its
-  // arcs.
+  // prefetch_cell prefetches the data of a cell. When this data is in the cache, prefetch_arcs
+  // prefetches the data of its arcs.
   void prefetch_cell(Cell cell) const {
     prefetch(&arcs().offsets[cell]);
     prefetch(&labels_[cell]);
@@ -69,12 +66,12 @@ class MovingRegions {
   const BorderCost border_cost_;
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
-  Buffer<std::uint8_t> marks_;  // kFixed, kHasCosts, kWasTried
-  Buffer<float> travels_;       // travel of each cell that is not in its initial region
-  Buffer<float> costs_;         // costs of the arcs of cells with kHasCosts
+  Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed, kHasCosts and kWasTried
+  Buffer<float> travels_;       // (N,) see travel(); only set for cells outside their first region
+  Buffer<float> costs_;         // (M,) see costs_of(); only set for cells with kHasCosts
 };
 
-// Tries chains of moves. Each thread has its own mover.
+// Tries chains of moves. Each thread uses a separate ChainMover.
 class ChainMover {
  public:
   ChainMover(MovingRegions& regions, const Patches& patches, const Stiffness& stiffness,
@@ -85,11 +82,11 @@ class ChainMover {
         options_(options),
         changes_(stiffness.n_regions(), 0.0) {}
 
-  // Tries one chain from this cell into each adjacent region, and keeps the first chain that lowers
-  // the cost. Returns the moved cells; the span is valid until the next call.
+  // Tries a chain that begins with this cell for each adjacent region, and keeps the first chain
+  // that lowers the cost. Returns the moved cells. The span is valid until the next call.
   std::span<const Cell> try_moves(Cell cell);
 
-  // Returns the change of each area since the last call, and resets it.
+  // Returns the changes of region areas since the last call.
   std::vector<AreaChange> take_changes();
 
  private:
@@ -97,8 +94,8 @@ class ChainMover {
   struct Candidate {
     Cell cell = kNoCell;
     double gain = 0.0;    // decrease of the border cost
-    StiffCell stiff;      // data for the gain in stiffness
-    float travel = 0.0F;  // computed when the candidate is taken
+    StiffCell stiff;      // data for the decrease of the stiffness cost
+    float travel = 0.0F;  // see MovingRegions::travel_to; computed when the candidate is taken
   };
 
   bool move_chain(Cell first, Label to, double cost);
@@ -114,10 +111,10 @@ class ChainMover {
   const Patches& patches_;
   const Stiffness& stiffness_;
   const SmoothOptions options_;
-  std::vector<double> changes_;        // (K,) change of the area of each region since take_changes
-  std::vector<Label> changed_;         // regions with changes, with duplicates
-  std::vector<Cell> chain_;            // cells in the order of their moves
-  std::vector<float> travels_before_;  // travel of each cell of the chain before its move
+  std::vector<double> changes_;  // (K,) area change of each region since the last take_changes()
+  std::vector<Label> changed_;   // regions with area changes; may contain duplicates
+  std::vector<Cell> chain_;      // cells in the order of their moves
+  std::vector<float> travels_before_;  // travel() of each cell of the chain before its move
   std::vector<Candidate> candidates_;
 };
 

@@ -1,13 +1,12 @@
 #include "regions/cut_borders.hpp"
 
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 namespace superfacets {
 namespace {
 
-// the two unwelded vertices of an edge, the lower one first
+// The two unwelded vertices of an edge, the lower vertex first.
 using Ends = std::pair<Vertex, Vertex>;
 
 class Cutter {
@@ -65,22 +64,22 @@ class Cutter {
     const std::int64_t n_vertices = first_junction_ + junctions_[n_faces()];
     const std::int64_t n_parts = starts_[n_faces()];
     if (std::max(n_vertices, n_parts) > std::numeric_limits<Vertex>::max()) {
-      throw std::length_error("too many faces");
+      throw std::length_error("the cut mesh would have too many faces");
     }
     result_ = {Buffer<Point>(n_vertices), Buffer<Triangle>(n_parts), Buffer<Label>(n_parts),
                Buffer<Face>(n_parts)};
     std::ranges::copy(mesh_.vertices, result_.vertices.begin());
   }
 
-  // Interpolates from the lower to the higher welded vertex, so that crossings on both sides of a
-  // seam have the same bits.
+  // Writes the crossings on edges. They are interpolated from the lower to the higher welded
+  // vertex, so that crossings on both sides of an unwelded seam have the same bits.
   void write_crossings() {
     team_.for_each_index(std::ssize(edges_), [&](std::int64_t edge) {
       const auto [low, high] = std::minmax(mesh_.representative[edges_[edge].first],
                                            mesh_.representative[edges_[edge].second]);
-      const Point way = mesh_.vertices[high] - mesh_.vertices[low];
+      const Point step = mesh_.vertices[high] - mesh_.vertices[low];
       result_.vertices[first_crossing_ + edge] =
-          mesh_.vertices[low] + field_.crossing(low, high) * way;
+          mesh_.vertices[low] + field_.crossing(low, high) * step;
     });
   }
 
@@ -130,7 +129,7 @@ class Cutter {
     parts.add(crossing, corners[end], apex, cut.labels[end]);
   }
 
-  // Shape quality: 0 for a triangle without area, 2 / sqrt(3) for an equilateral one.
+  // Shape quality of a triangle: 0 if it is degenerate, 2 / sqrt(3) if it is equilateral.
   double roundness(Vertex a, Vertex b, Vertex c) const {
     const auto& points = result_.vertices;
     const Point ab = points[b] - points[a];
@@ -183,11 +182,11 @@ class Cutter {
   const LabeledMesh& mesh_;
   const BorderField& field_;
   ThreadTeam& team_;
-  Buffer<std::int64_t> starts_;     // (F + 1,) first part of each face
-  Buffer<std::int64_t> junctions_;  // (F + 1,) number of junctions in earlier faces
-  std::vector<Ends> edges_;         // cut edges, sorted
-  std::int64_t first_crossing_ = 0;
-  std::int64_t first_junction_ = 0;
+  Buffer<std::int64_t> starts_;      // (F + 1,) index of the first part of each face
+  Buffer<std::int64_t> junctions_;   // (F + 1,) number of junctions in the preceding faces
+  std::vector<Ends> edges_;          // cut edges, sorted
+  std::int64_t first_crossing_ = 0;  // index of the first crossing among the new vertices
+  std::int64_t first_junction_ = 0;  // index of the first junction among the new vertices
   CutMesh result_;
 };
 

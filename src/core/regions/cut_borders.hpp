@@ -1,23 +1,22 @@
-// Stage 5: regions with smooth borders, which cut through faces.
+// Stage 5: cuts faces so that regions get smooth borders.
 #pragma once
 
 #include "regions/border_field.hpp"
-#include "regions/labeled_mesh.hpp"
 
 namespace superfacets {
 
 struct CutMesh {
   Buffer<Point> vertices;  // input vertices, then crossings on edges, then junctions inside faces
-  Buffer<Triangle> faces;  // all parts of face 0, then of face 1, ...
-  Buffer<Label> labels;    // label of each new face
-  Buffer<Face> sources;    // the old face of each new face
+  Buffer<Triangle> faces;  // all parts of input face 0, followed by all parts of face 1, and so on
+  Buffer<Label> labels;    // label of each part
+  Buffer<Face> sources;    // input face of each part
 };
 
 // Cuts faces along smooth borders (see BorderField), into at most six parts each. All faces of an
 // edge are cut at the same point, so there are no T-junctions. The point depends only on the
 // positions of the ends, so unwelded seams get no gaps. Parts keep the orientation of their face. A
 // region may become disconnected or lose all of its area. The caller must detect such regions, and
-// mark their faces as kept.
+// call the function again with their faces marked as kept.
 //
 // Throws std::length_error if there are too many parts or vertices to index.
 CutMesh cut_borders(const LabeledMesh& mesh, const CutOptions& options, ThreadTeam& team);

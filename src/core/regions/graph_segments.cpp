@@ -12,11 +12,11 @@ WeightedEdge weighted(std::span<const Point> positions, std::span<const Point> n
   return {ascending_bits(crease_weight(normals[a], normals[b], is_convex)), a, b};
 }
 
-// For each edge in ascending order of weight, joins the segments at its ends if the weight is
-// within the limits of both.
+// Visits edges in ascending order of weight, and joins the two segments at the ends of an edge if
+// its weight is within the limits of both segments.
 void join_below_limits(std::span<const WeightedEdge> edges, double threshold, DisjointSets& sets,
                        std::span<std::int64_t> sizes) {
-  std::vector<double> limits(sizes.size(), threshold);  // limit of the segment of each root
+  std::vector<double> limits(sizes.size(), threshold);  // limit of each segment, at its root
   for (const WeightedEdge& edge : edges) {
     const Cell a = sets.root(edge.a);
     const Cell b = sets.root(edge.b);
@@ -33,7 +33,7 @@ std::int64_t count_segments(Buffer<WeightedEdge> edges, std::size_t n_nodes,
                             const SegmentLimits& limits) {
   radix_sort(edges);
   DisjointSets sets(n_nodes);
-  std::vector<std::int64_t> sizes(n_nodes, 1);  // size of the segment of each root
+  std::vector<std::int64_t> sizes(n_nodes, 1);  // size of each segment, at its root
   join_below_limits(edges.span(), limits.threshold, sets, sizes);
   join_small_sets(edges.span(), limits.least, sets, sizes);
   std::int64_t n_segments = 0;

@@ -9,14 +9,16 @@
 namespace superfacets {
 namespace {
 
-// Neighbors of a group of joined regions, indexed by group and also ranked by cost of the border.
+// Neighbors of a group of joined regions, with the cost of each border. They can be found by group,
+// and in descending order of cost.
 class Neighbors {
  public:
   bool empty() const { return costs_.empty(); }
   std::size_t size() const { return costs_.size(); }
   const std::map<Label, double>& costs() const { return costs_; }
 
-  // The neighbor with the most costly border. Ties go to the lowest group.
+  // The neighbor with the highest border cost, or the neighbor with the lowest number if several
+  // costs are equal.
   Label preferred() const { return ranking_.begin()->second; }
 
   void add(Label group, double cost) {
@@ -43,9 +45,9 @@ class Neighbors {
   std::set<std::pair<double, Label>> ranking_;
 };
 
-// Groups of joined regions. A group has a number, by which neighbors refer to the group, and a
-// label, which is the label of the region that the other regions joined. The number and the label
-// differ if another region of the group had more neighbors.
+// Groups of joined regions. A group has a number, which identifies it in the lists of neighbors,
+// and a label, which is the label of the region that the other regions joined. The number and the
+// label differ if another region of the group had more neighbors.
 class Groups {
  public:
   Groups(std::span<const double> areas, std::span<const RegionBorder> borders, const JoinRule& rule)
@@ -74,12 +76,12 @@ class Groups {
     }
   }
 
-  // The final region of each region.
+  // The label of the group of each region.
   std::vector<Label> roots() {
     for (Label label = 0; std::cmp_less(label, joined_to_.size()); ++label) {
       Label root = label;
       while (joined_to_[root] != root) root = joined_to_[root];
-      // Path compression: afterwards all nodes on the path point to the root.
+      // Path compression: all nodes on the path now point to the root.
       for (Label next = label; next != root;) next = std::exchange(joined_to_[next], root);
     }
     return std::move(joined_to_);
@@ -122,10 +124,10 @@ class Groups {
   }
 
   const JoinRule rule_;
-  std::vector<double> areas_;     // of each group
-  std::vector<Label> labels_;     // label of each group
-  std::vector<Label> joined_to_;  // of each region: the region that it joined, or the region itself
-  std::vector<std::uint8_t> is_alive_;  // 1: the group has not joined another
+  std::vector<double> areas_;           // total area of each group
+  std::vector<Label> labels_;           // label of each group
+  std::vector<Label> joined_to_;        // region that each region joined, or the region itself
+  std::vector<std::uint8_t> is_alive_;  // 1 if the group has not joined another group
   std::vector<Neighbors> neighbors_;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };

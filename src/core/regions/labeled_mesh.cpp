@@ -5,14 +5,14 @@
 namespace superfacets {
 namespace {
 
-// Cosines of 75 degrees, kSharpAngle (cells/weights.hpp) and 30 degrees. With a limit of 75 degrees
-// the edges of boxes are pinned. With 60 degrees, regions of the benchmark models are 0.3 % less
-// compact; with 40 degrees for all creases, 1 % less.
+// Cosines of 75 degrees, kSharpAngle (cells/weights.hpp) and 30 degrees. With the limit of 75
+// degrees, the edges of boxes are pinned. With a limit of 60 degrees, regions of the benchmark
+// models would be 0.3% less compact, and with 40 degrees for all creases 1% less.
 constexpr double kSharp = 0.2588190451025207;
 constexpr double kFolded = 0.7660444431189780;
 constexpr double kStraight = 0.8660254037844386;
 
-// Maximum number of faces around a vertex whose edges are examined. Vertices of more faces are
+// Maximum number of faces around a vertex whose edges are examined. Vertices with more faces are
 // pinned.
 constexpr std::size_t kMostFaces = 64;
 
@@ -21,7 +21,7 @@ bool has_corner(const Triangle& face, Vertex vertex) {
   return a == vertex || b == vertex || c == vertex;
 }
 
-// Whether the edge runs from a to b in the orientation of the face.
+// Whether the face traverses the edge from a to b, not from b to a.
 bool leads_along(const Triangle& face, Vertex a, Vertex b) {
   const auto& [x, y, z] = face.corners;
   return (x == a && y == b) || (y == a && z == b) || (z == a && x == b);
@@ -32,7 +32,7 @@ struct EdgeFaces {
   Face first = -1;
   Face second = -1;
   int count = 0;
-  bool separates = false;  // whether two of these faces have different labels
+  bool separates = false;  // whether two of the faces have different labels
 };
 
 class Pins {
@@ -81,7 +81,7 @@ class Pins {
     return edge;
   }
 
-  // The cosine of the angle between the normals of two faces; 1 if one has no normal.
+  // The cosine of the angle between the normals of two faces; 1 if one of them has no normal.
   double cosine_of_fold(const EdgeFaces& edge, Vertex a, Vertex b) const {
     const Point& one = around_.normal(edge.first);
     const Point& other = around_.normal(edge.second);
@@ -91,7 +91,8 @@ class Pins {
     return turned ? -dot(one, other) : dot(one, other);
   }
 
-  // Whether another folded edge continues the edge from a to b beyond b, nearly straight.
+  // Whether another folded edge continues the edge from a to b beyond b, in nearly the same
+  // direction.
   bool runs_on(Vertex a, Vertex b) const {
     const std::span<const Face> faces = around_.of(b);
     return faces.size() <= kMostFaces && std::ranges::any_of(faces, [&](Face face) {

@@ -13,7 +13,8 @@ class LineTracer {
     lines_.entries.reserve(is_traced_.size());
   }
 
-  // Traces the line that enters a segment at this end, unless the segment has been traced before.
+  // Traces the line that enters a segment at the end `entry`, if the segment has not been traced
+  // yet.
   void trace_from(SegmentEnd entry, bool is_closed) {
     if (is_traced_[entry / 2]) return;
     while (entry != kNoEnd && !is_traced_[entry / 2]) {

@@ -12,7 +12,7 @@
 namespace superfacets {
 namespace {
 
-// The border that a group shares with a neighbor.
+// The border between a group and one of its neighbors.
 struct SharedBorder {
   double length = 0.0;
   double cost = 0.0;
@@ -26,7 +26,7 @@ struct SharedBorder {
 // Two nodes that may merge.
 struct Candidate {
   double cost;
-  double tie;  // breaks ties of costs
+  double tie;  // second sort key, for equal costs
   Label low;
   Label high;
 
@@ -35,9 +35,9 @@ struct Candidate {
   }
 };
 
-// Groups of merged regions. The number of a group is its latest node in the tree. The data of a
-// group is in a slot. A merge keeps the slot of the group with more neighbors, so the longer list
-// is not copied.
+// Groups of merged regions. Each group has a node in the tree, and a slot in which its data is
+// stored. A merge reuses the slot of the group with more neighbors, so that the longer list of
+// neighbors is not copied.
 class MergingGroups {
  public:
   MergingGroups(const MergeRegions& regions, const MergeRule& rule)
@@ -63,7 +63,7 @@ class MergingGroups {
     while (!queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
-      // Skips an outdated pair, of which a node has been merged since.
+      // Skips a pair if one of its nodes has been merged in the meantime.
       if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel) continue;
       tree_.children.insert(tree_.children.end(), {next.low, next.high});
       tree_.costs.push_back(next.cost);
@@ -75,7 +75,7 @@ class MergingGroups {
  private:
   using Neighbors = std::map<Label, SharedBorder>;  // key: slot of the neighbor
 
-  // Merges two slots into the slot with more neighbors. `first` holds the lower node.
+  // Merges two slots into the slot with more neighbors. `first` is the slot of the lower node.
   void merge(Label first, Label second) {
     mix(first, second);
     const bool is_larger = neighbors_[second].size() > neighbors_[first].size();
@@ -96,8 +96,8 @@ class MergingGroups {
     for (const auto& [neighbor, border] : neighbors_[kept]) offer(kept, neighbor, border);
   }
 
-  // Rebuilds the queue. Each merge leaves outdated candidates behind, one for each neighbor of the
-  // group.
+  // Rebuilds the queue without outdated candidates. Each merge makes the candidates of the two
+  // merged groups outdated.
   void offer_all() {
     queue_ = {};
     for (Label slot = 0; std::cmp_less(slot, neighbors_.size()); ++slot) {
@@ -108,15 +108,15 @@ class MergingGroups {
     largest_queue_ = kMostOutdated * (queue_.size() + 1);
   }
 
-  // Sets the area of the first slot to the sum of both, and its position and features to the means
-  // weighted by area.
+  // Sets the area of the first slot to the sum of both areas, and its position and features to the
+  // area-weighted means.
   void mix(Label first, Label second) {
     const double area = areas_[first] + areas_[second];
-    const double share = area > 0.0 ? areas_[second] / area : 0.5;
-    positions_[first] = positions_[first] + share * (positions_[second] - positions_[first]);
+    const double fraction = area > 0.0 ? areas_[second] / area : 0.5;
+    positions_[first] = positions_[first] + fraction * (positions_[second] - positions_[first]);
     for (std::size_t f = 0; f < n_features_; ++f) {
       double& feature = features_[first * n_features_ + f];
-      feature += share * (features_[second * n_features_ + f] - feature);
+      feature += fraction * (features_[second * n_features_ + f] - feature);
     }
     areas_[first] = area;
   }
@@ -170,19 +170,19 @@ class MergingGroups {
     return std::cbrt(0.75 * area / std::numbers::pi);
   }
 
-  // factor by which the queue may grow before it is rebuilt
+  // The queue is rebuilt when it has grown by this factor.
   static constexpr std::size_t kMostOutdated = 8;
 
   const MergeRule rule_;
   const std::size_t n_features_;
-  std::vector<double> areas_;  // indexed by slot, like the next arrays
-  std::vector<Point> positions_;
-  std::vector<double> features_;
-  std::vector<Neighbors> neighbors_;
-  std::vector<Label> nodes_;  // node in each slot
-  std::vector<Label> slots_;  // slot of each node; kNoLabel after it has merged
+  std::vector<double> areas_;         // area of the group in each slot
+  std::vector<Point> positions_;      // mean position of the group in each slot
+  std::vector<double> features_;      // mean features of the group in each slot
+  std::vector<Neighbors> neighbors_;  // neighbors of the group in each slot
+  std::vector<Label> nodes_;          // tree node of the group in each slot
+  std::vector<Label> slots_;          // slot of each node; kNoLabel after the node has been merged
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
-  std::size_t largest_queue_ = 0;  // a larger queue is rebuilt
+  std::size_t largest_queue_ = 0;  // maximum size of the queue before it is rebuilt
   MergeTree tree_;
 };
 

@@ -5,16 +5,16 @@ namespace {
 
 constexpr Patch kNoPatch = -1;
 
-// Maximum number of border cells of a patch, whose data fits into the cache of a processor core.
-// Patches are smaller if there would otherwise be fewer than kManyPatches, which keep several
-// threads busy at each color.
+// The minimum number of border cells per patch is between kSmallestPatch and kLargestPatch. The
+// data of kLargestPatch cells fits into the cache of a processor core. On small meshes, patches are
+// smaller, so that there are kManyPatches patches for several threads.
 constexpr std::int64_t kLargestPatch = 1024;
 constexpr std::int64_t kSmallestPatch = 64;
 constexpr std::int64_t kManyPatches = 512;
 
-// Minimum number of colors. A patch touches about six other patches, so fewer colors would suffice.
-// Two patches may become adjacent when cells between them move. With more colors, two such patches
-// seldom share a color.
+// Minimum number of colors. A patch has about six adjacent patches, so fewer colors would suffice.
+// But two patches may become adjacent when cells between them move. With more colors, these two
+// patches rarely have the same color.
 constexpr std::size_t kFewestColors = 8;
 
 class PatchMaker {
@@ -44,7 +44,8 @@ class PatchMaker {
   }
 
  private:
-  // Makes a patch. Returns the first adjacent region outside the patch, or kNoLabel.
+  // Builds a patch that begins with the region `seed`. Returns the first adjacent region outside
+  // the patch, or kNoLabel.
   Label grow(Label seed) {
     const Patch patch = patches_.n_patches();
     reached_.assign(1, seed);
@@ -96,9 +97,9 @@ class PatchMaker {
   const std::int64_t least_cells_;  // minimum number of border cells per patch
   Patches patches_;
   std::vector<Label> reached_;         // regions of the current patch, and regions adjacent to it
-  std::vector<Patch> last_seen_by_;    // by region: the last patch that reached it
+  std::vector<Patch> last_seen_by_;    // (K,) last patch that reached each region
   std::vector<std::int64_t> n_cells_;  // number of border cells of each color
-  std::vector<Patch> last_forbidden_by_;  // by color: the last patch with a neighbor of that color
+  std::vector<Patch> last_forbidden_by_;  // last patch with a neighbor of each color
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Stage 5: patches: groups of adjacent regions, each processed by one thread.
+// Stage 5: divides regions into patches, groups of adjacent regions that one thread processes.
 #pragma once
 
 #include "base/lists.hpp"
@@ -8,7 +8,7 @@ namespace superfacets {
 
 using Patch = std::int32_t;
 
-// Patches, each with a color. No two patches of one color touch.
+// Patches with a graph coloring: adjacent patches have different colors.
 struct Patches {
   std::vector<Patch> of_region;              // (K,) patch of each region
   std::vector<std::int32_t> colors;          // color of each patch
@@ -17,11 +17,11 @@ struct Patches {
   Patch n_patches() const { return static_cast<Patch>(colors.size()); }
 };
 
-// Groups regions into patches. A patch starts from the first region adjacent to the previous patch,
-// or from the lowest remaining label, and grows breadth first until it has enough border cells.
-// Patches are colored greedily in their order. A patch gets the color with the fewest cells so far
-// among the colors that no adjacent patch has. `border` holds the cells with a neighbor in another
-// region, grouped by region. Time O(K + n), for n arcs of these cells.
+// Groups K regions into patches. A patch begins with a region adjacent to the previous patch, or
+// with the lowest remaining label, and grows breadth first until it has enough border cells.
+// Patches are colored greedily: each patch gets the color with the fewest cells so far among the
+// colors of no adjacent patch. `border` contains the cells with a neighbor in another region,
+// grouped by region. Time O(K + number of arcs of these cells).
 Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const Lists<Cell>& border);
 
 }  // namespace superfacets

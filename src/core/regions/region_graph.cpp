@@ -6,11 +6,11 @@
 namespace superfacets {
 namespace {
 
-// Regions per task. A small number suffices, because most regions have hundreds of cells.
+// Number of regions per task. A small number suffices, because most regions have hundreds of cells.
 constexpr std::int64_t kRegionBlock = 8;
 
-// Sums over the cells of a region. Positions are relative to the first cell, because sums far from
-// the origin would lose digits.
+// Sums over the cells of a region. Positions are relative to the first cell, to avoid cancellation
+// far from the origin.
 struct Sums {
   double measure = 0.0;
   Point moment{0.0, 0.0, 0.0};     // sum of measure times position
@@ -35,16 +35,16 @@ Sums sum_cells(const Surface& surface, std::span<const Cell> cells, const Point&
   return sums;
 }
 
-// Second moment about the centroid, weighted by measure. It is unweighted if all measures are 0.
+// Second moment about the centroid, weighted by measure, or unweighted if all measures are 0.
 SecondMoment moment_about(const Surface& surface, std::span<const Cell> cells,
                           const Point& centroid, double total_measure) {
   SecondMoment moment;
   for (const Cell cell : cells) {
     const CellShape shape = surface.shape(cell);
-    const double share = total_measure > 0.0 ? shape.measure / total_measure
-                                             : 1.0 / static_cast<double>(cells.size());
-    moment.add(share, shape.spread);
-    moment.add(share, shape.position - centroid);
+    const double fraction = total_measure > 0.0 ? shape.measure / total_measure
+                                                : 1.0 / static_cast<double>(cells.size());
+    moment.add(fraction, shape.spread);
+    moment.add(fraction, shape.position - centroid);
   }
   return moment;
 }
@@ -68,7 +68,7 @@ RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) 
   const bool has_measure = sums.measure > 0.0;
   const double weight = has_measure ? sums.measure : static_cast<double>(cells.size());
   const Point& moment = has_measure ? sums.moment : sums.positions;
-  // Three divisions, because the inverse of a tiny area may overflow to infinity.
+  // Divides by the weight, because 1 / weight may overflow to infinity for a tiny weight.
   const Point centroid = origin + Point{moment.x / weight, moment.y / weight, moment.z / weight};
   const SecondMoment covariance = moment_about(surface, cells, centroid, sums.measure);
   return {sums.measure,        centroid,         covariance.squares,
@@ -76,13 +76,13 @@ RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) 
           sums.box.high,       sums.open_length, nearest_cell(surface, cells, centroid)};
 }
 
-// An arc between two regions. Several arcs may cross one side between the same two regions. They
-// share the length of the side.
+// An arc between two regions. If several arcs cross the same side between the same two regions, the
+// length of the side is divided among them.
 struct Crossing {
   Label low;
   Label high;
   std::int64_t arc;
-  double share;
+  double fraction;  // fraction of the side's length that belongs to this arc
   double length;
   double angle;
 };
@@ -96,19 +96,13 @@ class CrossingFinder {
   // Appends the arcs of a cell that cross borders.
   void add_arcs_of(Cell cell, std::vector<Crossing>& found) const {
     if (labels_[cell] == kNoLabel || !surface_.arcs().is_at_border(cell, labels_)) return;
-    std::int64_t begin = surface_.arcs().offsets[cell];
-    const std::int64_t end = surface_.arcs().offsets[cell + 1];
-    while (begin < end) {
-      std::int64_t next = begin + 1;
-      const int side = surface_.side(cell, begin);
-      while (next < end && surface_.side(cell, next) == side) ++next;
-      add_side(cell, begin, next, found);
-      begin = next;
-    }
+    surface_.for_each_side(
+        cell, [&](std::int64_t begin, std::int64_t end) { add_side(cell, begin, end, found); });
   }
 
  private:
-  // Whether the arc counts. If an arc has a reverse arc, only the arc from the lower region counts.
+  // Whether an arc is counted. If an arc has a reverse arc, only the arc from the lower region is
+  // counted.
   bool is_counted(Cell cell, Cell neighbor) const {
     const Label own = labels_[cell];
     const Label other = labels_[neighbor];
@@ -120,7 +114,7 @@ class CrossingFinder {
   void add_side(Cell cell, std::int64_t begin, std::int64_t end,
                 std::vector<Crossing>& found) const {
     const std::span<const Cell> neighbors = surface_.arcs().targets.subspan(begin, end - begin);
-    // sorted labels of the cells at the side; empty if there are only two
+    // sorted labels of the cells at the side; empty if there are only two cells
     std::vector<Label> on_side;
     if (neighbors.size() > 1) {
       on_side.push_back(labels_[cell]);
@@ -144,13 +138,13 @@ class CrossingFinder {
   const std::span<const Label> labels_;
 };
 
-// Sums the arcs from one region to another into the border between them.
+// Computes the border between two regions from the arcs that cross it.
 RegionArc sum_border(std::span<const Crossing> crossings) {
   RegionArc border{crossings.front().low, crossings.front().high, 0.0, 0.0, 0.0, 0.0, 0};
   double n_sides = 0.0;
   for (const Crossing& crossing : crossings) {
-    border.border_length += crossing.share * crossing.length;
-    n_sides += crossing.share;
+    border.border_length += crossing.fraction * crossing.length;
+    n_sides += crossing.fraction;
     if (std::pair(std::abs(crossing.angle), crossing.angle) >
         std::pair(std::abs(border.max_angle), border.max_angle)) {
       border.max_angle = crossing.angle;
@@ -159,7 +153,7 @@ RegionArc sum_border(std::span<const Crossing> crossings) {
   const bool has_length = border.border_length > 0.0;
   const double total = has_length ? border.border_length : n_sides;
   for (const Crossing& crossing : crossings) {
-    const double weight = crossing.share * (has_length ? crossing.length : 1.0) / total;
+    const double weight = crossing.fraction * (has_length ? crossing.length : 1.0) / total;
     border.mean_angle += weight * std::abs(crossing.angle);
     border.signed_angle += weight * crossing.angle;
   }

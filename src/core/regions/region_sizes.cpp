@@ -1,25 +1,23 @@
 #include "regions/region_sizes.hpp"
 
-#include <limits>
-#include <numeric>
-
 #include "regions/chains.hpp"
 
 namespace superfacets {
 namespace {
 
-// Tolerance of comparing sizes, as a fraction of the mean size of a region. The tolerance absorbs
+// Tolerance for comparing sizes, as a fraction of the mean size of a region. It is larger than
 // rounding errors.
 constexpr double kRounding = 1e-9;
 
-// Maximum number of stuck paths per region. On a stuck path cells do not reach the end, so the path
-// only moves the excess to another region. Beyond the limit, the next LeaveTest is used.
+// Maximum number of stuck paths per region. A path is stuck if cells cannot be moved up to its end,
+// so that the excess is only moved to another region. After this number of stuck paths, the next
+// LeaveTest is used.
 constexpr std::int64_t kMostStuck = 4;
 
-// Tests whether a cell may leave its region, the strictest first.
+// Tests of whether a cell may leave its region, from the strictest to the least strict.
 enum class LeaveTest : std::uint8_t { kLocal, kExact, kNone };
 
-// The cells of each region, and the tests whether a cell may leave its region.
+// The cells of each region, and the test of whether a cell may leave its region.
 class Members {
  public:
   Members(MovingRegions& regions, std::size_t n_regions)
@@ -56,8 +54,8 @@ class Members {
     list.push_back(cell);
   }
 
-  // Exact test: whether the neighbors of a cell in its region stay connected within the region
-  // without the cell. There must be at least one such neighbor.
+  // Exact test: whether the neighbors of a cell in its region are connected within the region
+  // without the cell. Returns false if there is no such neighbor.
   bool are_joined_without(Cell cell) {
     const Label label = regions_.label(cell);
     std::size_t n_missing = 0;
@@ -65,7 +63,7 @@ class Members {
     front_.clear();
     for (const Cell near : regions_.arcs().neighbors(cell)) {
       if (near == cell || regions_.label(near) != label || seen_[near] == stamp_) continue;
-      seen_[near] = stamp_;  // removed once the search reaches it
+      seen_[near] = stamp_;  // replaced when the search reaches the cell
       if (front_.empty()) {
         front_.push_back(near);
       } else {
@@ -75,8 +73,8 @@ class Members {
     return !front_.empty() && reaches(cell, label, n_missing);
   }
 
-  // Searches a region breadth first from the cells in front_. Returns whether the search reaches
-  // n_missing cells that carry the stamp. Reached cells get the next stamp.
+  // Breadth-first search in a region from the cells in front_. Returns whether the search reaches
+  // n_missing cells whose seen_ equals the current stamp. Reached cells get the next stamp.
   bool reaches(Cell without, Label label, std::size_t n_missing) {
     const std::int64_t wanted = stamp_++;
     seen_[without] = seen_[front_.front()] = stamp_;
@@ -95,7 +93,7 @@ class Members {
   LeaveTest test_ = LeaveTest::kLocal;
   std::vector<std::vector<Cell>> lists_;
   std::vector<std::size_t> slots_;  // (N,) index of each cell in the list of its region
-  std::vector<std::int64_t> seen_;  // (N,) stamp of the last search that saw the cell
+  std::vector<std::int64_t> seen_;  // (N,) stamp of the last search that reached each cell
   std::int64_t stamp_ = 0;
   std::vector<Cell> front_;
 };
@@ -130,12 +128,12 @@ class CellTransfer {
 
  private:
   struct Exits {
-    std::vector<Label> to;  // regions that a cell may move to
+    std::vector<Label> to;  // regions to which some cell of the region may move
     bool are_known = false;
   };
 
-  // Moves cells until every region is within its bounds, or no path remains. Returns whether any
-  // cell has moved.
+  // Tries to bring each region within its bounds. Returns whether any cell has moved and another
+  // sweep may succeed.
   bool sweep() {
     bool has_moved = false;
     for (Label region = 0; std::cmp_less(region, totals_.size()); ++region) {
@@ -151,8 +149,8 @@ class CellTransfer {
   double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
 
-  // `drain` moves cells out of a region above its upper bound, `fill` into a region below its lower
-  // bound. Both return whether any cell has moved.
+  // drain() moves cells out of a region that is above its upper bound. fill() moves cells into a
+  // region that is below its lower bound. Both return whether any cell has moved.
   bool drain(Label region) {
     const auto has_room = [&](Label other) { return -excess(other) >= step_; };
     const auto next_of = [&](Label at, const auto& take) {
@@ -180,8 +178,8 @@ class CellTransfer {
     return push_over_paths(region, can_spare, next_of, push_on);
   }
 
-  // Tries paths between a region and the regions for which is_wanted holds, the shortest first,
-  // until a cell moves. push_on(path) moves cells along a path that ends at the region.
+  // Tries paths between a region and the regions for which is_wanted is true, in ascending order of
+  // length, until a cell moves. push_on(path) moves cells along a path that ends at the region.
   template <typename IsWanted, typename NextOf, typename PushOn>
   bool push_over_paths(Label region, const IsWanted& is_wanted, const NextOf& next_of,
                        const PushOn& push_on) {
@@ -201,8 +199,8 @@ class CellTransfer {
     return std::ranges::find(blocked_, leg) != blocked_.end();
   }
 
-  // Breadth-first search over regions. Returns the first region for which is_wanted holds, or
-  // kNoLabel. The path to it is stored in parents_.
+  // Breadth-first search over regions. Returns the first region for which is_wanted is true, or
+  // kNoLabel. The path to this region is stored in parents_.
   template <typename IsWanted, typename ForEachNext>
   Label search(Label first, const IsWanted& is_wanted, const ForEachNext& for_each_next) {
     for (const Label visited : queue_) parents_[visited] = kNoLabel;
@@ -221,7 +219,7 @@ class CellTransfer {
     return found;
   }
 
-  // Moves cells from each region of a path to the next. Returns whether any cell has moved.
+  // Moves cells from each region of a path to the next region. Returns whether any cell has moved.
   bool push(const std::vector<Label>& path, double amount) {
     const double room = std::max(-excess(path.back()), 0.0);
     for (std::size_t i = 0; i + 1 < path.size(); ++i) {
@@ -237,8 +235,8 @@ class CellTransfer {
     return true;
   }
 
-  // Moves cells of a total size of at least `amount`, where possible, and of at most `most`.
-  // Returns the total size.
+  // Moves cells from one region to another, until their total size is at least `amount` or no cell
+  // can move. The total size is at most `most`. Returns the total size.
   double move_between(Label from, Label to, double amount, double most) {
     candidates_.clear();
     for (const Cell cell : members_.of(from)) add_candidate(cell, to);
@@ -265,8 +263,8 @@ class CellTransfer {
     candidates_.push_back(cell);
   }
 
-  // Whether a cell may leave after its region has gained another cell. Even the last of the earlier
-  // cells may then leave.
+  // Whether a cell may leave its region after the region has gained another cell. Even the only
+  // cell of a region may then leave.
   bool may_pass(Cell cell) {
     return members_.test() == LeaveTest::kNone || members_.may_leave(cell);
   }
@@ -281,7 +279,7 @@ class CellTransfer {
   }
 
   // Removes and returns the candidate with the largest gain among the candidates that may leave and
-  // have a size of at most `most`. Returns kNoCell if there is none.
+  // have a size of at most `most`. Returns kNoCell if there is no such candidate.
   Cell take_candidate(Label from, Label to, double most) {
     ranked_.clear();
     for (const Cell cell : candidates_)
@@ -336,17 +334,17 @@ class CellTransfer {
   const SizeBounds& bounds_;
   Members members_;
   std::vector<double> totals_;  // (K,) size of each region
-  std::vector<Exits> exits_;    // (K,)
-  // (K,) predecessor of each region in the last search; kNoLabel: not visited
+  std::vector<Exits> exits_;    // (K,) cached exits of each region
+  // (K,) predecessor of each region in the last search; kNoLabel if not reached
   std::vector<Label> parents_;
-  std::vector<Label> queue_;  // regions reached by the last search, in order
-  // steps between regions that no cell could take since cells last reached the end of a path
+  std::vector<Label> queue_;  // regions in the order in which the last search reached them
+  // pairs of regions between which no cell could move since the last successful path
   std::vector<Leg> blocked_;
   std::vector<Cell> candidates_;
   std::vector<std::pair<double, Cell>> ranked_;
   std::int64_t n_stuck_ = 0;
   double rounding_ = 0.0;
-  // mean size of a cell: the minimum room that a region at the end of a path must have
+  // mean size of a cell; a region at the end of a path must have room for this size
   double step_ = 0.0;
 };
 

@@ -1,4 +1,4 @@
-// Stage 5: finds the cells around borders between regions.
+// Stage 5: finds cells and vertices near borders between regions.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -6,24 +6,25 @@
 
 namespace superfacets {
 
-// Whether each given cell has a neighbor with another label. `offsets` describes the arcs of the
-// given cells; the arcs may lead to any labeled cell. Time O(N + M).
+// Returns for each of the first N cells whether it has a neighbor with another label. `offsets` has
+// N + 1 entries; `labels` may contain more cells, to which arcs may lead. Time O(N + M).
 Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
                                       std::span<const Cell> targets, std::span<const Label> labels);
 
-// Spreads ring numbers over vertices, until each vertex of a cell has at least the largest number
-// in the cell minus one. Then each cell within n rings of a vertex with number n has a vertex with
-// a number of at least 1. corners_of(cell) is a range of vertices. Time O(N max(rings)).
+// Increases the ring numbers of vertices, until each vertex of a cell has at least the largest
+// number in the cell minus one. So each cell within n rings of a vertex with the number n gets a
+// vertex with a number of at least 1. corners_of(cell) is a range of vertices. Time O(N
+// max(rings)).
 template <typename CornersOf>
 void spread_rings(Cell n_cells, const CornersOf& corners_of, std::span<std::uint8_t> rings) {
-  // There is one round per number, in descending order. Each round writes the numbers that the next
+  // One round per ring number, in descending order. Each round sets the ring numbers that the next
   // round reads.
   for (int ring = rings.empty() ? 0 : *std::ranges::max_element(rings); ring > 1; --ring) {
     const auto less = static_cast<std::uint8_t>(ring - 1);
     for (Cell cell = 0; cell < n_cells; ++cell) {
       int largest = 0;
       for (const Vertex corner : corners_of(cell)) largest = std::max<int>(largest, rings[corner]);
-      if (largest != ring) continue;  // a larger number was handled in an earlier round
+      if (largest != ring) continue;  // larger numbers were processed in an earlier round
       for (const Vertex corner : corners_of(cell)) rings[corner] = std::max(rings[corner], less);
     }
   }

@@ -13,7 +13,7 @@ struct MaskedArea {
   double area;
 };
 
-using Row = std::vector<MaskedArea>;  // areas of one group, ascending by mask
+using Row = std::vector<MaskedArea>;  // areas of one group in each mask, sorted by mask
 
 // Two groups that may be joined.
 struct Pair {
@@ -27,8 +27,8 @@ struct Pair {
   }
 };
 
-// Groups of regions. Groups are numbered like the nodes of a merge tree: first regions 0 to K-1,
-// then the result of each join.
+// Groups of regions. Groups are numbered like the nodes of a merge tree: 0 to K-1 are the regions,
+// and each join creates the next number.
 class MaskGroups {
  public:
   MaskGroups(const MaskedAreas& seen, double least)
@@ -90,7 +90,7 @@ class MaskGroups {
     }
   }
 
-  // Merges the two sorted rows of masks, image by image.
+  // Computes the agreement of two groups by traversing their sorted rows, image by image.
   double agreement_of(const Row& low, const Row& high) const {
     double same = 0.0, any = 0.0;
     std::size_t i = 0, j = 0;
@@ -170,8 +170,8 @@ class MaskGroups {
 
   const MaskedAreas& seen_;
   const double least_;
-  std::vector<Row> rows_;  // row of each group; empty once the group has been joined
-  std::vector<std::vector<Label>> owners_;  // for each mask, the groups with an area in it
+  std::vector<Row> rows_;  // row of each group; empty after the group has been joined
+  std::vector<std::vector<Label>> owners_;  // groups with an area in each mask
   std::vector<Label> parents_;  // parent of each group; the group itself if it has not been joined
   std::priority_queue<Pair> queue_;
 };

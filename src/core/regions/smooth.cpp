@@ -1,24 +1,23 @@
 #include "regions/smooth.hpp"
 
 #include <cstring>
-#include <iterator>
 
 #include "regions/chains.hpp"
-#include "regions/patches.hpp"
 
 namespace superfacets {
 namespace {
 
-// Cells per block of scanning marks.
+// Number of cells per block when the marks are scanned.
 constexpr std::int64_t kBlock = 1 << 14;
 
 // Maximum number of arcs of a cell that are searched for a reverse arc.
 constexpr std::size_t kMostArcs = 256;
 
-// Prefetch distance, in cells. Trying to move this many cells takes longer than a cache miss.
+// Prefetch distance: data is prefetched this number of cells in advance. Trying to move this many
+// cells takes longer than a cache miss.
 constexpr std::size_t kAhead = 4;
 
-// Set of cells from which chains will be tried. Several threads may add cells at once.
+// Set of cells from which chains will be tried. Several threads may add cells at the same time.
 class WaitingCells {
  public:
   // Initially contains all cells.
@@ -32,7 +31,8 @@ class WaitingCells {
   }
   void remove(Cell cell) { is_waiting_[cell] = 0; }
 
-  // Empties the set. Returns the removed cells that satisfy a condition, in ascending lists.
+  // Empties the set. Returns the removed cells for which is_wanted is true, as one ascending list
+  // per block.
   template <typename Condition>
   std::vector<std::vector<Cell>> take_if(const Condition& is_wanted, ThreadTeam& team) {
     const auto n_cells = static_cast<std::int64_t>(is_waiting_.size());
@@ -98,8 +98,7 @@ class Smoother {
 
   Lists<Cell> by_region(const BorderCells& lists) const {
     const std::span<const Label> labels = regions_.labels();
-    // All regions count, even without cells at borders: a region may be adjacent to another by
-    // one-way arcs into it.
+    // Includes regions without cells at borders. One-way arcs may lead into such a region.
     const Label n_regions = *std::ranges::max_element(labels) + 1;
     return grouped(lists, n_regions, [&](Cell cell) { return labels[cell]; });
   }
@@ -110,8 +109,9 @@ class Smoother {
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
 
-  // Processes patches of one color in parallel. These patches do not touch, so they share only the
-  // areas of regions between them. Areas are therefore updated after all patches have finished.
+  // Processes patches of one color in parallel. These patches are not adjacent, but they may change
+  // the areas of the same regions between them. Areas are therefore updated after all patches have
+  // finished.
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
     std::copy_if(patches.begin(), patches.end(), std::back_inserter(tasks_),
@@ -129,7 +129,7 @@ class Smoother {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       prefetch_ahead(cells, i);
       const Cell cell = cells[i];
-      if (patch_of(cell) != patch) continue;  // the cell has moved to another patch
+      if (patch_of(cell) != patch) continue;  // the cell has moved to a region of another patch
       waiting_.remove(cell);
       for (const Cell moved : mover.try_moves(cell)) {
         waiting_.add(moved);
@@ -138,7 +138,8 @@ class Smoother {
     }
   }
 
-  // Prefetches in stages, because each address depends on data that an earlier stage prefetched.
+  // Prefetches in stages, because each address depends on data that was prefetched in an earlier
+  // stage.
   void prefetch_ahead(std::span<const Cell> cells, std::size_t i) const {
     const auto ahead = [&](std::size_t n) { return cells[std::min(i + n, cells.size() - 1)]; };
     regions_.prefetch_cell(ahead(4 * kAhead));
@@ -154,7 +155,7 @@ class Smoother {
   WaitingCells waiting_;
   ThreadTeam& team_;
   Patches patches_;
-  Lists<Cell> cells_;  // chain starts of this sweep, by patch
+  Lists<Cell> cells_;  // cells from which chains are tried in this sweep, grouped by patch
   std::vector<Patch> tasks_;
   std::vector<ChainMover> movers_;  // one per thread
 };
@@ -180,8 +181,8 @@ void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOpti
             ThreadTeam& team) {
   const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
-    // If arcs have no reverse arcs, the coloring may miss that two patches are adjacent, so one
-    // thread processes all patches.
+    // If arcs have no reverse arcs, adjacent patches may get the same color, so a single thread
+    // processes all patches.
     ThreadTeam alone(1);
     Smoother(regions, at_first, options, alone).run(options.max_sweeps);
   } else {

@@ -1,52 +1,50 @@
-// Stage 5: straightens the borders between regions.
+// Stage 5: smooths the borders between regions.
 #pragma once
 
-#include "cells/surface.hpp"
 #include "regions/borders.hpp"
 #include "regions/stiffness.hpp"
 
 namespace superfacets {
 
 struct SmoothOptions {
-  // maximum path length by which a border moves, in the unit of the positions
+  // maximum distance by which a border moves (as a path length), in the unit of the positions
   double max_distance = 0.0;
   std::size_t max_chain = 1;  // maximum number of cells in a chain
   int max_sweeps = 1;         // maximum number of passes over the borders
   StiffnessOptions stiff;     // penalty for changes of area and for long regions
 };
 
-// Moves chains of cells across borders between regions, while this lowers the sum of border cost
-// and stiffness cost.
+// Moves chains of cells across borders between regions, as long as this decreases the sum of border
+// costs (see BorderCost) and stiffness costs (see StiffnessOptions).
 //
 // Regions are grouped in patches (see make_patches), which are processed color by color. Patches of
-// one color are processed in parallel. Such patches are independent: no cell that a patch reads or
-// moves is adjacent to another patch of its color, and moves that would break this rule are
-// forbidden. Within a patch, cells are tried in ascending order. A patch sees its own changes of
-// areas and the changes made by earlier colors. The result is the same for any number of threads.
+// one color are processed in parallel. They are independent, because they are never adjacent: moves
+// that would make two patches of one color adjacent are not allowed. Within a patch, cells are
+// tried in ascending order. The costs of a move depend on area changes within the patch and in
+// patches of earlier colors, but not in other patches of the same color. So the result is the same
+// for any number of threads.
 //
 // Invariants: Connected cells of a region stay connected. No region loses its last cell. Cells in
-// `fixed` do not move. A cell moves to a region only if its travel is at most max_distance. The
-// travel is the path length from the initial border of that region, along the cells that moved
-// earlier.
+// `fixed` do not move. A border moves by at most max_distance, which is measured as the path length
+// from the initial border along the cells that moved.
 //
 // Time O(N + M), plus O(max_chain^2) per sweep for each cell that is initially at a border or
-// adjacent to a moved cell. Memory: at most 10 bytes per cell and 4 bytes per arc. Of these, 4
-// bytes per cell and per arc are used only near borders. Runs on one thread if some arc has no
-// reverse arc.
+// adjacent to a moved cell. Uses at most 10 bytes per cell and 4 bytes per arc; most of this memory
+// is only touched near borders. Runs on one thread if some arc has no reverse arc.
 Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team);
 
 struct SmoothedPart {
-  Buffer<Label> labels;
-  std::vector<Cell> examined;  // rim cells for which a move was considered
+  Buffer<Label> labels;        // new label of each cell of the part
+  std::vector<Cell> examined;  // rim cells for which a move was tried
 };
 
-// Like smooth_borders, for a part of a surface. The part contains all border cells, and cells
-// around them up to a rim. A rim cell lacks a neighbor, or a cell at one of its corners. Cells are
-// in the order of the whole surface, and `at_first` holds the sums over regions of the whole
-// surface. The kernel reads only the labels of cells that it does not examine. If no rim cell was
-// examined, the result therefore equals the result on the whole surface.
+// Like smooth_borders, for a part of a surface. The part must contain all cells at borders and some
+// rings of cells around them. `rim` lists the cells of the part whose neighbors, or cells at their
+// corners, are not all in the part. Cells must be in the order of the whole surface, and `at_first`
+// must contain the sums over the regions of the whole surface. If no rim cell was examined, the
+// result equals the result on the whole surface.
 SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, std::span<const Cell> fixed,
                          std::span<const Cell> rim, const RegionSums& at_first,

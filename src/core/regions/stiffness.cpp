@@ -3,18 +3,19 @@
 namespace superfacets {
 namespace {
 
-// Lower bound of A_0 in the stiffness, as a fraction of the mean area. Without a bound, a region of
-// area 0 would be infinitely stiff.
-constexpr double kLeastShare = 1e-6;
+// Lower bound of A_0 in the stiffness cost, as a fraction of the mean area of a region. Without a
+// bound, a region with area 0 would be infinitely stiff.
+constexpr double kLeastFraction = 1e-6;
 
-// Cells per block of a sum. The sums do not depend on the number of threads.
+// Number of cells per partial sum. The number is fixed, so that sums do not depend on the number of
+// threads.
 constexpr std::int64_t kBlock = 1 << 14;
 
 // Sums over a run of consecutive cells with the same label.
 struct Run {
   Label region;
-  double area = 0.0;
-  Point moment{0.0, 0.0, 0.0};
+  double area = 0.0;            // sum of areas
+  Point moment{0.0, 0.0, 0.0};  // sum of area times position
 };
 
 }  // namespace
@@ -59,11 +60,11 @@ Stiffness::Stiffness(const Surface& surface, const RegionSums& at_first,
   const double mean = total / static_cast<double>(n_regions);
   changes_.assign(n_regions, 0.0);
   for (std::size_t region = 0; region < n_regions; ++region) {
-    const double area = std::max(at_first.areas[region], kLeastShare * mean);
+    const double area = std::max(at_first.areas[region], kLeastFraction * mean);
     weights_.push_back(options.stiffness / area);
     centroids_.push_back((1.0 / area) * at_first.moments[region]);
   }
-  if (!options.goals.empty()) set_goals(labels, options, kLeastShare * mean);
+  if (!options.goals.empty()) set_goals(labels, options, kLeastFraction * mean);
 }
 
 void Stiffness::set_goals(std::span<const Label> labels, const StiffnessOptions& options,

@@ -1,4 +1,4 @@
-// Stage 5: cost of changes of region areas, and of cells far from the centroids of their regions.
+// Stage 5: cost of area changes of regions, and of cells far from the centroids of their regions.
 #pragma once
 
 #include "base/threads.hpp"
@@ -11,13 +11,14 @@ struct AreaChange {
   double change;
 };
 
-// Input of StiffGain for a cell that may move to another region.
+// Data of a cell that may move to another region, for StiffGain.
 struct StiffCell {
-  double area = 0.0;
-  double gain = 0.0;  // decrease of the roundness cost by the move
+  double area = 0.0;  // area of the cell, or its size if there are target sizes
+  double gain = 0.0;  // decrease of the roundness cost if the cell moves
 };
 
-// Decrease of the stiffness cost when a cell moves from one region to another.
+// Decrease of the stiffness and roundness cost when a cell moves from one region to another, as a
+// quadratic function of its area.
 struct StiffGain {
   double slope = 0.0;
   double curvature = 0.0;
@@ -26,33 +27,30 @@ struct StiffGain {
   }
 };
 
-// The cost is the sum over all regions of
-//   stiffness * (A - A_0)^2 / (2 A_0) + roundness * integral of |x - x_0|^2 over the region,
-// where A is the area of a region, and A_0 and x_0 are its initial area and centroid. The first
-// term preserves areas. The second term makes regions round where borders of many shapes have equal
-// length, as in a regular grid.
+// The cost is the sum over all regions of stiffness * (A - A_0)^2 / (2 A_0) + roundness * integral
+// of |x - x_0|^2 over the region, where A is the area of a region, and A_0 and x_0 are its initial
+// area and centroid. The first term preserves areas. The second term favors round regions. It is
+// needed on regular grids, where borders of many different shapes have equal length.
 struct StiffnessOptions {
-  double stiffness = 0.0;  // per unit of length; 0 turns both terms off
-  double roundness = 0.0;  // per unit of length, cubed
-  // Target sizes, which replace the initial areas A_0. The sum of the sizes of its cells then
-  // replaces the area of a region. Either both arrays are empty, or neither.
+  double stiffness = 0.0;  // in 1 / length; if it is 0, both terms are off
+  double roundness = 0.0;  // in 1 / length^3
+  // Optional target sizes. If they are given, the size of a region is the sum of `sizes` over its
+  // cells. It replaces the area A, and `goals` replaces the initial area A_0.
   std::span<const double> sizes;  // (N,) size of each cell
   std::span<const double> goals;  // (K,) target size of each region
 };
 
-// The area of each region, and the area-weighted sum of the positions of its cells. Cells are
-// summed in fixed blocks, in ascending order, so that the sums do not depend on the number of
-// threads.
+// Sums over the cells of each region. They do not depend on the number of threads.
 struct RegionSums {
-  std::vector<double> areas;
-  std::vector<Point> moments;
+  std::vector<double> areas;   // (K,) sum of areas
+  std::vector<Point> moments;  // (K,) sum of area times position
 };
 RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels, ThreadTeam& team);
 
 class Stiffness {
  public:
-  // `at_first` holds the initial sums of all regions. It is not read if stiffness is 0. Labels are
-  // read only if there are goals.
+  // `at_first` contains the initial sums of all regions, and is not used if stiffness is 0.
+  // `labels` is only used if there are goals.
   Stiffness(const Surface& surface, const RegionSums& at_first, std::span<const Label> labels,
             const StiffnessOptions& options);
 
@@ -61,7 +59,7 @@ class Stiffness {
 
   StiffCell cell(Cell cell, Label from, Label to) const;
 
-  // `changes` holds changes of areas that are not yet part of this object.
+  // `changes` contains area changes that have not been added to this object yet.
   StiffGain gain(Label from, Label to, std::span<const double> changes) const {
     return {weights_[to] * (changes_[to] + changes[to]) -
                 weights_[from] * (changes_[from] + changes[from]),
@@ -79,8 +77,8 @@ class Stiffness {
   const double roundness_;
   std::span<const double> sizes_;  // (N,) size of each cell; empty if areas are used
   std::vector<double> weights_;    // (K,) stiffness / A_0; empty if stiffness is off
-  std::vector<Point> centroids_;   // x_0
-  std::vector<double> changes_;    // A - A_0
+  std::vector<Point> centroids_;   // (K,) x_0 of each region
+  std::vector<double> changes_;    // (K,) A - A_0 of each region
 };
 
 }  // namespace superfacets

@@ -1,7 +1,5 @@
-// Stage 5: edges between vertices or points, with weights that are high at creases.
+// Stage 5: edges between vertices or points, with large weights at creases.
 #pragma once
-
-#include <bit>
 
 #include "cells/components.hpp"
 #include "mesh/vertex_normals.hpp"
@@ -9,12 +7,12 @@
 namespace superfacets {
 
 struct WeightedEdge {
-  std::uint64_t key;  // bits of the weight, in the order of weights
-  Vertex a, b;
+  std::uint64_t key;  // sort key computed from the weight; see ascending_bits
+  Vertex a, b;        // ends of the edge
 };
 
-// Returns the bits of a number >= 0 as an integer. Integers ascend with the numbers, and the
-// highest bit is 0.
+// Returns the bits of a number >= 0 as an integer. The integers have the same order as the numbers,
+// and their highest bit is 0.
 inline std::uint64_t ascending_bits(double weight) {
   return std::bit_cast<std::uint64_t>(weight);
 }
@@ -22,17 +20,17 @@ inline std::uint64_t ascending_bits(double weight) {
 // Vertices and their edges in CSR form, each edge in both directions.
 struct VertexEdges {
   std::span<const std::int64_t> offsets;  // (V + 1,) arcs of vertex i: offsets[i] .. offsets[i+1]-1
-  std::span<const Vertex> neighbors;      // (M,)
-  std::span<const Point> positions;       // (V,)
-  std::span<const Point> normals;  // (V,) mean of the unit normals around each vertex, or zero
+  std::span<const Vertex> neighbors;      // (M,) target vertex of each arc
+  std::span<const Point> positions;       // (V,) position of each vertex
+  std::span<const Point> normals;         // (V,) mean unit normal around each vertex, or zero
 
   Vertex n_vertices() const { return static_cast<Vertex>(positions.size()); }
   std::span<const Vertex> of(Vertex vertex) const {
     return neighbors.subspan(offsets[vertex], offsets[vertex + 1] - offsets[vertex]);
   }
-  // The crease_weight of an edge, equal in both directions. The edge is convex if the normal at
-  // either end points away from the other end. The usual segmenter of indoor scans gives each
-  // direction its own weight; this is the lower of the two.
+  // The crease_weight of an edge, equal in both directions. The edge is convex if the normal at one
+  // of its ends points away from the other end. In the ScanNet segmentator, the two directions of
+  // an edge have different weights; this weight is the lower of the two.
   double weight(Vertex a, Vertex b) const {
     const Point step = positions[b] - positions[a];
     const bool is_convex = dot(normals[b], step) > 0.0 || dot(normals[a], step) < 0.0;
@@ -40,8 +38,8 @@ struct VertexEdges {
   }
 };
 
-// For each edge in order, unites the sets of its two ends if either set is smaller than `least`.
-// sizes[root] is the size of the set of a root. The function updates the sizes.
+// Visits the edges in order, and unites the sets of the two ends of an edge if one of the sets is
+// smaller than `least`. sizes[root] is the size of each set, and is updated.
 inline void join_small_sets(std::span<const WeightedEdge> edges, std::int64_t least,
                             DisjointSets& sets, std::span<std::int64_t> sizes) {
   for (const WeightedEdge& edge : edges) {

@@ -10,7 +10,7 @@
 namespace superfacets {
 namespace {
 
-// Returns edge(a, b) for each arc for which is_listed(a, b) holds, sorted.
+// Returns edge(a, b) for each arc for which is_listed(a, b) is true, sorted by key.
 template <typename IsListed, typename MakeEdge>
 Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_listed,
                                   const MakeEdge& edge, ThreadTeam& team) {
@@ -73,7 +73,7 @@ class GrowingRegions {
 
   void grow(Label label, std::span<const Vertex> members) {
     Steps steps;
-    // vertices taken, and the region that each came from
+    // the moved vertices, and the previous region of each
     std::vector<std::pair<Vertex, Label>> taken;
     for (const Vertex member : members) {
       add_steps(member, steps);
@@ -104,11 +104,12 @@ class GrowingRegions {
     }
   }
 
-  // Whether a search of limited length shows that the neighbors of a vertex in its region stay
-  // connected without the vertex.
+  // Whether the neighbors of a vertex in its region stay connected without the vertex, as far as a
+  // search of limited length can show.
   bool can_spare(Vertex vertex) {
     const Label label = labels_[vertex];
-    if (edges_.of(vertex).size() > kMostVisited) return false;  // the search would not reach them
+    if (edges_.of(vertex).size() > kMostVisited)
+      return false;  // the search would not reach all neighbors
     std::size_t n_missing = 0;
     Vertex first = -1;
     for (const Vertex neighbor : edges_.of(vertex)) {
@@ -137,7 +138,7 @@ class GrowingRegions {
   const LeastSize& size_;
   Buffer<Label> labels_;
   std::vector<std::int64_t> sizes_;
-  std::vector<std::int64_t> seen_;  // number of the last search that saw each vertex; 0: none
+  std::vector<std::int64_t> seen_;  // number of the last search that reached each vertex; 0 if none
   std::int64_t search_ = 0;
 };
 

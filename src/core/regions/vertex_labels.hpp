@@ -1,36 +1,37 @@
-// Stage 5: labels of vertices or points, with borders along creases.
+// Stage 5: labels vertices or points, with borders along creases.
 #pragma once
 
 #include "regions/vertex_edges.hpp"
 
 namespace superfacets {
 
-// Gives labels to the vertices with kNoLabel, by Kruskal's algorithm. In ascending order of weight,
-// each edge with an unlabeled end unites the sets of its two ends, unless both sets have a label.
-// Ties of weight, as in planes, go to edges whose ends have equal hints. Labeled vertices keep
-// their label, and every other vertex gets the label of its set. A vertex that no chain of edges
-// joins to a labeled vertex keeps kNoLabel. The result does not depend on the number of threads.
+// Labels the vertices with kNoLabel, by extending the given labels with Kruskal's algorithm. In
+// ascending order of weight, each edge with an unlabeled end unites the sets of its two ends,
+// unless both sets have a label. If weights are equal, as in planes, edges whose ends have equal
+// hints are processed first. Labeled vertices keep their label, and every other vertex gets the
+// label of its set. A vertex that is not connected to a labeled vertex keeps kNoLabel. The result
+// does not depend on the number of threads.
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
                             std::span<const Label> hints, ThreadTeam& team);
 
 // Minimum size of regions of vertices.
 struct LeastSize {
-  // (V,) size of each vertex; the size of a region is the sum
-  std::span<const std::int32_t> counts;
-  Label n_labels;
-  std::int64_t least;
+  std::span<const std::int32_t> counts;  // (V,) size of each vertex
+  Label n_labels;                        // number of regions
+  std::int64_t least;                    // minimum sum of the sizes of a region's vertices
 };
 
 // Grows each region smaller than `least`, in the order of labels. A small region repeatedly takes
-// the vertex of another region across the edge of lowest weight, until it is large enough. The
-// other region must keep a size of at least `least` and stay connected, which a search of limited
-// length around the vertex must show. A region that cannot get enough vertices does not change.
+// over the adjacent vertex of another region that has the edge with the lowest weight, until the
+// region is large enough. The other region must keep a size of at least `least` and stay connected,
+// which is checked by a search of limited length. A region that cannot get enough vertices does not
+// change.
 Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                  const LeastSize& size);
 
 // Unites each region smaller than `least` with a neighbor, in ascending order of edge weight. The
-// united region gets the lower of the two labels. Regions without neighbors may stay smaller.
-// Precondition: all vertices with edges have labels.
+// united region gets the lower of the two labels. Regions without neighbors do not change, even if
+// they are small. All vertices with edges must have labels.
 Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                   const LeastSize& size);
 

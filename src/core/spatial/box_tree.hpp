@@ -1,4 +1,5 @@
-// A tree of bounding boxes over the cells in their order on the space-filling curve.
+// A bounding volume hierarchy: a tree of boxes over cells that are sorted along a space-filling
+// curve.
 #pragma once
 
 #include <array>
@@ -9,30 +10,30 @@
 
 namespace superfacets {
 
-// A leaf holds consecutive places on the curve: a fixed number, or a given range. A node has up to
-// kFanOut children in the level below.
+// Each leaf contains a range of consecutive cells. Ranges have a fixed size, or are given by the
+// caller. A node has up to kFanOut children in the level below.
 class BoxTree {
  public:
-  // places per leaf; their positions fill twelve cache lines
+  // default number of cells per leaf; their positions fill twelve cache lines
   static constexpr std::size_t kLeaf = 32;
-  // children per node; a cube on a Morton curve has eight octants
+  // number of children per node; a cube on a Morton curve has eight octants
   static constexpr std::size_t kFanOut = 8;
 
   BoxTree() = default;  // an empty tree
-  // Builds a tree over points, given in their order on the curve.
+  // Builds a tree over points that are sorted along the curve.
   BoxTree(std::span<const Point> positions, ThreadTeam& team)
       : BoxTree(
             positions.size(), kLeaf,
             [&](std::size_t place) { return Box{positions[place], positions[place]}; }, team) {}
-  // Builds a tree over cells with an extent. box_of(place) returns the box of a cell. It is called
-  // once for each place, on any thread.
+  // Builds a tree over cells with an extent. box_of(place) must return the box of a cell. It is
+  // called once for each cell, on any thread.
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
       : n_cells_(n_cells), leaf_size_(leaf_size) {
     add_levels((n_cells + leaf_size - 1) / leaf_size, box_of, team);
   }
-  // Builds a tree over points with given leaves: leaf i holds the places starts[i] to starts[i + 1]
-  // - 1.
+  // Builds a tree over points with given leaves: leaf i contains the points starts[i] ..
+  // starts[i+1]-1.
   BoxTree(std::span<const Point> positions, std::vector<Place> starts, ThreadTeam& team)
       : n_cells_(positions.size()), starts_(std::move(starts)) {
     const auto box_of = [&](std::size_t place) { return Box{positions[place], positions[place]}; };
@@ -40,23 +41,24 @@ class BoxTree {
   }
 
   bool empty() const { return n_cells_ == 0; }
-  // Number of levels. The first level holds the leaves, the last only the root.
+  // Number of levels. Level 0 consists of the leaves, and the last level consists of the root.
   std::size_t n_levels() const { return levels_.size(); }
   std::span<const Box> level(std::size_t level) const { return levels_[level]; }
-  // The children of a node above the leaves, as the pair (first, one past the last).
+  // The children of an inner node, as a pair (first, one past the last).
   std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
     SUPERFACETS_ASSERT(level > 0 && level < n_levels() && index < levels_[level].size());
     return {index * kFanOut, std::min((index + 1) * kFanOut, levels_[level - 1].size())};
   }
-  // The places of a leaf, as the pair (first, one past the last).
+  // The cells of a leaf, as a pair (first, one past the last).
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
     if (!starts_.empty()) return {starts_[leaf], starts_[leaf + 1]};
     SUPERFACETS_ASSERT(leaf * leaf_size_ < n_cells_);
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
 
-  // Computes a value for each node, by level. All nodes start with `empty`. combine(node, value)
-  // merges the value of a place into its leaf, and the value of a child into its parent.
+  // Computes a value for each node. The result is indexed by [level][node]. All nodes start with
+  // `empty`. combine(node, value) merges the value of a cell into its leaf, and the value of a
+  // child into its parent.
   template <typename Value, typename Combine>
   std::vector<std::vector<Value>> summarize(std::span<const Value> of_places, const Value& empty,
                                             const Combine& combine) const {
@@ -73,17 +75,17 @@ class BoxTree {
     return nodes;
   }
 
-  // Calls visit(leaf) for each leaf if is_wanted(level, index) holds for the leaf and all of its
+  // Calls visit(leaf) for each leaf if is_wanted(level, index) is true for the leaf and all of its
   // ancestors. The condition may change between visits.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
     if (!empty()) visit_below(n_levels() - 1, 0, is_wanted, visit);
   }
 
-  // Calls visit(begin, end) with the places of each leaf at a distance of at most `limit`. The
-  // children of a node are visited from nearest to farthest. visit may lower the limit.
-  // distance(level, index) is a lower bound of the distance to all cells in a node, or NaN to skip
-  // the node.
+  // Calls visit(begin, end) with the cells of each leaf whose distance is at most `limit`. The
+  // children of a node are visited from the nearest to the farthest. visit() may decrease the
+  // limit. distance(level, index) must return a lower bound of the distance to all cells in a node,
+  // or NaN to skip the node.
   template <typename Distance, typename Visit>
   void visit_nearest(const Distance& distance, const double& limit, const Visit& visit) const {
     if (empty() || !(distance(n_levels() - 1, 0) <= limit)) return;
@@ -124,7 +126,7 @@ class BoxTree {
       const auto [begin, end] = places(index);
       return visit(begin, end);
     }
-    std::array<std::pair<double, std::size_t>, kFanOut> open;  // distances, and children
+    std::array<std::pair<double, std::size_t>, kFanOut> open;  // (distance, child), sorted
     std::size_t n_open = 0;
     const auto [begin, end] = children(level, index);
     for (auto child = begin; child < end; ++child) {
@@ -141,7 +143,8 @@ class BoxTree {
 
   std::size_t n_cells_ = 0;
   std::size_t leaf_size_ = kLeaf;
-  std::vector<Place> starts_;  // first place of each leaf, and the end; empty for fixed leaves
+  std::vector<Place>
+      starts_;  // first cell of each leaf, and the end; empty for leaves of fixed size
   std::vector<std::vector<Box>> levels_;
 };
 

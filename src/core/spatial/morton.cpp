@@ -2,7 +2,6 @@
 
 #include <array>
 #include <bit>
-#include <numeric>
 
 #include "base/lists.hpp"
 
@@ -19,7 +18,7 @@ struct Entry {
   Cell cell;
 };
 
-// Spreads the lower ten bits of a number, inserting two zeros between neighboring bits.
+// Spreads the lower ten bits of a number: inserts two zeros between neighboring bits.
 std::uint32_t spread(std::uint32_t bits) {
   bits = (bits | bits << 16) & 0x030000ffU;
   bits = (bits | bits << 8) & 0x0300f00fU;
@@ -57,7 +56,7 @@ class Curve {
   double scale_;
 };
 
-// Sorts entries by their two lower digits, one after the other, and writes their cells.
+// Sorts entries by the two lower digits of their codes (radix sort), and writes the sorted cells.
 void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sorted, Cell* cells) {
   if (entries.empty()) return;
   std::array<std::int64_t, kDigits> first{};
@@ -75,9 +74,9 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
   }
 }
 
-// Sorts cells by the highest digit of their codes first, then by the other digits within the
-// second-level cache. If the codes are in a buffer, the buffer is freed before the order is
-// allocated.
+// Returns the cells sorted by code. Sorts by the highest digit first, so that the sorting by the
+// other digits takes place within the second-level cache. If `codes` is a buffer, it is freed
+// before the result is allocated.
 template <typename Codes>
 Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
   const auto n = std::ssize(codes);
@@ -99,11 +98,11 @@ Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
   return order;
 }
 
-// Orders cells by recursively halving the box around them, until a part has at most n_together
-// cells. Halves have equal numbers of cells, so the recursion also ends if cells coincide.
+// Orders cells by recursively halving their box, until a part has at most n_together cells. Both
+// halves have the same number of cells, so the recursion also ends if cells coincide.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
-  // The cells are sorted by index, because the order after nth_element depends on the standard
+  // Small parts are sorted by index, because the order after nth_element depends on the standard
   // library.
   if (cells.size() <= n_together) return std::sort(cells.begin(), cells.end());
   Box box;
@@ -120,7 +119,7 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
   order_by_halves(positions, {middle, cells.end()}, n_together);
 }
 
-// Finds the ranges of more than n_together places with the same code.
+// Finds the ranges of more than n_together consecutive cells with the same code.
 std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std::uint32_t> codes,
                                                              std::size_t n_together) {
   std::vector<std::pair<std::int64_t, std::int64_t>> runs;
@@ -133,7 +132,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std
   return runs;
 }
 
-// Orders the cells of long ranges by halving; codes[place] is the code of cell order[place].
+// Orders the cells of long ranges with order_by_halves. codes[i] is the code of cell order[i].
 void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
             std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
   const auto runs = long_runs(codes, n_together);
@@ -166,7 +165,7 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
                                   ThreadTeam& team) {
   const Buffer<std::uint32_t> codes = morton_codes(positions, bounds_of(positions, team), team);
   Buffer<Cell> order = order_of_codes(codes.span(), team);
-  Buffer<std::uint32_t> sorted(codes.size());  // codes by place
+  Buffer<std::uint32_t> sorted(codes.size());  // codes in the sorted order of cells
   team.for_each_index(std::ssize(positions),
                       [&](std::int64_t place) { sorted[place] = codes[order[place]]; });
   refine(positions, sorted.span(), n_together, order.span(), team);

@@ -1,5 +1,4 @@
-// Orders cells along a space-filling curve, so that cells that are adjacent in the order are near
-// in space.
+// Sorts cells along a space-filling curve, so that consecutive cells are near in space.
 #pragma once
 
 #include "base/box.hpp"
@@ -8,37 +7,51 @@
 
 namespace superfacets {
 
-// Cells sorted along a Morton curve of 2^10 steps per axis over `bounds`, the box around all
-// positions. Cells with equal codes are sorted by index. Time O(N); memory 12 bytes per cell with
-// the result, 20 if all cells are within a tenth of each axis.
+// Sorts cells along a Morton curve with 2^10 steps per axis in `bounds`, the bounding box of all
+// positions. Cells with equal codes are sorted by index. Time O(N). Uses 12 bytes per cell
+// including the result, or 20 if all cells are within a tenth of the box along each axis.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
-// Like morton_order over the box around all positions, but more than n_together cells with the same
-// code are ordered by recursive halving of their box. So neighbors in the order are near in space
-// even if the density of cells varies widely. Expected time O(N log N) at worst.
+// Like morton_order, but if more than n_together cells have the same code, they are ordered by
+// recursively halving their box. So consecutive cells are near in space even if the density of
+// cells varies widely. The worst-case expected time is O(N log N).
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
-// Does the second step of refined_morton_order, for cells that are already sorted by code, then by
-// index. The cells may be a subset of a cloud, but must include all cells of each code that occurs.
+// Sorts cells with an extent by the centers of their boxes, with refined_morton_order.
+template <typename BoxOf>
+Buffer<Cell> order_of_boxes(std::int64_t n_cells, const BoxOf& box_of, std::size_t n_together,
+                            ThreadTeam& team) {
+  Buffer<Point> middles(n_cells);  // centers of the boxes, times two
+  team.for_each_index(n_cells, [&](std::int64_t cell) {
+    const Box box = box_of(cell);
+    middles[cell] = box.low + box.high;
+  });
+  return refined_morton_order(middles.span(), n_together, team);
+}
+
+// The second step of refined_morton_order, for cells that are already sorted by code, then by
+// index. The cells may be a subset of a cloud, but the subset must include all cells with the same
+// code.
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
 
-// Splits cells in refined_morton_order into ranges of at most n_together cells. Each range fills
-// whole octants of the curve, or a part of one octant. `codes` holds the code of each place.
-// Returns the first place of each range, and the number of cells.
+// Splits cells that are sorted with refined_morton_order into ranges of at most n_together cells.
+// Each range consists of whole octants of the curve, or of a part of one octant. `codes` contains
+// the codes of the sorted cells. Returns the first cell of each range, followed by the number of
+// cells.
 std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size_t n_together);
 
-// The Morton code of each position. morton_order sorts by code, then by index.
+// Computes the Morton code of each position.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);
 
-// Number of bits of a code.
+// Number of bits of a Morton code.
 inline constexpr int kCodeBits = 30;
 
-// Cells sorted by codes of kCodeBits bits, then by index. Time O(N); memory 8 bytes per cell with
-// the result.
+// Sorts cells by their code of kCodeBits bits, then by index. Time O(N). Uses 8 bytes per cell
+// including the result.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
 
 // Bounding box of all positions.

@@ -1,8 +1,5 @@
 #include "spatial/nearest_cell.hpp"
 
-#include <array>
-#include <limits>
-
 #include "mesh/shapes.hpp"
 #include "spatial/box_tree.hpp"
 #include "spatial/morton.hpp"
@@ -10,18 +7,18 @@
 namespace superfacets {
 namespace {
 
-// Triangles per leaf. With 4, queries take 20 % longer; with 1, 10 % longer.
+// Number of shapes per leaf. With 4, queries take 20% longer; with 1, 10% longer.
 constexpr std::size_t kShapesPerLeaf = 2;
 
-// Queries per task. Each query of a task, except the first, starts with the result of the previous
-// query, which is usually near.
+// Number of queries per task. Each query of a task, except the first, starts with the result of the
+// previous query, which is usually near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-// maximum number of queries with the same Morton code that keep the input order
+// Maximum number of queries with the same Morton code that keep their input order.
 constexpr std::size_t kQueriesTogether = 64;
 
 // The best result so far. Initially, `squared` is the squared limit, and `cell` is higher than
-// every real cell, so a cell at exactly the limit is accepted.
+// every valid cell, so a cell at exactly the limit is accepted.
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
@@ -30,19 +27,15 @@ struct Answer {
   bool is_found() const { return place != kNoPlace; }
 };
 
-// Shapes along a space-filling curve, with a tree of boxes over them.
+// Shapes sorted along a space-filling curve, with a box tree.
 template <typename Shape>
 class ShapeSearch {
  public:
   template <typename ShapeOf>
   ShapeSearch(std::int64_t n_shapes, const ShapeOf& shape_of, ThreadTeam& team)
       : shapes_(n_shapes) {
-    Buffer<Point> middles(n_shapes);  // centers of the boxes, times two
-    team.for_each_index(n_shapes, [&](std::int64_t cell) {
-      const Box box = shape_of(cell).box();
-      middles[cell] = box.low + box.high;
-    });
-    cells_ = refined_morton_order(middles.span(), kShapesPerLeaf, team);
+    const auto box_of = [&](std::int64_t cell) { return shape_of(cell).box(); };
+    cells_ = order_of_boxes(n_shapes, box_of, kShapesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {
       shapes_[place] = shape_of(cells_[place]);
       return shapes_[place].box();
@@ -50,15 +43,15 @@ class ShapeSearch {
     tree_ = BoxTree(shapes_.size(), kShapesPerLeaf, take_place, team);
   }
 
-  // The nearest shape within a squared distance. `hint` is the result of another query. A hint
-  // makes the search fast if both queries are near each other, and does not affect the result.
+  // Finds the nearest shape within a squared distance. `hint` is the result of another query. The
+  // search is fast if the two queries are near each other. The hint does not affect the result.
   Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
     Answer best{max_squared};
     if (hint.is_found()) offer(p, hint.place, best);
     const auto squared_distance = [&](std::size_t level, std::size_t index) {
       return tree_.level(level)[index].squared_distance(p);
     };
-    // A box at exactly the best distance may hold a lower cell.
+    // Boxes at exactly the best distance are visited too, because they may contain a lower cell.
     tree_.visit_nearest(squared_distance, best.squared, [&](std::size_t begin, std::size_t end) {
       for (auto place = begin; place < end; ++place) offer(p, static_cast<Place>(place), best);
     });
@@ -77,8 +70,8 @@ class ShapeSearch {
     best = {squared, cell, place};
   }
 
-  Buffer<Cell> cells_;    // cell at each place
-  Buffer<Shape> shapes_;  // shape at each place
+  Buffer<Cell> cells_;    // input index of each sorted shape
+  Buffer<Shape> shapes_;  // shapes in sorted order
   BoxTree tree_;
 };
 

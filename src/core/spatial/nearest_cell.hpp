@@ -1,5 +1,5 @@
-// For each of many query points, finds the nearest triangle, tetrahedron or point of a mesh or
-// cloud.
+// Nearest-neighbor queries: finds the triangle, tetrahedron or point that is nearest to each query
+// point.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -8,17 +8,17 @@
 
 namespace superfacets {
 
-// One entry per query, in the order of queries.
+// Results of nearest-neighbor queries, one entry per query point.
 struct NearestCells {
-  Buffer<Cell> cells;        // nearest cell, the lowest one in ties; -1 if there is none
-  Buffer<double> distances;  // infinite if there is none
-  Buffer<Point> points;      // the nearest point of that cell; NaN if there is none
+  Buffer<Cell> cells;        // nearest cell, the lowest if several are equally near; -1 if none
+  Buffer<double> distances;  // distance to the nearest cell; infinite if none
+  Buffer<Point> points;      // nearest point on the nearest cell; NaN if none
 };
 
-// Finds only cells within max_distance, which may be infinite. The distance of a cell is the
-// distance of its nearest point, and is 0 inside a tetrahedron. Only exactly equal distances are
-// ties. Time: about a microsecond per cell, and per query near the surface. Results do not depend
-// on the number of threads.
+// Finds the nearest cell of each query point. Cells beyond max_distance, which may be infinite, are
+// ignored. The distance of a cell is the distance to its nearest point, and is 0 inside a
+// tetrahedron. Takes about a microsecond per cell, and per query near the surface. Results do not
+// depend on the number of threads.
 NearestCells nearest_triangles(std::span<const Point> vertices, std::span<const Triangle> triangles,
                                std::span<const Point> queries, double max_distance,
                                ThreadTeam& team);

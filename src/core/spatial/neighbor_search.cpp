@@ -1,17 +1,16 @@
 #include "spatial/neighbor_search.hpp"
 
-#include <array>
-#include <limits>
-
 #include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {
 
-// Maximum number of nearby leaves in the list. If there are more, each search starts at the root.
+// Maximum number of leaves in the list of nearby leaves. If more leaves are nearby, each search
+// starts at the root.
 constexpr std::size_t kMostLeaves = 256;
 
-// Up to this number of candidates, counting the nearer candidates of each is faster than sorting.
+// Up to this number of candidates, ranking each candidate by counting the nearer ones is faster
+// than sorting.
 constexpr std::size_t kMostRanked = 64;
 
 // Searches start at the root if there are more candidates than kFewCandidates, and more than eight
@@ -23,8 +22,8 @@ constexpr std::size_t kNoBlock = std::numeric_limits<std::size_t>::max();
 // Factor of squared bounds that exceeds all rounding errors.
 constexpr double kSlack = 1.0 + 1e-9;
 
-// A lower bound of the squared distance between points of two boxes. The bound also holds in
-// floating point, see Box::squared_distance.
+// Lower bound of the squared distance between any two points of two boxes. The bound also holds in
+// floating point; see Box::squared_distance.
 double squared_gap(const Box& a, const Box& b) {
   auto gap = [](double a_low, double a_high, double b_low, double b_high) {
     return std::max({b_low - a_high, 0.0, a_low - b_high});
@@ -44,7 +43,7 @@ void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& siz
   list[slot] = neighbor;
 }
 
-// Upper bound of the squared distance of points that may enter the list.
+// Maximum squared distance of points that can still be inserted into the list.
 double squared_reach(std::span<const Neighbor> list, std::size_t size) {
   return size < list.size() ? kInfinity : list[size - 1].squared;
 }
@@ -61,7 +60,8 @@ double squared_above(double distance) {
   return distance * distance * kSlack;
 }
 
-// Appends the points of a block within a bound of a center to the candidates.
+// Appends the points of a block whose squared distance from the center is at most squared_bound to
+// the candidates.
 struct CollectLoop {
   template <typename Block>
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, Place first, std::size_t n_points,
@@ -80,7 +80,7 @@ struct CollectLoop {
   }
 };
 
-// For each number, counts the lower numbers.
+// Computes for each number how many of the numbers are lower.
 struct RankLoop {
   SUPERFACETS_ALWAYS_INLINE void operator()(const double* numbers, std::size_t n,
                                             std::int64_t* ranks) const {
@@ -140,9 +140,9 @@ std::span<const Neighbor> NearestFinder::nearest_of(Place place, std::size_t lea
   return list_;
 }
 
-// An upper bound of the distance to the last neighbor, from the recent searches: the neighbors of a
-// recent point are neighbors of this point within (distance between the points) + (distance of the
-// last neighbor of the recent point).
+// Upper bound of the distance to the farthest neighbor, computed from recent searches. By the
+// triangle inequality, all neighbors of a recent point are within (distance to the recent point) +
+// (distance between the recent point and its farthest neighbor).
 double NearestFinder::bound_by_recent(const Point& center) const {
   double bound = kInfinity;
   for (std::size_t i = 0; i < kRecent; ++i) {
@@ -151,7 +151,8 @@ double NearestFinder::bound_by_recent(const Point& center) const {
   return bound;
 }
 
-// The distance to the last of the n_nearest points among the next places along the curve.
+// Upper bound of the distance to the farthest neighbor, computed from the next points along the
+// curve.
 double NearestFinder::bound_along_curve(Place place) {
   const auto n_along = static_cast<Place>(std::max(n_nearest_, BoxTree::kLeaf - 1));
   if (search_.n_points() <= n_along) return kInfinity;
@@ -161,12 +162,12 @@ double NearestFinder::bound_along_curve(Place place) {
     squared_.push_back(squared_norm(search_.position_at(near) - search_.position_at(place)));
   }
   std::ranges::nth_element(squared_, squared_.begin() + static_cast<std::ptrdiff_t>(n_nearest_));
-  const double squared = squared_[n_nearest_];  // the first entry is the place itself
+  const double squared = squared_[n_nearest_];  // the first entry is the point itself
   squared_.resize(places_.size());
   return std::sqrt(squared);
 }
 
-// Lists the leaves that may hold neighbors of the points of a leaf. `bound` is an upper bound of
+// Lists the leaves that may contain neighbors of the points of a leaf. `bound` is an upper bound of
 // the neighbors' distances for `center`, a point of the leaf.
 void NearestFinder::enter(std::size_t leaf, const Point& center, double bound) {
   leaf_ = leaf;
@@ -186,7 +187,7 @@ void NearestFinder::enter(std::size_t leaf, const Point& center, double bound) {
   std::ranges::sort(nearby_, {}, &Nearby::gap);
 }
 
-// Collects the points within a bound around a place. Returns false if there are too many.
+// Collects the points within a distance of a point. Returns false if there are too many points.
 bool NearestFinder::collect(Place place, double squared_bound) {
   const Point& center = search_.position_at(place);
   n_candidates_ = 0;
@@ -208,7 +209,7 @@ bool NearestFinder::collect(Place place, double squared_bound) {
   return true;
 }
 
-// The positions of a leaf, copied when they are first read.
+// The positions of a leaf, which are copied at the first call.
 const NearestFinder::Block& NearestFinder::block_of(Nearby& near) {
   if (near.block == kNoBlock) {
     near.block = n_blocks_++;
@@ -221,7 +222,8 @@ const NearestFinder::Block& NearestFinder::block_of(Nearby& near) {
   return blocks_[near.block];
 }
 
-// Sorts the candidates: the slot of a candidate is the number of nearer candidates.
+// Sorts the candidates by counting: the position of a candidate in the list is the number of nearer
+// candidates.
 void NearestFinder::rank_candidates() {
   std::array<std::int64_t, kMostRanked> ranks;
   run_version(instructions_, RankLoop{}, squared_.data(), n_candidates_, ranks.data());
@@ -229,8 +231,8 @@ void NearestFinder::rank_candidates() {
   for (std::size_t i = 0; i < n_candidates_; ++i) {
     if (std::cmp_greater_equal(ranks[i], list_.size())) continue;
     Neighbor neighbor{squared_[i], search_.point_at(places_[i]), places_[i]};
-    // Equally near points have the same rank. They fill the slots from this rank on, by ascending
-    // index.
+    // Equally near points have the same rank. They fill the list from this rank onwards, in
+    // ascending order of index.
     for (auto slot = static_cast<std::size_t>(ranks[i]); slot < list_.size(); ++slot) {
       const bool is_free = list_[slot].place == kNoPlace;
       if (is_free || neighbor < list_[slot]) std::swap(neighbor, list_[slot]);
@@ -249,7 +251,7 @@ void NearestFinder::sort_candidates() {
   list_.resize(n);
 }
 
-// Searches the whole tree, from the nearest to the farthest boxes.
+// Searches the whole tree, from the nearest to the farthest box.
 void NearestFinder::search_tree(Place place, double squared_bound) {
   const Point& center = search_.position_at(place);
   const BoxTree& tree = search_.tree();

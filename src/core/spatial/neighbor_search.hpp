@@ -1,56 +1,53 @@
-// Finds the nearest neighbors of all points of a cloud.
+// Finds the nearest neighbors of all points of a point cloud.
 #pragma once
-
-#include <array>
 
 #include "base/buffer.hpp"
 #include "base/point_block.hpp"
-#include "base/versions.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {
 
-// A point, and its distance from another point.
+// A neighbor of a point.
 struct Neighbor {
-  double squared;  // squared distance
-  Cell point;
-  Place place;
+  double squared;  // squared distance from the point
+  Cell point;      // input index of the neighbor
+  Place place;     // sorted index of the neighbor
 };
 
-// Orders by distance, and by index among equal distances.
+// Orders neighbors by distance, then by index.
 inline bool operator<(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
 }
 
-// Points along a space-filling curve, with a tree of boxes over these points. Points with the same
-// Morton code, which are many in a cloud with a far outlier, are ordered by recursive halving of
-// their box.
+// Points sorted along a space-filling curve, with a box tree. If a cloud has a far outlier, many
+// points have the same Morton code. They are ordered by recursively halving their box.
 class NeighborSearch {
  public:
-  // Builds a search of a subset of a cloud. `points` holds the indices of the subset, ascending. No
-  // two of these points share a position.
+  // Builds a search for a subset of a cloud. `points` contains the indices of the subset,
+  // ascending. No two points of the subset may have the same position.
   NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
 
   Place n_points() const { return static_cast<Place>(points_.size()); }
   Cell point_at(Place place) const { return points_[place]; }
   const Point& position_at(Place place) const { return positions_[place]; }
-  std::span<const Cell> points() const { return points_.span(); }         // by place
-  std::span<const Point> positions() const { return positions_.span(); }  // by place
+  // input indices and positions of the points, in sorted order
+  std::span<const Cell> points() const { return points_.span(); }
+  std::span<const Point> positions() const { return positions_.span(); }
   const BoxTree& tree() const { return tree_; }
 
-  // These functions move the arrays out of the search, which must not be used afterwards.
+  // These two functions move the arrays out of the search. The search must not be used afterwards.
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
-  // Calls take(place, neighbors, thread) for each place, on any thread. `neighbors` holds the
-  // n_nearest nearest other points, or all if there are fewer, in ascending order of distance.
-  // Takes about half a microsecond per point for twelve neighbors.
+  // Calls take(place, neighbors, thread) for each point, on any thread. `neighbors` contains the
+  // n_nearest nearest other points (or all other points, if there are fewer), in ascending order of
+  // distance. Takes about half a microsecond per point for twelve neighbors.
   template <typename Take>
   void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
     for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
   }
 
-  // Like for_each_point, but only for places for which is_wanted(place) holds.
+  // Like for_each_point, but only for points for which is_wanted(place) is true.
   template <typename IsWanted, typename Take>
   void for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted, const Take& take,
                        ThreadTeam& team) const;
@@ -58,29 +55,29 @@ class NeighborSearch {
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
 
-  Buffer<Cell> points_;      // point at each place
-  Buffer<Point> positions_;  // position at each place
+  Buffer<Cell> points_;      // input index of each sorted point
+  Buffer<Point> positions_;  // position of each sorted point
   BoxTree tree_;
 };
 
-// The searches of one thread, from place to place along the curve. The neighbors of the previous
-// places give an upper bound of the distances, so a search reads only a few leaves. Results do not
-// depend on the previous searches.
+// The searches of one thread, from point to point along the curve. The neighbors of previous points
+// give an upper bound of the distances, so a search reads only a few leaves. Results do not depend
+// on the previous searches.
 class NearestFinder {
  public:
   NearestFinder(const NeighborSearch& search, std::size_t n_nearest);
 
-  // The neighbors of a place in a leaf, in ascending order of distance. The result is valid until
-  // the next call.
+  // The neighbors of a point that is in a given leaf, in ascending order of distance. The result is
+  // valid until the next call.
   std::span<const Neighbor> nearest_of(Place place, std::size_t leaf);
 
  private:
-  // A leaf that may hold neighbors of the points of the current leaf.
+  // A leaf that may contain neighbors of the points of the current leaf.
   struct Nearby {
-    double gap;  // squared distance of the boxes
-    std::size_t leaf;
-    std::size_t block;  // index of the copy of its positions
-    Box box;
+    double gap;         // squared distance between its box and the box of the current leaf
+    std::size_t leaf;   // index of the leaf
+    std::size_t block;  // index of its positions in blocks_, or kNoBlock
+    Box box;            // bounding box of the leaf
   };
   using Block = PointBlock<BoxTree::kLeaf>;
 
@@ -99,18 +96,18 @@ class NearestFinder {
   const InstructionSet instructions_ = best_instruction_set();
 
   std::size_t leaf_;            // the current leaf
-  std::vector<Nearby> nearby_;  // by ascending distance; empty if there are too many
+  std::vector<Nearby> nearby_;  // nearby leaves by ascending distance; empty if there are too many
   std::vector<Block> blocks_;
   std::size_t n_blocks_ = 0;
 
-  // Positions of the recent searches, and the distances of their last neighbors.
+  // Positions of recent points, and the distances of their farthest neighbors.
   static constexpr std::size_t kRecent = 8;
   PointBlock<kRecent> recent_{};
   std::array<double, kRecent> reaches_;
   std::size_t n_searches_ = 0;
 
   std::vector<double> squared_;  // squared distances of the candidates
-  std::vector<Place> places_;    // places of the candidates
+  std::vector<Place> places_;    // sorted indices of the candidates
   std::size_t n_candidates_ = 0;
   std::vector<Neighbor> list_;
 };

@@ -5,8 +5,8 @@
 namespace superfacets {
 namespace {
 
-// Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a)
-// exceeds about this fraction of (a + b + c)^2. With this limit, points in a strip a thousand times
+// Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a) is
+// larger than about this fraction of (a + b + c)^2. So points in a strip that is a thousand times
 // as long as wide have a normal.
 constexpr double kLeastDifference = 1e-7;
 
@@ -14,20 +14,14 @@ constexpr double kLeastDifference = 1e-7;
 // last steps double the number of correct digits.
 constexpr int kMaxSteps = 60;
 
-// A symmetric 3 x 3 matrix.
-struct Symmetric {
-  double xx, xy, xz, yy, yz, zz;
-};
-
-// The covariance matrix, scaled to a trace (sum of the variances) of 1. Zero if all points have the
-// same position.
+// The covariance matrix, scaled so that its trace (sum of the variances) is 1. Zero if all points
+// have the same position.
 Symmetric covariance_of(const Spread& spread) {
   const Point mean = (1.0 / spread.n) * spread.sum;
-  const Symmetric c{
-      spread.xx - spread.sum.x * mean.x, spread.xy - spread.sum.x * mean.y,
-      spread.xz - spread.sum.x * mean.z, spread.yy - spread.sum.y * mean.y,
-      spread.yz - spread.sum.y * mean.z, spread.zz - spread.sum.z * mean.z,
-  };
+  const auto& [x, y, z] = spread.sum;
+  const auto& [xx, xy, xz, yy, yz, zz] = spread.products;
+  const Symmetric c{xx - x * mean.x, xy - x * mean.y, xz - x * mean.z,
+                    yy - y * mean.y, yz - y * mean.z, zz - z * mean.z};
   const double trace = c.xx + c.yy + c.zz;
   if (!(trace > 0.0)) return {};
   const double scale = 1.0 / trace;
@@ -85,8 +79,9 @@ Point common_axis(const AxisSpread& spread) {
   // Let S be the sum of products, with trace n. The matrix (1 - S / n) / 2 has trace 1, and the
   // eigenvector of its smallest eigenvalue is the eigenvector of the largest eigenvalue of S.
   const double scale = 0.5 / spread.n;
-  return least_direction({0.5 - scale * spread.xx, -scale * spread.xy, -scale * spread.xz,
-                          0.5 - scale * spread.yy, -scale * spread.yz, 0.5 - scale * spread.zz});
+  return least_direction({0.5 - scale * spread.products.xx, -scale * spread.products.xy,
+                          -scale * spread.products.xz, 0.5 - scale * spread.products.yy,
+                          -scale * spread.products.yz, 0.5 - scale * spread.products.zz});
 }
 
 }  // namespace superfacets

@@ -1,14 +1,12 @@
 #include "spatial/point_tiles.hpp"
 
-#include <numeric>
-
 #include "spatial/neighbor_search.hpp"
 #include "spatial/normals.hpp"
 
 namespace superfacets {
 namespace {
 
-// The index of each point among the wanted points; kNoCell if a point is not wanted.
+// The index of each point among the wanted points, or kNoCell if the point is not wanted.
 Buffer<Cell> rows_of_wanted(std::span<const std::uint8_t> is_wanted, std::size_t& n_wanted) {
   Buffer<Cell> rows(is_wanted.size());
   n_wanted = 0;

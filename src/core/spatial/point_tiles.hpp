@@ -1,32 +1,33 @@
-// Stage 1 for parts of a cloud: computes results for the points of a part from these points and
-// their surroundings.
+// Stage 1 for a tile of a point cloud: computes neighbors and normals from the points of the tile
+// and the points around it.
 #pragma once
 
 #include "base/lists.hpp"
 
 namespace superfacets {
 
-// The nearest neighbors of several points: rows of equal length, nearest first.
+// The nearest neighbors of n points: one row per point, in ascending order of distance.
 struct NearestRows {
-  Buffer<Cell> points;     // (n * n_nearest,) padded with -1
-  Buffer<double> squared;  // squared distances, padded with infinity
+  Buffer<Cell> points;     // (n * n_nearest,) index of each neighbor, padded with -1
+  Buffer<double> squared;  // (n * n_nearest,) squared distances, padded with infinity
 };
 
-// Finds the n_nearest neighbors among all points of each wanted point, in the order of the wanted
-// points. Among equal distances, the lower index comes first. All points have different positions.
+// Finds for each wanted point its n_nearest nearest neighbors among all points. Rows are in the
+// order of the wanted points. Neighbors at equal distances are sorted by index. All points must
+// have different positions.
 NearestRows nearest_in_part(std::span<const Point> positions,
                             std::span<const std::uint8_t> is_wanted, std::size_t n_nearest,
                             ThreadTeam& team);
 
-// For each center, the normal of the center and its neighbors by NormalFit, with arbitrary sign.
-// `centers` and `rows` are indices of points. There is one row of neighbors per center, which ends
-// at the first -1.
+// Estimates the normal of each center from the center and its neighbors (see NormalFit). The sign
+// is arbitrary. `centers` and `rows` contain indices of points. `rows` has one row of neighbors per
+// center, which ends at the first -1.
 Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Point> axes,
                                 std::span<const Cell> centers, std::span<const Cell> rows,
                                 ThreadTeam& team);
 
-// Converts pairs (sources[i], targets[i]), in any order, to the list of targets of each of n cells,
-// ascending and without duplicates.
+// Groups pairs (sources[i], targets[i]) by source. Returns the list of targets of each cell
+// 0..n_cells-1, ascending and without duplicates.
 Lists<Place> sorted_lists(Cell n_cells, std::span<const Cell> sources,
                           std::span<const Place> targets);
 

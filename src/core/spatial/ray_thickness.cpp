@@ -1,7 +1,5 @@
 #include "spatial/ray_thickness.hpp"
 
-#include <array>
-#include <limits>
 #include <memory>
 
 #include "base/elementary.hpp"
@@ -15,9 +13,9 @@ constexpr std::size_t kTrianglesPerLeaf = 4;
 constexpr std::int64_t kStartsPerTask = 32;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone of rays, 60 degrees
-constexpr double kSoftening = 0.2;     // radians; the weight of a ray is 1 / (angle + kSoftening)
-constexpr double kLeastShare = 0.25;   // minimum fraction of rays that must leave the solid
+constexpr double kCosHalfAngle = 0.5;    // cosine of the half-angle of the cone of rays, 60 degrees
+constexpr double kSoftening = 0.2;       // radians; the weight of a ray is 1 / (angle + kSoftening)
+constexpr double kLeastFraction = 0.25;  // minimum fraction of rays that must leave the solid
 
 struct Ray {
   Ray(const Point& start, const Point& direction, double by)
@@ -34,14 +32,14 @@ struct Ray {
   Point from;
   Point along;
   Point inverse;
-  double slack;  // margin of boxes against rounding errors
-  // start + slack; subtracting it from the low corner of a box also enlarges the box
+  double slack;  // distance by which boxes are enlarged, so that rounding errors do not matter
+  // start + slack: subtracting it from the lower corner of a box also enlarges the box
   Point from_low;
-  // start - slack; subtracting it from the high corner of a box also enlarges the box
+  // start - slack: subtracting it from the upper corner of a box also enlarges the box
   Point from_high;
 };
 
-// A lower bound of the distance at which a ray enters a box; NaN if the ray does not enter the box
+// Lower bound of the distance at which a ray enters a box; NaN if the ray does not enter the box
 // within `limit`.
 double entry(const Box& box, const Ray& ray, double limit) {
   double enter = 0.0;
@@ -66,11 +64,12 @@ struct Hit {
 // A triangle prepared for intersection with rays.
 struct Target {
   Point corner;
-  Point first;  // `first` and `second`: edges from the corner to the other two corners
-  Point second;
+  Point first;   // vector from the corner to the second corner
+  Point second;  // vector from the corner to the third corner
 
-  // Replaces `best` if the ray hits the triangle at a shorter distance, which must exceed `least`.
-  // Points on an edge belong to both triangles of the edge, so no ray passes between them.
+  // Replaces `best` if the ray hits the triangle at a shorter distance that is larger than `least`.
+  // Points on an edge belong to both triangles of the edge, so that no ray passes between two
+  // triangles.
   void offer(const Ray& ray, double least, bool inside_out, Hit& best) const {
     constexpr double kEdge = 1e-12;
     const Point p = cross(ray.along, second);
@@ -94,14 +93,14 @@ double surface_of(const Point& extent) {
   return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
 }
 
-// A bounding box aligned with the longest edge and the normal of a triangle, for long thin
-// triangles that are not parallel to an axis. Axis-aligned boxes of such triangles overlap: in a
-// fan of n triangles, a ray would hit most of the n boxes.
-class SlantedBox {
+// An oriented bounding box, aligned with the longest edge and the normal of a triangle. It is used
+// for long thin triangles that are not parallel to an axis. Axis-aligned boxes of these triangles
+// overlap: in a fan of n triangles, a ray would hit most of the n boxes.
+class OrientedBox {
  public:
-  // Bounds triangles in a box aligned with the largest triangle. If all triangles have zero area,
-  // there are no axes, and every ray hits the box.
-  explicit SlantedBox(std::span<const Target> targets) {
+  // Builds a box around triangles, aligned with the largest triangle. If all triangles have zero
+  // area, the box has no axes, and every ray hits the box.
+  explicit OrientedBox(std::span<const Target> targets) {
     double most = 0.0;
     for (const Target& target : targets) {
       const Point normal = cross(target.first, target.second);
@@ -126,7 +125,7 @@ class SlantedBox {
   Point extent() const { return box_.high - box_.low; }
   bool has_axes() const { return squared_norm(axes_[0]) > 0.0; }
 
-  // Like the function `entry` for axis-aligned boxes.
+  // Version of the function entry() for oriented boxes.
   double entry(const Ray& ray, double limit) const {
     const Ray turned(along_axes(ray.from - origin_), along_axes(ray.along), ray.slack);
     return superfacets::entry(box_, turned, limit);
@@ -139,10 +138,10 @@ class SlantedBox {
 
   Point origin_;
   std::array<Point, 3> axes_{};
-  Box box_;  // in coordinates along the axes, relative to the origin
+  Box box_;  // extent along the axes, relative to the origin
 };
 
-// The triangles of a mesh, and a tree of boxes over them.
+// The triangles of a mesh, and a box tree of these triangles.
 class RayTree {
  public:
   RayTree(std::span<const Point> vertices, std::span<const Triangle> triangles, ThreadTeam& team)
@@ -152,24 +151,21 @@ class RayTree {
       for (const Vertex vertex : triangles[face].corners) box.include(vertices[vertex]);
       return box;
     };
-    Buffer<Point> middles(triangles.size());  // centers of the boxes, times two
-    team.for_each_index(std::ssize(triangles), [&](std::int64_t face) {
-      const Box box = box_of(face);
-      middles[face] = box.low + box.high;
-    });
-    const Buffer<Cell> faces = refined_morton_order(middles.span(), kTrianglesPerLeaf, team);
+    const Buffer<Cell> faces =
+        order_of_boxes(std::ssize(triangles), box_of, kTrianglesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {
       const auto& [a, b, c] = triangles[faces[place]].corners;
       targets_[place] = {vertices[a], vertices[b] - vertices[a], vertices[c] - vertices[a]};
       return box_of(faces[place]);
     };
     tree_ = BoxTree(triangles.size(), kTrianglesPerLeaf, take_place, team);
-    add_slanted(team);
+    add_oriented(team);
   }
 
-  // The first hit of a ray beyond the distance `least`. If there is none, the distance is infinite.
+  // The first hit of a ray beyond the distance `least`. If the ray hits no triangle, the distance
+  // of the result is infinite.
   Hit first_hit(const Point& from, const Point& along, double least, bool inside_out) const {
-    constexpr double kSlack = 1e-9;  // in extents of the mesh
+    constexpr double kSlack = 1e-9;  // as a fraction of the extent of the mesh
     if (tree_.empty()) return {kInfinity};
     const Box& all = tree_.level(tree_.n_levels() - 1)[0];
     const Point extent = all.high - all.low;
@@ -177,8 +173,8 @@ class RayTree {
     Hit best{kInfinity};
     const auto distance = [&](std::size_t level, std::size_t index) {
       const double enter = entry(tree_.level(level)[index], ray, best.distance);
-      const SlantedBox* const slanted = slanted_[level][index].get();
-      return slanted == nullptr || std::isnan(enter) ? enter : slanted->entry(ray, best.distance);
+      const OrientedBox* const oriented = oriented_[level][index].get();
+      return oriented == nullptr || std::isnan(enter) ? enter : oriented->entry(ray, best.distance);
     };
     tree_.visit_nearest(distance, best.distance, [&](std::size_t begin, std::size_t end) {
       for (auto place = begin; place < end; ++place) {
@@ -189,9 +185,9 @@ class RayTree {
   }
 
  private:
-  // Adds a slanted box to each node whose axis-aligned box has many times the area of the node's
-  // triangles, if the slanted box is much smaller.
-  void add_slanted(ThreadTeam& team) {
+  // Adds an oriented box to each node whose axis-aligned box has a much larger area than the node's
+  // triangles, if the oriented box is much smaller.
+  void add_oriented(ThreadTeam& team) {
     // minimum ratio of areas; a square at 45 degrees to two axes has a ratio of about 4
     constexpr double kThin = 32.0;
     constexpr double kMuchSmaller = 0.25;
@@ -201,16 +197,16 @@ class RayTree {
     }
     const auto areas =
         tree_.summarize<double>(of_targets, 0.0, [](double& sum, double area) { sum += area; });
-    slanted_.resize(tree_.n_levels());
+    oriented_.resize(tree_.n_levels());
     for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
-      slanted_[level].resize(areas[level].size());
+      oriented_[level].resize(areas[level].size());
       team.for_each_index(std::ssize(areas[level]), [&](std::int64_t index) {
         const Box& around = tree_.level(level)[index];
         const double surface = surface_of(around.high - around.low);
         if (surface <= kThin * areas[level][index]) return;
-        const SlantedBox box(targets_of(level, index));
+        const OrientedBox box(targets_of(level, index));
         if (!box.has_axes() || surface_of(box.extent()) >= kMuchSmaller * surface) return;
-        slanted_[level][index] = std::make_unique<SlantedBox>(box);
+        oriented_[level][index] = std::make_unique<OrientedBox>(box);
       });
     }
   }
@@ -222,18 +218,18 @@ class RayTree {
     return targets_.span().subspan(first, std::min(size, targets_.size() - first));
   }
 
-  Buffer<Target> targets_;  // triangles in the order of places on the curve
+  Buffer<Target> targets_;  // triangles sorted along the curve
   BoxTree tree_;
-  std::vector<std::vector<std::unique_ptr<SlantedBox>>> slanted_;  // by level; null for most nodes
+  std::vector<std::vector<std::unique_ptr<OrientedBox>>> oriented_;  // [level][node]
 };
 
 struct Spoke {
-  Point direction;  // in coordinates whose z axis is the axis of the cone
+  Point direction;  // unit vector; the z axis is the axis of the cone
   double weight;
 };
 
-// Returns directions spread evenly over the cone, with equal steps in height, each rotated by the
-// golden angle.
+// Returns directions distributed evenly over the cone. They have equal steps in height, and each is
+// rotated by the golden angle relative to the previous direction.
 std::vector<Spoke> make_spokes(int n_rays) {
   constexpr double kCosGolden = -0.7373688780783197;
   constexpr double kSinGolden = 0.6754902942615237;
@@ -294,7 +290,7 @@ double typical_length(std::vector<Length>& lengths) {
     sum += ray.weight * ray.length;
     weights += ray.weight;
   }
-  // If lengths form two groups, there may be no length near the median.
+  // If the lengths form two groups, there may be no length near the median.
   return weights > 0.0 ? sum / weights : median;
 }
 
@@ -306,7 +302,7 @@ Buffer<double> ray_thickness(std::span<const Point> vertices, std::span<const Tr
   SUPERFACETS_ASSERT(axes.size() == starts.size() && options.n_rays >= 1);
   const RayTree tree(vertices, triangles, team);
   const std::vector<Spoke> spokes = make_spokes(options.n_rays);
-  const auto n_enough = static_cast<std::size_t>(std::ceil(kLeastShare * options.n_rays));
+  const auto n_enough = static_cast<std::size_t>(std::ceil(kLeastFraction * options.n_rays));
   Buffer<double> thickness(starts.size());
   const auto measure = [&](std::int64_t begin, std::int64_t end) {
     std::vector<Length> lengths;

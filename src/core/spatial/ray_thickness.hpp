@@ -1,4 +1,5 @@
-// The shape diameter function: thickness of a solid under points of its surface, measured by rays.
+// The shape diameter function: the thickness of a solid at points of its surface, measured with
+// rays.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -8,14 +9,14 @@
 namespace superfacets {
 
 struct RayOptions {
-  int n_rays = 30;  // rays from each point, evenly in a cone of half-angle 60 degrees
+  int n_rays = 30;  // number of rays per point, in a cone with a half-angle of 60 degrees
   // minimum distance of a hit; nearer hits are on the surface around the start
   double least_distance = 0.0;
   bool inside_out = false;  // whether the normals of triangles point inwards
 };
 
 // Computes the thickness at each start: the weighted mean length of rays in a cone around an inward
-// axis (a unit vector). A ray ends at the first triangle that it hits. A ray counts if it leaves
+// axis (a unit vector). A ray ends at the first triangle that it hits. A ray is used if it leaves
 // the solid there, through the back of the triangle, and if its length is within one standard
 // deviation of the median. Rays near the axis have more weight. The result is NaN if the axis is
 // zero, or if fewer than a quarter of the rays leave the solid. Time O(F log F) for a tree of

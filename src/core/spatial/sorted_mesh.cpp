@@ -9,10 +9,11 @@
 namespace superfacets {
 namespace {
 
-// Maximum number of vertices with the same code that are sorted by index only.
+// Maximum number of vertices with the same Morton code that are sorted by index only.
 constexpr std::size_t kTogether = 32;
 
-// Prefetch distance, in vertices and cells, for random reads of the input.
+// Prefetch distance: random reads of the input are prefetched this number of vertices or cells in
+// advance.
 constexpr std::int64_t kAhead = 32;
 
 // The welded vertices, sorted along the curve.
@@ -29,8 +30,8 @@ Buffer<Vertex> curve_order(std::span<const Point> vertices, std::span<const Vert
 }
 
 struct SortedVertices {
-  Buffer<Point> positions;  // by place on the curve
-  Buffer<Place> place_of;   // (V,) place of each vertex after welding
+  Buffer<Point> positions;  // positions of the welded vertices, sorted along the curve
+  Buffer<Place> place_of;   // (V,) index of each input vertex in `positions`
 };
 
 SortedVertices sort_vertices(std::span<const Point> vertices,
@@ -59,10 +60,10 @@ Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& 
   return places;
 }
 
-// Cells sorted by the lowest of their corners, then by index.
+// Returns the cells sorted by their lowest corner, then by index.
 Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
-  // Codes are shifted to use all bits, because the sort splits work among threads by the highest
-  // digit. With 2^30 vertices or more, the lowest bit of the corner is lost.
+  // Codes are shifted to use all bits, because the sort divides its work among threads by the
+  // highest digit. With 2^30 vertices or more, the lowest bit of the corner is lost.
   const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {
@@ -73,7 +74,7 @@ Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, T
   return order_of_codes(codes.span(), team);
 }
 
-// Offsets of the corners of the sorted cells; empty if the input has no offsets.
+// Offsets of the sorted cells in their list of corners; empty if the input has no offsets.
 Buffer<std::int64_t> sorted_offsets(const CornerLists& cells, std::span<const Cell> order) {
   if (cells.offsets.empty()) return {};
   Buffer<std::int64_t> offsets(cells.offsets.size());

@@ -5,17 +5,17 @@
 namespace superfacets {
 namespace {
 
-// Depth of the near plane, as a fraction of the largest depth of a triangle. The bounding box of a
-// triangle in the image excludes the part nearer than this, because points at the camera project to
+// Depth of the near plane, as a fraction of the largest depth of a triangle. The image bounding box
+// of a triangle excludes the part in front of this plane, because points at the camera project to
 // infinity.
 constexpr double kNearest = 1e-6;
 
-// Margin of the bounding box in pixels, against rounding errors of the projection.
+// Margin of the bounding box in pixels. It is larger than the rounding errors of the projection.
 constexpr double kMargin = 1e-6;
 
 // Returns homogeneous pixel coordinates (u d, v d, d). This map preserves depth and straight lines,
-// so no triangle has to be clipped: the ray (u, v, 1) of a pixel hits a triangle if the ray is on
-// the same side of the three planes through the camera and a side of the triangle.
+// so no triangle has to be clipped. The ray (u, v, 1) of a pixel hits a triangle if it is on the
+// inner side of three planes, each through the camera and a side of the triangle.
 Point projected(const View& view, const Point& p) {
   const double* m = view.projection;
   return {(m[0] * p.x + m[1] * p.y) + (m[2] * p.z + m[3]),
@@ -37,10 +37,11 @@ class Target {
     }
   }
 
-  // Six times the volume of the tetrahedron of camera and triangle; 0 if seen edge-on.
+  // Six times the volume of the tetrahedron formed by the camera and the triangle. It is 0 if the
+  // triangle is seen edge-on.
   double volume() const { return volume_; }
 
-  // Depth at (u, v); infinite if the ray misses.
+  // Depth of the triangle at (u, v); infinite if the ray misses the triangle.
   double depth_at(double u, double v) const {
     const double of_a = height(sides_[0], u, v);
     const double of_b = height(sides_[1], u, v);
@@ -60,7 +61,8 @@ class Target {
   double volume_ = 0.0;
 };
 
-// Pixels whose centers are in a range of positions.
+// A range of pixels along one axis: the pixels whose centers are between the lowest and the highest
+// added position.
 struct PixelRange {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
@@ -69,7 +71,7 @@ struct PixelRange {
     low = std::min(low, position);
     high = std::max(high, position);
   }
-  // The number may be infinite, so it is clamped before conversion to an integer.
+  // Positions may be infinite, so the result is clamped before conversion to an integer.
   std::int32_t first() const {
     return static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5 - kMargin), 0.0, kMost));
   }
@@ -90,7 +92,7 @@ struct PixelBox {
   }
 };
 
-// Box of the part of a triangle in front of the camera.
+// Bounding box of the part of a triangle in front of the camera.
 PixelBox box_of(const Point (&corners)[3]) {
   PixelBox box;
   const double farthest = std::max({corners[0].z, corners[1].z, corners[2].z});
@@ -100,15 +102,15 @@ PixelBox box_of(const Point (&corners)[3]) {
     const Point& b = corners[next_corner(i)];
     if (a.z >= nearest) box.add(a);
     if ((a.z >= nearest) == (b.z >= nearest)) continue;
-    const double share = (nearest - a.z) / (b.z - a.z);
-    Point cut = a + share * (b - a);
+    const double fraction = (nearest - a.z) / (b.z - a.z);
+    Point cut = a + fraction * (b - a);
     cut.z = nearest;
     box.add(cut);
   }
   return box;
 }
 
-// Draws the triangles into the pixels of one view.
+// Draws the triangles into the pixels of one view, with a depth buffer.
 class Picture {
  public:
   Picture(std::span<const Point> vertices, std::span<const Triangle> triangles, const View& view,
@@ -161,8 +163,8 @@ class Picture {
              positions[triangle.corners[2]]}};
   }
 
-  // Whether all corners are beyond one side of the picture, or behind the camera. This test avoids
-  // divisions, which take most of the time of a triangle.
+  // Whether all corners are beyond the same side of the image, or behind the camera. This test
+  // avoids divisions, which take most of the time per triangle.
   bool is_outside(const Point (&corners)[3]) const {
     const auto are_all = [&](const auto& is_beyond) {
       return is_beyond(corners[0]) && is_beyond(corners[1]) && is_beyond(corners[2]);
@@ -195,8 +197,7 @@ class Picture {
     }
   }
 
-  // Surface area in a pixel. The area of a plane within a pixel is proportional to the cube of the
-  // depth.
+  // Surface area in a pixel. For a given plane, this area is proportional to the cube of the depth.
   double area_of(Face face, double depth) const {
     const auto [world] = corners_of(face, vertices_);
     const auto [seen] = corners_of(face, projected_.span());
@@ -218,7 +219,7 @@ class Picture {
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
     if (!(areas_[pixel] > 0.0)) return false;
-    // Length of the pixel on the surface: the area divided by the width of a pixel at that depth.
+    // Length of the surface in the pixel: its area divided by the width of a pixel at this depth.
     const double length = areas_[pixel] * std::sqrt(view_.focal_product) / depths_[pixel];
     return sum.z / 3.0 <= depths_[pixel] + length;
   }

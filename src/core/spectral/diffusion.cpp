@@ -1,12 +1,5 @@
 #include "spectral/diffusion.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-#include "base/assert.hpp"
-#include "base/elementary.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -19,7 +12,7 @@ double product_of(std::span<const double> one, std::span<const double> other, Th
   return sum_of_blocks(std::ssize(one), add_range, team);
 }
 
-// The matrix M + T L of `diffuse`: M is diagonal with the masses, L is the Laplacian of the
+// The matrix M + T L of diffuse(): M is diagonal with the masses, L is the Laplacian of the
 // conductances, and T is `time`.
 struct DiffusionMatrix {
   const Arcs& arcs;
@@ -50,14 +43,14 @@ double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
   return std::sqrt(graph.measures[from] + graph.measures[arc.to]);
 }
 
-// Weight of the neighbors' mean. With 1, two cells without other neighbors would swap values
-// forever.
+// Weight of the mean of the neighbors. With a weight of 1, two cells without other neighbors would
+// swap their values in each sweep.
 constexpr float kDamping = 0.75F;
 
-// Computes one row of a sweep. A width known at compile time makes the loop several times faster;
-// with kWidth = 0, any_width is the width.
+// Computes the new row of one cell in a sweep. If kWidth > 0, it is the row width, and the loop is
+// several times faster. If kWidth is 0, the width is any_width.
 template <std::size_t kWidth>
-void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cell cell,
+void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Cell cell,
                const float* from, float* to) {
   const std::size_t width = kWidth > 0 ? kWidth : any_width;
   const float* here = from + width * cell;
@@ -66,8 +59,8 @@ void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cel
   std::fill(result, result + width, 0.0F);
   for (const auto [arc, neighbor] : arcs.steps(cell)) {
     const float* there = from + width * neighbor;
-    for (std::size_t i = 0; i < width; ++i) result[i] += shares[arc] * there[i];
-    kept -= shares[arc];
+    for (std::size_t i = 0; i < width; ++i) result[i] += weights[arc] * there[i];
+    kept -= weights[arc];
   }
   for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
 }
@@ -81,7 +74,7 @@ Buffer<double> step_conductances(const Surface& surface, std::span<const double>
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      // The lower bound, a fraction of the border width, is for two cells at the same position.
+      // The lower bound avoids a division by 0 if two cells are at the same position.
       const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
       conductances[arc] = (width > 0.0 ? width / step : 0.0) + kLeastConductance;
     }
@@ -90,9 +83,9 @@ Buffer<double> step_conductances(const Surface& surface, std::span<const double>
 }
 
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {
-  constexpr double kLeastShare = 0.2;
+  constexpr double kLeastFraction = 0.2;
   const double straight = norm(graph.positions[arc.to] - graph.positions[from]);
-  const double step = std::max(straight, kLeastShare * width_of(graph, from, arc));
+  const double step = std::max(straight, kLeastFraction * width_of(graph, from, arc));
   return step > 0.0 ? step : graph.straight_unit;
 }
 
@@ -115,7 +108,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
     const Place place = graph.place_of[cell];
     const auto arcs = graph.arcs_of(place);
     const auto n =
-        // padding arcs lead to the place itself, and do not count
+        // padding arcs, which lead to the cell itself, are not counted
         std::ranges::count_if(arcs, [&](const Arc& arc) { return arc.to != place; });
     found.offsets[cell + 1] = found.offsets[cell] + n;
   }
@@ -123,25 +116,25 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   found.steps = Buffer<double>(found.neighbors.size());
   found.conductances = Buffer<double>(found.neighbors.size());
   const auto open_range = [&](std::int64_t begin, std::int64_t end) {
-    double hindered = 0.0;
+    double blocked = 0.0;
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
       const Place place = graph.place_of[cell];
       std::int64_t next = found.offsets[cell];
       for (const Arc& arc : graph.arcs_of(place)) {
         if (arc.to == place) continue;
-        const double kappa = crease_unit > 0.0 ? graph.price(place, arc) / crease_unit : 0.0;
+        const double kappa = crease_unit > 0.0 ? graph.crease_cost(place, arc) / crease_unit : 0.0;
         const double width = width_of(graph, place, arc);
         const double open = width * exponential(-steepness * kappa);
         found.neighbors[next] = graph.cells[arc.to];
         found.steps[next] = straight_step(graph, place, arc);
         found.conductances[next] = open / found.steps[next] + kLeastConductance;
-        hindered += width - open;
+        blocked += width - open;
         ++next;
       }
     }
-    return hindered;
+    return blocked;
   };
-  const double hindered = sum_of_blocks(graph.n_cells(), open_range, team);
+  const double blocked = sum_of_blocks(graph.n_cells(), open_range, team);
   const double all = sum_of_blocks(
       graph.n_cells(),
       [&](std::int64_t begin, std::int64_t end) {
@@ -155,7 +148,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
         return sum;
       },
       team);
-  found.hindered_share = all > 0.0 ? hindered / all : 0.0;
+  found.blocked_fraction = all > 0.0 ? blocked / all : 0.0;
   return found;
 }
 
@@ -181,13 +174,13 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows) {
   SUPERFACETS_ASSERT(std::cmp_equal(rows.size(), width * arcs.n_cells()));
-  Buffer<float> shares(arcs.n_arcs());  // weight of the neighbor in the new row
+  Buffer<float> weights(arcs.n_arcs());  // weight of the neighbor's row for each arc
   team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
     double total = 0.0;
     for (const auto [arc, neighbor] : arcs.steps(cell)) total += conductances[arc];
     const double factor = total > 0.0 ? kDamping / total : 0.0;
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      shares[arc] = static_cast<float>(factor * conductances[arc]);
+      weights[arc] = static_cast<float>(factor * conductances[arc]);
     }
   });
   Buffer<float> others(rows.size());
@@ -198,11 +191,11 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
     team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
       switch (width) {
         case 1:
-          return relax_row<1>(arcs, shares.data(), width, cell, from.data(), to.data());
+          return relax_row<1>(arcs, weights.data(), width, cell, from.data(), to.data());
         case 8:
-          return relax_row<8>(arcs, shares.data(), width, cell, from.data(), to.data());
+          return relax_row<8>(arcs, weights.data(), width, cell, from.data(), to.data());
         default:
-          return relax_row<0>(arcs, shares.data(), width, cell, from.data(), to.data());
+          return relax_row<0>(arcs, weights.data(), width, cell, from.data(), to.data());
       }
     });
   }
@@ -218,7 +211,7 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
   const DiffusionMatrix matrix{arcs, conductances, masses, time, team};
   std::vector<double> x(n, 0.0);
   std::vector<double> residual(n);
-  std::vector<double> inverse(n);  // (N,) inverse of the diagonal; 0 where the diagonal is 0
+  std::vector<double> inverse(n);  // Jacobi preconditioner; 0 where the diagonal is 0
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     const double diagonal = matrix.diagonal(cell);
     inverse[cell] = diagonal > 0.0 ? 1.0 / diagonal : 0.0;

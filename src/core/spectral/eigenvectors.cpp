@@ -1,27 +1,23 @@
 #include "spectral/eigenvectors.hpp"
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <type_traits>
 #include <utility>
 
-#include "base/assert.hpp"
 #include "base/versions.hpp"
 
 namespace superfacets {
 namespace {
 
-// Number of vectors iterated in addition to the wanted vectors. They speed up convergence: each
-// iteration reduces the error of the wanted vectors by the ratio of the largest wanted eigenvalue
-// to the lowest eigenvalue without a vector.
+// Number of additional vectors in the iteration, which speed up convergence. Each iteration reduces
+// the error of the wanted vectors by the ratio of the largest wanted eigenvalue to the lowest
+// eigenvalue outside the iterated subspace.
 constexpr std::size_t kMoreVectors = 10;
-constexpr std::size_t kUsualWidth =
-    25;  // 15 are wanted for parts: loops are compiled for this width
+// Usual number of iterated vectors, for which loops are compiled: 15 wanted vectors plus
+// kMoreVectors.
+constexpr std::size_t kUsualWidth = 25;
 constexpr int kMaxIterations = 40;
 constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
 
@@ -29,7 +25,7 @@ constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
 // later subtracted from the eigenvalues.
 constexpr double kShift = 1e-9;
 
-// A small dense matrix, row by row.
+// A small dense square matrix, stored row by row.
 class Square {
  public:
   explicit Square(std::size_t size) : size_(size), values_(size * size, 0.0) {}
@@ -56,7 +52,7 @@ Square product(const Square& a, const Square& b, bool is_transposed) {
   return c;
 }
 
-// Calls loop(width), with the width as a constant if it is the usual one.
+// Calls loop(width). If the width is kUsualWidth, it is passed as a compile-time constant.
 template <typename Loop>
 SUPERFACETS_ALWAYS_INLINE void with_width(std::size_t width, const Loop& loop) {
   if (width == kUsualWidth) {
@@ -66,8 +62,8 @@ SUPERFACETS_ALWAYS_INLINE void with_width(std::size_t width, const Loop& loop) {
   }
 }
 
-// Rotates two rows and columns of a symmetric matrix so that their common entry vanishes. Vectors
-// are rows.
+// A Jacobi rotation: rotates the rows and columns p and q of a symmetric matrix, so that the entry
+// (p, q) becomes 0. Applies the same rotation to the rows of `vectors`.
 void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   if (matrix(p, q) == 0.0) return;
   const double ratio = (matrix(q, q) - matrix(p, p)) / (2.0 * matrix(p, q));
@@ -85,8 +81,8 @@ void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   for (std::size_t i = 0; i < matrix.size(); ++i) turn(vectors(p, i), vectors(q, i));
 }
 
-// Jacobi's method: makes the matrix diagonal, with the eigenvalues in any order. Returns the
-// eigenvectors as columns.
+// Jacobi's eigenvalue method. Replaces the matrix by the diagonal matrix of its eigenvalues, in any
+// order. Returns the eigenvectors as columns.
 Square diagonalize(Square& matrix) {
   constexpr int kMaxSweeps = 30;
   constexpr double kNegligible = 1e-28;  // relative to the sum of the squares of all entries
@@ -114,7 +110,7 @@ Square diagonalize(Square& matrix) {
   return columns;
 }
 
-// The cells that are not eliminated yet, by the number of their neighbors.
+// Priority queue of the cells that are not eliminated yet, ordered by their number of neighbors.
 class DegreeQueue {
  public:
   explicit DegreeQueue(Cell n_cells) : n_words_((n_cells + kBits - 1) / kBits) {}
@@ -145,8 +141,8 @@ class DegreeQueue {
   static std::uint64_t bit_of(Cell cell) { return std::uint64_t{1} << (cell % kBits); }
 
   const std::size_t n_words_;
-  std::vector<Words> sets_;  // by degree: a bit per cell
-  std::size_t lowest_ = 0;   // no cell has a lower degree
+  std::vector<Words> sets_;  // [degree] bit set of the cells with this degree
+  std::size_t lowest_ = 0;   // lower bound of the degrees of all cells
 };
 
 // Pseudorandom number from -1 to 1, the same for the same index on every platform (splitmix64).
@@ -158,18 +154,20 @@ double noise(std::uint64_t index) {
   return static_cast<double>(bits >> 11U) * 0x1p-52 - 1.0;
 }
 
-// M = P^T F D F^T P for a symmetric, positive definite matrix M whose off-diagonal entries are on
-// the arcs of a graph. The graph has some thousand cells, and at most one arc from each cell to
-// another. Cells are eliminated by minimum degree, the lowest index first among equals. On graphs
-// of surfaces the factors have about n log n entries.
+// Sparse LDL^T factorization M = P^T F D F^T P of a symmetric, positive definite matrix M, whose
+// off-diagonal entries correspond to the arcs of a graph. The graph should have at most a few
+// thousand cells, and must have at most one arc from each cell to another cell. Cells are
+// eliminated in the order of minimum degree, then of index. On graphs of surfaces, the factor has
+// about n log n entries.
 class SparseFactor {
  public:
-  // M has `diagonal` on its diagonal. Its other entries are the negative conductances of the arcs.
-  // Arcs have reverse arcs of the same conductance.
+  // `diagonal` is the diagonal of M. The other entries are the negative conductances of the arcs.
+  // Each arc must have a reverse arc with the same conductance.
   SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                std::span<const double> diagonal);
 
-  // Solves M X = B in place: `rows` holds B, then X, as n rows of `width` numbers.
+  // Solves M X = B. On entry, `rows` contains B as n rows of `width` numbers. On return, it
+  // contains X.
   void solve(std::span<double> rows, std::size_t width) const;
 
  private:
@@ -182,22 +180,22 @@ class SparseFactor {
   struct Solve;
   struct Elimination {
     Cell cell;
-    Cell neighbor;  // the row of this cell is updated
+    Cell neighbor;  // cell whose row is updated
   };
   static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
                        Row& merged);
 
   std::vector<Cell> order_;             // cells in their order of elimination
-  std::vector<double> pivots_;          // diagonal of D, in this order
-  std::vector<std::size_t> starts_{0};  // start of the entries of each column, in this order
-  std::vector<Entry> entries_;          // entries of the columns of F, without its diagonal of ones
+  std::vector<double> pivots_;          // diagonal of D, in the order of elimination
+  std::vector<std::size_t> starts_{0};  // start of each column of F in entries_
+  std::vector<Entry> entries_;          // entries of the columns of F, without the unit diagonal
 };
 
 SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                            std::span<const double> diagonal) {
   const Cell n_cells = arcs.n_cells();
   std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
-  std::vector<Row> rows(n_cells);                              // its off-diagonal entries
+  std::vector<Row> rows(n_cells);                              // off-diagonal entries
   DegreeQueue queue(n_cells);
   for (Cell cell = 0; cell < n_cells; ++cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
@@ -225,8 +223,8 @@ SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductance
   }
 }
 
-// Subtracts a multiple of the row of the eliminated cell from the row of a neighbor, and removes
-// the entry of that cell. Diagonals are stored separately.
+// Subtracts a multiple of the eliminated cell's row from the row of a neighbor, and removes the
+// entry of the eliminated cell. The diagonal is stored separately.
 void SparseFactor::subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
                             Row& merged) {
   merged.clear();
@@ -247,7 +245,7 @@ void SparseFactor::subtract(const Row& pivot_row, double factor, const Eliminati
   row = merged;
 }
 
-// The loops of `solve`.
+// The forward and backward substitution of solve(), compiled for several instruction sets.
 struct SparseFactor::Solve {
   const SparseFactor& of;
 
@@ -289,7 +287,8 @@ void SparseFactor::solve(std::span<double> rows, std::size_t any_width) const {
   run_version(best_instruction_set(), Solve{*this}, rows, any_width);
 }
 
-// Adds Y^T W X to `products`, where W is diagonal with the weights; without weights, Y^T X.
+// Adds Y^T W X to `products`, where W is the diagonal matrix of the weights. If there are no
+// weights, W is the identity.
 struct AddGram {
   SUPERFACETS_ALWAYS_INLINE void operator()(const double* y, const double* x,
                                             std::span<const double> weights, std::size_t n_rows,
@@ -307,7 +306,7 @@ struct AddGram {
   }
 };
 
-// Multiplies each row by a square matrix from the right.
+// Replaces each row by the product of the row and a square matrix.
 struct Combine {
   SUPERFACETS_ALWAYS_INLINE void operator()(std::span<double> rows, std::span<double> combined,
                                             const double* matrix) const {
@@ -341,7 +340,7 @@ class Subspace {
     remove_constants();
   }
 
-  // Runs one iteration. Returns the largest relative change of the first n_wanted eigenvalues.
+  // Runs one iteration. Returns the maximum relative change of the first n_wanted eigenvalues.
   double iterate(std::size_t n_wanted) {
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
       for (double& value : row(cell)) value *= measures_[cell];
@@ -391,7 +390,8 @@ class Subspace {
     return std::span(rows_).subspan(cell * width_, width_);
   }
 
-  // Subtracts from each vector its weighted mean on each component.
+  // Subtracts from each vector its weighted mean on each connected component. This makes the
+  // vectors orthogonal to the eigenvectors with eigenvalue 0.
   void remove_constants() {
     std::vector<double> means(n_components_ * width_, 0.0);
     std::vector<double> totals(n_components_, 0.0);
@@ -407,8 +407,8 @@ class Subspace {
     }
   }
 
-  // Returns Y^T X, or Y^T A X if is_weighted, for Y = rows_ and X = `others`. The result is made
-  // symmetric, to remove rounding errors.
+  // Returns Y^T X, or Y^T A X if is_weighted is true, for Y = rows_ and X = `others`. Rounding
+  // errors are removed by making the result symmetric.
   Square gram(std::span<const double> others, bool is_weighted) const {
     Square products(width_);
     run_version(best_instruction_set(), AddGram(), rows_.data(), others.data(),
@@ -422,8 +422,9 @@ class Subspace {
     return products;
   }
 
-  // Replaces the vectors in rows_ by linear combinations in ascending order of eigenvalues. The new
-  // vectors are orthonormal with respect to `masses`, and make `energies` diagonal.
+  // The Rayleigh-Ritz step: replaces the vectors in rows_ by linear combinations, in ascending
+  // order of eigenvalues. The new vectors are orthonormal with respect to `masses`, and diagonalize
+  // `energies`.
   void take_ritz_vectors(Square masses, const Square& energies) {
     Square basis = diagonalize(masses);
     double largest = 0.0;

@@ -1,4 +1,4 @@
-// Eigenvectors of the Laplacian of a graph, which are the smoothest functions on the graph.
+// Computes the eigenvectors of the Laplacian of a graph with the smallest eigenvalues.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,20 @@
 namespace superfacets {
 
 struct Eigenpairs {
-  std::vector<double> values;   // (m,) ascending, > 0
-  std::vector<double> vectors;  // (n, m) a row per cell; sum_i a_i x_i^2 = 1 for each column x
+  std::vector<double> values;   // (m,) positive eigenvalues, ascending
+  std::vector<double> vectors;  // (n, m) one eigenvector x per column, with sum_i a_i x_i^2 = 1
 };
 
-// The n_wanted smallest eigenvalues > 0 of L x = lambda A x, and their vectors; fewer if the graph
-// has no more. L is the Laplacian of the conductances (> 0, symmetric, at most one arc from each
-// cell to another). A is the diagonal matrix of the measures (> 0). All vectors of eigenvalue 0 are
-// left out: they are constant on each connected component. `components` holds the component of each
+// Returns the n_wanted smallest positive eigenvalues of L x = lambda A x, with their eigenvectors.
+// The result is shorter if the graph has fewer cells. L is the Laplacian of the conductances, which
+// must be positive and symmetric. There must be at most one arc from each cell to another cell. A
+// is the diagonal matrix of the measures a_i > 0. Eigenvectors with eigenvalue 0, which are
+// constant on each connected component, are left out. `components` contains the component of each
 // cell, 0 to n_components - 1.
 //
-// The sign of a vector makes its entry of largest magnitude positive; ties go to the first entry.
-// Equal eigenvalues get an arbitrary but always equal basis, because the iteration begins with
-// fixed vectors and runs on one thread. Takes about 20 ms for 1,500 cells and 16 vectors.
+// The sign of each vector is chosen so that its entry with the largest magnitude is positive. The
+// iteration begins with fixed vectors and runs on one thread, so the result is the same in each
+// run, also for multiple eigenvalues. Takes about 20 ms for 1,500 cells and 16 vectors.
 Eigenpairs smallest_eigenpairs(const Arcs& arcs, std::span<const double> conductances,
                                std::span<const double> measures, std::span<const Label> components,
                                Label n_components, std::size_t n_wanted);

@@ -8,8 +8,8 @@
 namespace superfacets {
 namespace {
 
-// Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area.
-// Such a sum consists of rounding errors, as on a closed surface.
+// Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area. The
+// sum then consists of rounding errors, for example on a closed surface.
 constexpr double kCanceled = 1e-9;
 
 // Jacobi's method stops when the off-diagonal norm is at most this fraction of the trace. Each
@@ -17,7 +17,7 @@ constexpr double kCanceled = 1e-9;
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
 
-// Heap order: whether candidate `one` is taken after `other`.
+// Heap order: whether candidate `one` is processed after candidate `other`.
 constexpr auto comes_after = [](const auto& one, const auto& other) {
   return one.error != other.error ? one.error > other.error : one.order > other.order;
 };
@@ -26,8 +26,8 @@ bool has_normal(const Point& normal) {
   return normal.x != 0.0 || normal.y != 0.0 || normal.z != 0.0;
 }
 
-// The integral of the square of a linear function over a triangle of area 6, given the values at
-// the corners.
+// The integral of the square of a linear function over a triangle with area 6, given the values of
+// the function at the corners.
 double integral_of_square(double a, double b, double c) {
   return a * a + b * b + c * c + a * b + a * c + b * c;
 }
@@ -57,7 +57,7 @@ Point centroid_of(const Corners& corners) {
 }
 
 struct SymmetricMatrix {
-  double entries[3][3] = {};  // stores both halves, so rotations need no case distinction
+  double entries[3][3] = {};  // both triangular halves are stored
 
   void add_square(double weight, const Point& p) {
     const double xyz[] = {p.x, p.y, p.z};
@@ -73,7 +73,7 @@ struct SymmetricMatrix {
   }
 };
 
-// One step of Jacobi's method: turns the axes p and q so that entry (p, q) vanishes.
+// One step of Jacobi's method: rotates the axes p and q so that the entry (p, q) becomes 0.
 void rotate(SymmetricMatrix& matrix, double (&axes)[3][3], int p, int q) {
   auto& m = matrix.entries;
   if (m[p][q] == 0.0) return;
@@ -98,11 +98,11 @@ void rotate(SymmetricMatrix& matrix, double (&axes)[3][3], int p, int q) {
   }
 }
 
-// The unit eigenvector of the smallest eigenvalue; zero for a zero matrix.
+// The unit eigenvector of the smallest eigenvalue; zero if the matrix is zero.
 Point least_axis(SymmetricMatrix matrix) {
   const double trace = matrix.trace();
   if (!(trace > 0.0)) return {0.0, 0.0, 0.0};
-  double axes[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};  // in columns
+  double axes[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};  // one axis per column
   for (int sweep = 0; sweep < kMaxSweeps && matrix.off_diagonal() > kOffDiagonal * trace; ++sweep) {
     rotate(matrix, axes, 0, 1);
     rotate(matrix, axes, 0, 2);
@@ -115,7 +115,7 @@ Point least_axis(SymmetricMatrix matrix) {
   return {axes[0][least], axes[1][least], axes[2][least]};
 }
 
-// Sums over the faces of a region, added in the order of the faces.
+// Sums over the faces of a region.
 struct RegionSums {
   double area = 0.0;
   double n_faces = 0.0;
@@ -153,8 +153,9 @@ std::vector<RegionSums> sum_regions(const ProxySurface& surface, std::span<const
 }
 
 // Sets the normal of each proxy to the normal of the least-squares plane of its region. The
-// integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), with s = a
-// + b + c. The factor 1 / 12 is omitted, because it does not change the axes.
+// integral of x x^T over a triangle with area A and corners a, b, c is A / 12 (a a^T + b b^T + c
+// c^T + s s^T), with s = a + b + c. The factor 1 / 12 is omitted, because it does not change the
+// eigenvectors.
 void fit_planes(const ProxySurface& surface, std::span<const Label> labels,
                 std::vector<Proxy>& proxies) {
   std::vector<SymmetricMatrix> moments(proxies.size());
@@ -237,8 +238,8 @@ void ProxyRegions::insert() {
   flood();
 }
 
-// Computes proxies and seeds from labels. A face without a normal is a poor seed, because its error
-// is nearly 0 with respect to every proxy.
+// Computes proxies and seeds from labels. Faces without a normal are avoided as seeds, because
+// their error is nearly 0 with respect to every proxy.
 std::vector<ProxyRegions::RegionErrors> ProxyRegions::fit() {
   proxies_ = fit_proxies(surface_, metric_, labels_, n_regions());
   std::vector<RegionErrors> regions(n_regions());
@@ -276,8 +277,8 @@ Face ProxyRegions::worst_face(const std::vector<RegionErrors>& regions) const {
   return worst_face;
 }
 
-// Computes labels from proxies and seeds (section 3.3 of the paper). All seeds are labeled before
-// any face is offered, so no region loses its seed.
+// Computes labels from proxies and seeds (section 3.3 of Cohen-Steiner et al. 2004). All seeds are
+// labeled before any other face, so that no region loses its seed.
 void ProxyRegions::flood() {
   std::ranges::fill(labels_, kNoLabel);
   std::ranges::fill(least_offer_, kInfinity);
@@ -303,8 +304,9 @@ void ProxyRegions::take(Face face, Label label) {
   offer_neighbors(face);
 }
 
-// Queues the neighbors of a face for its region. Skips a neighbor that is already queued with at
-// most the same error, because the earlier candidate would be taken first.
+// Adds the neighbors of a face to the queue, as candidates for its region. A neighbor is skipped if
+// it is already queued with a lower or equal error, because the earlier candidate is processed
+// first.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
   for (const Face neighbor : surface_.arcs().neighbors(face)) {

@@ -1,6 +1,6 @@
 // Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004), an alternative to
-// stages 3 and 4. It is k-means with planes: each region has a proxy, a plane that approximates the
-// region, and floods assign labels.
+// stages 3 and 4. It is a k-means method with planes: each region has a proxy, a plane that
+// approximates the region. Labels are assigned by region growing (flooding) from seeds.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -23,13 +23,13 @@ struct Corners {
   Point a, b, c;
 };
 
-// Faces with the data that the metrics need, and their arcs in CSR form.
+// The faces of a mesh, with the data that the metrics need and the arcs in CSR form.
 struct ProxySurface {
-  Buffer<Corners> corners;            // (F,)
-  Buffer<Point> normals;              // (F,) of length 1; zero where a face has no normal
-  std::vector<double> areas;          // (F,)
-  std::vector<std::int64_t> offsets;  // (F + 1,)
-  std::vector<Face> neighbors;        // (M,)
+  Buffer<Corners> corners;            // (F,) positions of the corners of each face
+  Buffer<Point> normals;              // (F,) unit normal of each face; zero if it has no normal
+  std::vector<double> areas;          // (F,) area of each face
+  std::vector<std::int64_t> offsets;  // (F + 1,) start of each face in `neighbors`
+  std::vector<Face> neighbors;        // (M,) target face of each arc
 
   Face n_faces() const { return static_cast<Face>(areas.size()); }
   Arcs arcs() const { return {offsets, neighbors}; }
@@ -42,44 +42,45 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
 
 // The error of a face with respect to a proxy, >= 0.
 //
-// L2: If the proxy has no normal, the error is the integral of the squared distance to its center.
-// L21: A face without a normal has error 0. If the proxy has no normal, the error is the average
-// over all directions.
+// For L2, if the proxy has no normal, the error is the integral of the squared distance to its
+// center. For L21, the error of a face without a normal is 0. If the proxy has no normal, the error
+// is the average over all directions.
 double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, const Proxy& proxy);
 
-// The proxy of least error for each region 0..n_regions-1. Each region must have a face.
+// Returns the proxy with the least error for each region 0..n_regions-1. Each region must have a
+// face.
 //
-// The center is the area-weighted barycenter, or the mean of the centroids in a region without
-// area. L2: The normal is the direction in which the region varies least, or zero in a region
-// without area. L21: The normal is the direction of the area-weighted sum of the normals, or zero
-// if the normals cancel out.
+// The center of a proxy is the area-weighted mean of the centroids of the faces (unweighted, if the
+// area is 0). For L2, the normal is the direction of least variance, or zero if the area is 0. For
+// L21, the normal is the direction of the area-weighted sum of the normals, or zero if the normals
+// cancel out.
 std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
                                std::span<const Label> labels, Label n_regions);
 
-// Regions around proxies. `labels()` is always the result of a flood from `seeds()` with the
+// Regions with their proxies. labels() is always the result of a flood from seeds() with the
 // current proxies.
 //
 // A flood first labels the seeds. Then it repeatedly chooses the pair of a region and an adjacent
-// face with the least error, and adds the face to the region. Ties go to the pair queued first. So
-// regions are connected. While faces are unreached, the lowest unreached face becomes another seed.
-// The proxy of a new seed is the plane of its face.
+// face with the least error (the pair queued first, if errors are equal), and adds the face to the
+// region. So regions are connected. As long as there are unreached faces, the lowest of them
+// becomes another seed. The proxy of a new seed is the plane of its face.
 //
 // Time O((F + M) log F) for each call that floods. Runs on one thread, so results have the same
 // bits every time.
 class ProxyRegions {
  public:
-  // Seeds are distinct; there is at least one.
+  // `seeds` contains at least one face, and no duplicates.
   ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span<const Face> seeds);
 
-  // Fits the proxies to the regions, chooses new seeds, and floods. The seed of a region is its
-  // face of least error; faces with a normal come first, and ties go to the lowest index. Returns
-  // the number of faces that changed regions.
+  // Fits the proxies to the regions, chooses new seeds, and floods. The new seed of a region is its
+  // face with the least error among the faces with a normal, and the lowest of them if errors are
+  // equal. Returns the number of faces whose label has changed.
   std::int64_t relax();
 
-  // Like `relax`, with one more region. The new seed comes from the region of largest total error
-  // among regions with two faces or more; ties go to the lowest label. The new seed is the face of
-  // largest error in that region, except the seed of the region; ties go to the highest index.
-  // There must be fewer regions than faces.
+  // Like relax(), but adds one region. Among the regions with at least two faces, the region with
+  // the largest total error (the lowest of them, if errors are equal) is chosen. The new seed is
+  // the face with the largest error in this region, except the seed of the region (the highest
+  // face, if errors are equal). There must be fewer regions than faces.
   void insert();
 
   Label n_regions() const { return static_cast<Label>(seeds_.size()); }
@@ -87,10 +88,10 @@ class ProxyRegions {
   const std::vector<Face>& seeds() const { return seeds_; }
 
  private:
-  // A face offered to a region.
+  // A face that may be added to a region.
   struct Candidate {
     double error;
-    std::int64_t order;  // number of candidates queued earlier
+    std::int64_t order;  // number of candidates that were queued earlier
     Face face;
     Label label;
   };
@@ -112,11 +113,11 @@ class ProxyRegions {
 
   const ProxySurface surface_;
   const ProxyMetric metric_;
-  std::vector<Face> seeds_;          // (K,)
-  std::vector<Proxy> proxies_;       // (K,)
-  std::vector<Label> labels_;        // (F,)
-  std::vector<double> least_offer_;  // (F,) least error at which a face is queued, or infinity
-  std::vector<Candidate> queue_;     // a heap with the next candidate first; empty between floods
+  std::vector<Face> seeds_;          // (K,) seed of each region
+  std::vector<Proxy> proxies_;       // (K,) proxy of each region
+  std::vector<Label> labels_;        // (F,) region of each face
+  std::vector<double> least_offer_;  // (F,) least error of a queued candidate, or infinity
+  std::vector<Candidate> queue_;     // heap of candidates; empty between floods
   std::int64_t n_offers_ = 0;        // number of candidates queued in this flood
 };
 

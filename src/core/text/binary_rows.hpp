@@ -1,4 +1,4 @@
-// Reads rows of binary tables.
+// Reads the rows of binary tables, such as PLY elements.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -6,18 +6,19 @@
 
 namespace superfacets {
 
-// Row i has the bytes first[i * stride] .. first[i * stride + size - 1].
+// Location of the rows of a table. Row i consists of the bytes first[i * stride] .. first[i *
+// stride + size - 1].
 struct RowPlaces {
   const std::uint8_t* first = nullptr;
   std::int64_t stride = 0;
   std::int64_t size = 0;
 };
 
-// Writes the rows one after the other to `copy`, which has room for n_rows * rows.size bytes.
-// Faster than numpy, which copies unaligned numbers one by one.
+// Copies rows to consecutive memory. `copy` must have space for n_rows * rows.size bytes. This is
+// faster than numpy, which copies unaligned numbers one by one.
 void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
 
-// Concatenates runs of bytes. Run i has sizes[i] >= 0 bytes, from bytes[starts[i]] on.
+// Concatenates runs of bytes. Run i has sizes[i] >= 0 bytes, beginning with bytes[starts[i]].
 Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
                                std::span<const std::int64_t> starts,
                                std::span<const std::int64_t> sizes, ThreadTeam& team);
@@ -28,19 +29,20 @@ struct ColumnLayout {
   // size of the stored length of a list, in bytes: 1, 2, 4 or 8; 0 for a single value
   int count_size;
   bool is_count_signed;
-  int value_size;  // bytes of a value
+  int value_size;  // size of a value in bytes
 };
 
 struct WalkedRows {
-  Buffer<std::int64_t> starts;   // (R * columns,) index of the first byte of the values, row by row
-  Buffer<std::int64_t> lengths;  // (R * columns,) number of values; may be negative
+  // (rows * columns,) index of the first byte of the value or list of each column, row by row
+  Buffer<std::int64_t> starts;
+  Buffer<std::int64_t> lengths;  // (rows * columns,) number of values, as stored; may be negative
   std::int64_t end = 0;  // one past the last byte of the last row; valid if all rows are complete
   std::int64_t n_whole = 0;  // number of complete rows; entries of later rows are not valid
 };
 
-// Finds the values of n_rows rows from byte `begin` on. Stops at a row that extends beyond the end
-// of the bytes. A negative length counts as 0. Time O(R * columns). Runs on one thread, because the
-// start of a row is known only after reading the previous row.
+// Finds the values of n_rows rows, beginning with the byte `begin`. Stops at a row that extends
+// beyond the last byte. A list with a negative length is treated as empty. Time O(rows * columns).
+// Runs on one thread, because the start of a row depends on the length of the previous row.
 WalkedRows walk_rows(std::span<const std::uint8_t> bytes, std::int64_t begin, std::int64_t n_rows,
                      std::span<const ColumnLayout> columns, bool is_big_endian);
 

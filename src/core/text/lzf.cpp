@@ -5,13 +5,13 @@
 namespace superfacets {
 namespace {
 
-// A lower control byte c announces c + 1 literal bytes.
+// A control byte c < kLiteral is followed by c + 1 literal bytes.
 constexpr std::size_t kLiteral = 32;
-// If a length has this value, the next byte is added to it.
+// If a match length has this value, the next byte is added to the length.
 constexpr std::size_t kLong = 7;
 
-// Appends a copy of `size` earlier bytes. The copy may overlap with its source, and then repeats
-// it.
+// Appends a copy of `size` bytes that begin `distance` bytes before `end`. If size > distance, the
+// copy repeats these bytes.
 void repeat(std::uint8_t* end, std::size_t distance, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) end[i] = *(end + i - distance);
 }

@@ -1,6 +1,5 @@
 #include "text/parse_numbers.hpp"
 
-#include <array>
 #include <charconv>
 #include <numeric>
 #include <system_error>
@@ -24,7 +23,7 @@
 namespace superfacets {
 namespace {
 
-constexpr std::int64_t kLinesAtOnce = 4096;  // lines per unit of work
+constexpr std::int64_t kLinesAtOnce = 4096;  // number of lines per task
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
@@ -57,7 +56,7 @@ double to_double(const char* token, char** stop) {
 }
 
 const char* parse_plain_double(const char* begin, const char* end, double& value) {
-  char token[64];  // strtod needs a terminating zero; longer tokens are rare, and not handled
+  char token[64];  // strtod needs a terminating zero; longer tokens are rare and not supported
   const auto* stop =
       std::find_if(begin, end, [](char c) { return !is_digit(c) && !std::strchr("+-.eE", c); });
   const std::size_t size = stop - begin;
@@ -72,8 +71,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// Each of the next functions parses the token at `begin`, which has at least one byte. The result
-// is the end of the parsed part, or null.
+// The functions from here to parse_index parse the token at `begin`, which has at least one
+// byte. They return the end of the parsed part, or null if the token cannot be parsed.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
@@ -88,39 +87,22 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
-// Sets `values` to the first integers of the token. A missing integer is 0.
-template <typename Integer, std::size_t kSize>
-const char* parse_indices(const char* begin, const char* end, std::array<Integer, kSize>& values) {
-  values.fill(0);
-  const char* place = parse_integer(begin, end, values[0]);
-  for (std::size_t i = 1; place != nullptr && place < end && *place == '/'; ++i) {
-    ++place;
-    Integer index = 0;  // index of a texture coordinate or a normal
-    const bool is_absent = place == end || *place == '/' || is_blank(*place);
+// Sets `value` to the integer with the index kIndex of the token, or to 0 if it is missing.
+template <int kIndex, typename Integer>
+const char* parse_index(const char* begin, const char* end, Integer& value) {
+  value = 0;
+  const char* place = begin;
+  for (int i = 0;; ++i, ++place) {
+    Integer index = 0;
+    const bool is_absent = i > 0 && (place == end || *place == '/' || is_blank(*place));
     if (!is_absent) place = parse_integer(place, end, index);
-    if (i < kSize) values[i] = index;
+    if (i == kIndex) value = index;
+    if (place == nullptr || place == end || *place != '/') return place;
   }
-  return place;
-}
-
-template <typename Integer>
-const char* parse_corner(const char* begin, const char* end, Integer& value) {
-  std::array<Integer, 1> values;
-  const char* place = parse_indices(begin, end, values);
-  value = values[0];
-  return place;
-}
-
-template <typename Integer>
-const char* parse_second_index(const char* begin, const char* end, Integer& value) {
-  std::array<Integer, 2> values;
-  const char* place = parse_indices(begin, end, values);
-  value = values[1];
-  return place;
 }
 
 // Parses one token per value. Returns false if the number of tokens differs from the number of
-// values, or a token is not a number.
+// values, or if a token is not a number.
 template <typename Value, typename ParseToken>
 bool parse_line(const char* place, const char* end, std::span<Value> values,
                 const ParseToken& parse_token) {
@@ -185,12 +167,12 @@ ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team) {
 
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team) {
-  return parse_lines<Integer>(lines, team, parse_corner<Integer>);
+  return parse_lines<Integer>(lines, team, parse_index<0, Integer>);
 }
 
 template <typename Integer>
 ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team) {
-  return parse_lines<Integer>(lines, team, parse_second_index<Integer>);
+  return parse_lines<Integer>(lines, team, parse_index<1, Integer>);
 }
 
 template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);

@@ -8,7 +8,8 @@
 
 namespace superfacets {
 
-// Selected lines of a text. Line i has the bytes starts[i]..ends[i]-1, and counts[i] tokens.
+// Selected lines of a text. Line i consists of the bytes starts[i] .. ends[i]-1, and has counts[i]
+// tokens.
 struct LineSpans {
   std::string_view text;
   std::span<const std::int64_t> starts;
@@ -16,31 +17,32 @@ struct LineSpans {
   std::span<const std::int32_t> counts;
 };
 
-// The values of all tokens of the lines, one after the other.
+// The values of all tokens of all lines, in their order.
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
-  // Lines that were not parsed, because the number of tokens is wrong, or a token is not a
-  // supported number. Their values are zeros, which the caller must replace.
+  // Indices of the lines that could not be parsed, because the number of tokens is wrong or a token
+  // is not a supported number. The values of these lines are 0, and must be replaced by the caller.
   std::vector<std::int64_t> left_out;
 };
 
-// Parses decimals, rounded to the nearest double, like Python's float(). Not supported: nan, inf,
-// and numbers outside the range of a double; in a build without from_chars, tokens of 64 bytes or
-// more.
+// Parses decimal numbers, rounded to the nearest double, like Python's float(). The tokens nan and
+// inf, and numbers outside the range of a double, are not supported. In a build without from_chars,
+// tokens with 64 or more bytes are not supported.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
-// Parses integers. Integers out of range are not supported. Integer is int32 or int64, here and in
-// the other functions.
+// Parses integers. Integers outside the range of the type are not supported. The type `Integer` is
+// int32 or int64, also in the next functions.
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 
 // Parses the first integer of each token. A token consists of one or more integers separated by
-// slashes, as in 7, 7/2, 7//3 and 7/2/3. All except the first may be missing.
+// slashes, as in 7, 7/2, 7//3 and 7/2/3. All integers except the first may be missing.
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 
-// Parses the second integer of each token, in the format of parse_corners; 0 if it is missing.
+// Parses the second integer of each token, in the format of parse_corners. A missing integer is
+// parsed as 0.
 template <typename Integer>
 ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
 

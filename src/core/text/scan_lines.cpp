@@ -6,7 +6,7 @@
 namespace superfacets {
 namespace {
 
-constexpr std::int64_t kChunk = 1 << 16;  // bytes scanned at a time, small enough for the cache
+constexpr std::int64_t kChunk = 1 << 16;  // number of bytes per task, small enough for the cache
 
 // Returns the index of the first byte equal to `wanted` in begin..end-1, or `end`.
 std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, char wanted) {
@@ -14,14 +14,15 @@ std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, c
   return place == nullptr ? end : static_cast<const char*>(place) - text.data();
 }
 
-// Returns the start of the first line that starts at byte `place` or later. A line must start at
-// `begin`. If no such line starts before `end`, the result is at least `end`.
+// Returns the start of the first line that starts at or after byte `place`. A line must start at
+// `begin`. If no line starts between `place` and `end`, the result is at least `end`.
 std::int64_t next_line(std::string_view text, std::int64_t begin, std::int64_t place,
                        std::int64_t end) {
   return place <= begin ? begin : find(text, place - 1, end, '\n') + 1;
 }
 
-// Calls visit(start, end) for the lines with a token that begin in bytes begin..end-1.
+// Calls visit(start, end) for each line that begins in bytes begin .. end-1 and has at least one
+// token.
 template <typename Visit>
 void for_each_line(std::string_view text, std::int64_t begin, std::int64_t end, char comment,
                    const Visit& visit) {
@@ -70,8 +71,8 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
     const std::int64_t from = next_line(text, begin, begin + chunk * kChunk, to);
     for_each_line(text, from, to, comment, visit);
   };
-  // First the number of lines in the previous chunk; after the prefix sum, the number of lines
-  // before each chunk.
+  // firsts[i + 1] is first the number of lines in chunk i. After the prefix sum, firsts[i] is the
+  // number of lines before chunk i.
   std::vector<std::int64_t> firsts(n_chunks + 1, 0);
   team.for_each(n_chunks, [&](std::int64_t chunk, int) {
     lines_of_chunk(chunk, [&](std::int64_t, std::int64_t) { ++firsts[chunk + 1]; });

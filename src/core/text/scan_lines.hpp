@@ -1,4 +1,4 @@
-// Finds the lines of a text, and the keyword that each line begins with.
+// Finds the lines of a text, and the keyword at the start of each line.
 #pragma once
 
 #include <string>
@@ -9,17 +9,16 @@
 
 namespace superfacets {
 
-// Whether a byte separates tokens. Separators are the bytes that Python's bytes.split() treats as
-// whitespace.
+// Whether a byte is whitespace between tokens. This is the whitespace of Python's bytes.split().
 inline bool is_blank(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-// Lines of a text that have at least one token, in their order.
+// The lines of a text that have at least one token, in their order.
 struct TextLines {
-  Buffer<std::int64_t> starts;  // first byte of the first token
-  Buffer<std::int64_t> ends;    // one past the last byte: at a newline, a comment or the end
-  Buffer<std::int32_t> counts;  // number of tokens
+  Buffer<std::int64_t> starts;  // index of the first byte of the first token of each line
+  Buffer<std::int64_t> ends;    // one past the last byte: index of the newline, comment or text end
+  Buffer<std::int32_t> counts;  // number of tokens of each line
 };
 
 // Finds the lines that begin in bytes begin..end-1 of the text. A line must begin at `begin`. Lines
@@ -28,10 +27,10 @@ struct TextLines {
 TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end, char comment,
                      ThreadTeam& team);
 
-// Writes for each line the index of the keyword that equals the first token of the line, or the
-// number of keywords if no keyword does. A keyword ends at the end of the line, a blank or a
-// control character. With `any_case`, the case of the line is ignored, and keywords must be in
-// lower case.
+// Sets found[i] to the index of the keyword that equals the first token of line i, or to the number
+// of keywords if there is no such keyword. The first token ends at whitespace, at a control
+// character or at the end of the line. If any_case is true, the comparison ignores the case of the
+// line, and keywords must be lower case.
 void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
                     std::span<const std::int64_t> ends, const std::vector<std::string>& keywords,
                     bool any_case, ThreadTeam& team, std::span<std::int8_t> found);
