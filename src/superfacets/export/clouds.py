@@ -37,7 +37,8 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
     If the attributes come from a LAS file whose quantization can represent the points, version,
     point format and quantization are copied. Otherwise the file is LAS 1.4 with point format 6, or
-    with format 7 if there are colors. The coordinate reference system is copied from the attributes.
+    with format 7 if there are colors. The file also gets the coordinate reference system of the
+    attributes.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
