@@ -382,7 +382,11 @@ def test_attributes_are_copies_that_cannot_be_written():
     ("given", "error", "message"),
     [
         ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
-        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError, "has masked entries"),
+        (
+            {"face": {"a": np.ma.masked_equal([1, 2], 2)}},
+            ValueError,
+            "face property 'a' must not have masked entries: fill or",
+        ),
         ({"comments": ["comment \ud800"]}, ValueError, "expected one line that begins with"),
     ],
 )

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Ints, Longs
-from .._validate import checked_share
+from .._validate import checked_fraction
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
 from ..io.guards import shortened
@@ -96,7 +96,7 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
     distance: 0 (the same shape) to 1 (all regions). Raises ValueError or TypeError if there is no
     such region, or the tolerance is not 0 to 1.
     """
-    limit = checked_share(tolerance, "tolerance")
+    limit = checked_fraction(tolerance, "tolerance")
     if not 0 <= region < graph.n_regions:
         raise ValueError(f"there is no region {region}: there are {graph.n_regions}")
     shapes = _shapes(graph)
