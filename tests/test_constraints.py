@@ -229,7 +229,9 @@ def test_only_the_area_that_is_kept_counts():
     assert result.params["expected_radius"] == pytest.approx(np.sqrt(72 / (9 * np.pi)))
     assert np.array_equal(result.labels[left], expected.labels)
     assert np.array_equal(result.centers, np.flatnonzero(left)[expected.centers])
-    with pytest.raises(ValueError, match="n_segments is 145 but there are only 144 faces"):
+    with pytest.raises(
+        ValueError, match="n_segments must be at most 144 because there are only 144 faces"
+    ):
         segment(mesh, 145, mask=left)
 
 
@@ -252,7 +254,9 @@ def test_edges_are_welded_as_the_mesh_is():
     places = {tuple(p): i for i, p in enumerate(mesh.vertices.tolist())}  # any of several
     named = [[places[tuple(joined.vertices[v].tolist())] for v in edge] for edge in wall]
     assert run(mesh, 1, barriers=named).n_segments == 2
-    with pytest.raises(ValueError, match="which is not an edge"):
+    with pytest.raises(
+        ValueError, match=r"barriers\[0\] must be an edge of the mesh, got \[15, 39\]"
+    ):
         segment(mesh, 1, barriers=named, weld=False)
 
 
@@ -315,7 +319,7 @@ def test_labels_begin_with_their_central_cells():
     upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
-    with pytest.raises(ValueError, match="all kept cells are labeled -1"):
+    with pytest.raises(ValueError, match="labels in init must be >= 0 for at least one kept cell,"):
         segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
 
@@ -382,50 +386,62 @@ def test_constrained_labels_do_not_depend_on_threads():
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"mask": [1, 0]}, TypeError, "mask must be bools, got int64"),
+        ({"mask": [1, 0]}, TypeError, "mask must be an array of bool, got int64"),
         ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
-        ({"mask": [False] * 4}, ValueError, "mask is False everywhere: no cell is left"),
+        (
+            {"mask": [False] * 4},
+            ValueError,
+            "mask must be True for at least one cell, but it is False",
+        ),
         (
             {"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])},
             ValueError,
-            "mask has masked entries",
+            "mask must not have masked entries: fill or remove these",
         ),
         (
             {"mask": [True, True, False, True], "init": [1, 2]},
             ValueError,
-            r"init\[1\] is 2, which the mask excludes",
+            r"init\[1\] is cell 2, but the mask excludes this cell",
         ),
-        ({"barriers": [0.5] * 4}, TypeError, "barriers must be integers, got float64"),
+        ({"barriers": [0.5] * 4}, TypeError, "barriers must contain integers, got float64"),
         (
             {"barriers": [1, 2]},
             ValueError,
-            r"barriers must be one label per cell, shape \(4,\), or",
+            r"barriers must have one number per cell, shape \(4,\), or be",
         ),
         ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
-        ({"barriers": [[0, 9]]}, ValueError, r"barriers\[0\] is \[0, 9\] but the mesh has 6 vert"),
+        (
+            {"barriers": [[0, 9]]},
+            ValueError,
+            r"barriers\[0\] must be vertices from 0 to 5, got \[0, 9\]",
+        ),
         (
             {"barriers": [[0, 1], [0, 5]]},
             ValueError,
-            r"barriers\[1\] is \[0, 5\], which is not an edge",
+            r"barriers\[1\] must be an edge of the mesh, got \[0, 5\]",
         ),
-        ({"barriers": [[0.0, 1.0]]}, TypeError, "barriers must be integers, got float64"),
+        ({"barriers": [[0.0, 1.0]]}, TypeError, "barriers must contain integers, got float64"),
         (
             {"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])},
             ValueError,
-            "barriers has masked entries",
+            "barriers must not have masked entries: fill or remove",
         ),
         ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
         (
             {"init": [0, 0, 2, 2]},
             ValueError,
-            "init has one label per cell, but no cell has label 1",
+            "init is not valid as one label per cell: labels must be",
         ),
         (
             {"init": [-1] * 4},
             ValueError,
-            "init has one label per cell, but all kept cells are labeled -1",
+            "labels in init must be >= 0 for at least one kept cell,",
         ),
-        ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError, "n_segments is 3 but 2 seeds are"),
+        (
+            {"init": [0, 0, 1, 1], "n_segments": 3},
+            ValueError,
+            "n_segments must be the number of seeds in init, 2, got 3:",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(options, error, message):
@@ -435,14 +451,16 @@ def test_wrong_arguments_are_named(options, error, message):
 
 def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
     mask = np.arange(700) != 123
-    with pytest.raises(ValueError, match=r"init\[1\] is 123, which the mask excludes"):
+    with pytest.raises(ValueError, match=r"init\[1\] is cell 123, but the mask excludes this cell"):
         segment(points(), mask=mask, init=[7, 123])
-    with pytest.raises(ValueError, match=r"init\[1\] is 700; it must be 0 to 699"):
+    with pytest.raises(ValueError, match=r"init\[1\] must be 0 to 699, got 700"):
         segment(points(), init=[7, 700])
 
 
 def test_what_does_not_fit_the_cells_is_named():
-    with pytest.raises(ValueError, match="init is a segmentation of 4 cells, not of 5"):
+    with pytest.raises(
+        ValueError, match="init must be a segmentation of 5 cells, got one of 4 cells"
+    ):
         segment(shapes.strip(5), init=segment(shapes.strip(4), 2))
     for cells in (points(), tets()):
         with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) need a mesh"):
@@ -462,7 +480,7 @@ def test_sharp_edges_divide_a_part_into_its_faces():
     assert len(sharp_edges(block, 91)) == 0
 
 
-def test_sharp_edges_are_those_of_polygons_and_of_turned_faces():
+def test_sharp_edges_are_those_of_polygons_and_of_part_of_faces():
     cube = shapes.cube()
     rim = sharp_edges(cube)
     assert rim.shape == (12, 2)
@@ -503,5 +521,5 @@ def test_angles_out_of_range_are_refused(angle):
 
 
 def test_sharp_edges_need_faces():
-    with pytest.raises(ValueError, match="a point cloud has no faces"):
+    with pytest.raises(ValueError, match="expected a surface mesh, got a PointCloud, which has no"):
         sharp_edges(points())

@@ -150,9 +150,9 @@ def test_an_include_against_the_order_is_found(tmp_path, monkeypatch):
 
 
 def test_no_public_function_has_the_name_of_its_module():
-    from superfacets import _HOMES
+    from superfacets import _MODULES
 
-    assert not [name for name, module in _HOMES.items() if module.split(".")[-1] == name]
+    assert not [name for name, module in _MODULES.items() if module.split(".")[-1] == name]
 
 
 def test_no_module_imports_itself_in_a_circle():

@@ -277,14 +277,14 @@ def test_each_scanner_sees_its_side():
     [
         ([0, 0], r"viewpoints must have shape \(3,\) or \(2, 3\), got \(2,\)"),
         ([[0, 0, 0]], r"viewpoints must have shape .* got \(1, 3\)"),
-        ([0, np.nan, 0], r"viewpoints\[0\] is not finite"),
-        (["a", "b", "c"], "viewpoints must be numbers"),
+        ([0, np.nan, 0], r"viewpoints\[0\] must be finite, got \[0.0, nan, 0.0\]"),
+        (["a", "b", "c"], "viewpoints must contain numbers, got <U1"),
     ],
 )
 def test_wrong_viewpoints_are_refused(viewpoints, message):
     with pytest.raises(sf.MeshError, match=message):
         sf.PointCloud([[0, 0, 0], [1, 0, 0]], viewpoints=viewpoints)
-    with pytest.raises(sf.MeshError, match=r"axes\[1\] is not finite"):
+    with pytest.raises(sf.MeshError, match=r"axes\[1\] must be finite, got \[0.0, inf, 1.0\]"):
         sf.PointCloud([[0, 0, 0], [1, 0, 0]], axes=[[0, 0, 1], [0, np.inf, 1]])
 
 

@@ -1,4 +1,4 @@
-"""SLIC for meshes: k compact, connected regions of faces whose borders follow concave creases."""
+"""Cut meshes into k compact, connected regions of faces whose borders follow concave creases."""
 
 import importlib
 import re
@@ -7,18 +7,20 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-# `__init__.pyi` lists the public names. This module imports each name on first use: programs load
-# only the parts that they need.
+# `__init__.pyi` lists the public names. Each name is imported on first use, so that programs load
+# only the modules they need.
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-_HOMES = {name: home for home, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.MULTILINE)}
-__all__ = list(_HOMES)
+_MODULES = {
+    name: home for home, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.MULTILINE)
+}
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name or module, and keep it."""
-    if name not in _HOMES:
+    """Import a public name or module on first use, and store it in this module."""
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = importlib.import_module(_HOMES[name], __name__)
+    home = importlib.import_module(_MODULES[name], __name__)
     if home.__name__ != __name__ and hasattr(home, name):
         value = getattr(home, name)
     else:

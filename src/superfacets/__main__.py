@@ -1,4 +1,4 @@
-"""Entry point of the command `superfacets` and of ``python -m superfacets``."""
+"""Entry point of the `superfacets` command and of ``python -m superfacets``."""
 
 from typing import NoReturn
 
@@ -6,7 +6,7 @@ from .cli.interrupts import while_importing
 
 
 def main() -> NoReturn:
-    """Run the command."""
+    """Run the `superfacets` command and exit."""
     with while_importing():
         from .cli.main import main as run
     run()

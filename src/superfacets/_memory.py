@@ -1,4 +1,4 @@
-"""Memory limits of the process, its control groups and the machine."""
+"""Memory limits of the process, of its control groups, and of the machine."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ import sys
 from pathlib import Path
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
+"""Linux lists the control groups of this process in this file."""
+
 _GROUPS = Path("/sys/fs/cgroup")
-"""File where Linux lists the control groups of a process, and folder with their limits."""
+"""Linux stores the limits of all control groups in this folder."""
 
 _IF_UNKNOWN = 4 << 30
 """Assumed memory in bytes if the system does not report it."""
 
 
 def usable_memory() -> int:
-    """Smallest memory limit in bytes of the machine and the control groups of this process."""
+    """Memory in bytes that the machine and the control groups allow this process to use."""
     return min([_machine_memory(), *_group_limits()])
 
 
 def free_memory() -> int:
-    """Free memory of the machine in bytes, at most `usable_memory`, which is also the fallback."""
+    """Free memory in bytes, at most `usable_memory`; equal to it if the free memory is unknown."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -30,7 +32,7 @@ def free_memory() -> int:
 
 
 def memory_of_process() -> int:
-    """Memory limit of this process in bytes: `usable_memory`, or a smaller address space."""
+    """Memory limit of this process in bytes: `usable_memory` or `address_limit`, if smaller."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -40,15 +42,17 @@ def _machine_memory() -> int:
         import ctypes
 
         kilobytes = ctypes.c_ulonglong()
-        told = ctypes.windll.kernel32.GetPhysicallyInstalledSystemMemory(ctypes.byref(kilobytes))
-        return kilobytes.value << 10 if told else _IF_UNKNOWN
+        succeeded = ctypes.windll.kernel32.GetPhysicallyInstalledSystemMemory(
+            ctypes.byref(kilobytes)
+        )
+        return kilobytes.value << 10 if succeeded else _IF_UNKNOWN
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def _group_limits() -> list[int]:
-    """Limits of the control groups of this process and of their parents, in bytes."""
+    """Memory limits in bytes of the control groups of this process and of their parent groups."""
     limits = []
-    with contextlib.suppress(OSError, ValueError):  # no such file, or another format
+    with contextlib.suppress(OSError, ValueError):  # the file is missing or has another format
         for line in _OWN_GROUPS.read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if not kinds:
@@ -59,19 +63,22 @@ def _group_limits() -> list[int]:
 
 
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
-    """Limits of a group, its parents and the root group, in bytes; a container sees the root."""
+    """Memory limits in bytes of a control group and its parents, up to the root group.
+
+    In a container, the limit of the container is often visible at the root group only.
+    """
     group = root / name.lstrip("/")
     limits = []
     for folder in (group, *group.parents):
         if folder == root.parent:
             break
-        with contextlib.suppress(OSError, ValueError):  # no such file, or "max"
+        with contextlib.suppress(OSError, ValueError):  # the file is missing or contains "max"
             limits.append(int((folder / file).read_text()))
     return limits
 
 
 def address_limit() -> int | None:
-    """Size limit of the address space of this process in bytes; None without a limit."""
+    """Size limit of the address space of this process in bytes, or None if it is unlimited."""
     try:
         import resource
     except ImportError:  # Windows

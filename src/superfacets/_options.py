@@ -1,7 +1,7 @@
-"""Checked arguments of `segment`, in one object per stage.
+"""Options of `segment`: one class for each stage.
 
-``checked`` raises an error for wrong arguments before any work is done. ``params`` are reported in
-the result.
+The method ``checked`` validates the arguments before any work is done. The property ``params``
+returns the parameters that `segment` reports in its result.
 """
 
 from __future__ import annotations
@@ -22,42 +22,45 @@ from ._validate import (
     checked_choice,
     checked_count,
     checked_flag,
+    checked_fraction,
     checked_number,
-    checked_share,
     checked_threads,
 )
 
 Init = Literal["geodesic", "curve", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
-"""Names of the methods that place seeds."""
+"""Names of the seeding methods."""
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""What to do with cells that no center reaches, and with small regions without a neighbor."""
+"""Options for components without a seed, and for small regions without a neighbor."""
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
-"""Halves of a volume that `render` can show."""
+"""Half-spaces that `render` can cut away to show the inside of a volume."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
-"""Faces that are the first centers. `ArrayLike` would also accept a misspelled name."""
+"""Seed faces. The type `ArrayLike` would also accept a misspelled name of a seeding method."""
 
 Progress = Callable[[int, int], object]
+"""Called after each iteration with its number and the number of centers that moved."""
 
 
 @dataclass(frozen=True)
 class SizeOptions:
-    """The number or the size of regions."""
+    """Options for the number of regions, or for their size."""
 
     n_segments: int | None
-    radius: float | None  # as a fraction of the diagonal of the bounding box
-    seeds: Any  # first centers from the caller; None if a method places them
+    radius: float | None  # radius of a region, as a fraction of the bounding box diagonal
+    seeds: Any  # seed faces or a start from the caller; None for a seeding method
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
-        """Return the checked options; arguments are as for `segment`."""
+        """Check arguments of `segment`, and return them as options."""
         if n_segments is not None and radius is not None:
-            raise ValueError("give n_segments or radius, not both")
+            raise ValueError(
+                f"n_segments is {n_segments} and radius is {radius}: give only one of them"
+            )
         if n_segments is not None:
             checked_count(n_segments, "n_segments")
         if radius is not None:
@@ -67,16 +70,16 @@ class SizeOptions:
 
 @dataclass(frozen=True)
 class LoopOptions:
-    """Options of the clustering loop: when it ends, and how far expansions reach."""
+    """Options of the clustering loop."""
 
     max_num_iter: int
-    tol: float  # as a fraction of the radius of a region
-    radius_factor: float | None  # None means that expansions are not limited
+    tol: float  # the loop stops when centers move by less, as a fraction of the region radius
+    radius_factor: float | None  # expansions halt at this distance in radii; None: no limit
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None means that weights and cells decide
+    relocate: bool | None = False  # None: the default of the weights
 
     @classmethod
     def checked(
@@ -84,13 +87,14 @@ class LoopOptions:
         n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
         *, relocate: bool | None = False,
     ) -> LoopOptions:  # fmt: skip
-        """Return the checked options; arguments are as for `segment`."""
+        """Check arguments of `segment`, and return them as options."""
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
         relocate = None if relocate is None else checked_flag(relocate, "relocate")
         if relocate and radius_factor is not None:
             raise ValueError(
-                "relocate needs the shortest paths to all centers: leave radius_factor out"
+                "relocate=True cannot be combined with radius_factor, which limits the paths from"
+                " centers: leave one of them out"
             )
         return cls(
             checked_count(max_num_iter, "max_num_iter", low=0),
@@ -105,7 +109,7 @@ class LoopOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters that the result reports, by name."""
+        """Parameters for the result, keyed by name."""
         names = ("radius_factor", "max_num_iter", "tol", "relocate", "islands")
         return {name: getattr(self, name) for name in names}
 
@@ -118,41 +122,43 @@ class BalanceOptions:
     max_measure: float | None = None
     min_measure: float | None = None
     cells_per_region: int | None = None
-    cell_weights: Any = None  # checked when the number of cells is known
+    cell_weights: Any = None  # sizes of cells, checked later by `checked_cell_weights`
 
     @classmethod
     def checked(
         cls, balance: float, bounds: tuple[float | None, float | None],
         cells_per_region: int | None, cell_weights: Any,
     ) -> BalanceOptions:  # fmt: skip
-        """Return the checked options; `bounds` are `min_measure` and `max_measure`."""
+        """Check arguments of `segment`; `bounds` are `min_measure` and `max_measure`."""
         low, high = bounds
-        balance = checked_share(balance, "balance")
+        balance = checked_fraction(balance, "balance")
         low = None if low is None else checked_number(low, "min_measure", zero=True)
         high = None if high is None else checked_number(high, "max_measure", zero=False)
         if low is not None and high is not None and low > high:
-            raise ValueError(f"min_measure is {low:g}: it must not exceed max_measure, {high:g}")
+            raise ValueError(f"min_measure must be at most max_measure, {high:g}, got {low:g}")
         if cells_per_region is not None:
             cells_per_region = checked_count(cells_per_region, "cells_per_region")
             given = {"balance": balance or None, "min_measure": low, "max_measure": high}
             for name, value in (given | {"cell_weights": cell_weights}).items():
                 if value is not None:
-                    raise ValueError(f"cells_per_region makes all regions equal: leave {name} out")
+                    raise ValueError(f"cells_per_region already sets all sizes: leave {name} out")
         options = cls(balance, high, low, cells_per_region, cell_weights)
         if cell_weights is not None and not options.is_used:
             raise ValueError(
                 "cell_weights have no effect without balance, max_measure or min_measure: give one"
+                " of these parameters, or leave cell_weights out"
             )
         return options
 
     def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
-        """Raise a ValueError if other options of `segment` contradict these options."""
+        """Raise a ValueError if these options cannot be combined with other options."""
         if not self.is_used:
             return
         name = "balance" if self.cells_per_region is None else "cells_per_region"
         if loop.radius_factor is not None:
             raise ValueError(
-                f"{name} needs the shortest paths to all centers: leave radius_factor out"
+                f"{name} cannot be combined with radius_factor, which limits the paths from"
+                " centers: leave one of them out"
             )
         if min_size > 0:
             raise ValueError(f"{name} sets the sizes of regions: leave min_size out")
@@ -160,12 +166,12 @@ class BalanceOptions:
             return
         if size.n_segments is not None or size.radius is not None or size.seeds is not None:
             raise ValueError(
-                "cells_per_region sets the number of regions: leave n_segments, radius, and seeds"
-                " in init out"
+                "cells_per_region already sets the number of regions: leave out n_segments and"
+                " radius, and do not pass seeds as init"
             )
         if loop.islands == "nearest":
             raise ValueError(
-                "cells_per_region keeps each region in one component: leave islands out"
+                "cells_per_region keeps each region in one component: leave islands='nearest' out"
             )
 
     @property
@@ -176,22 +182,22 @@ class BalanceOptions:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Smallest and largest size of a region."""
+        """Smallest and largest allowed size of a region; 0 and infinity if there is no limit."""
         low, high = self.min_measure, self.max_measure
         return 0.0 if low is None else low, math.inf if high is None else high
 
     @property
     def strength(self) -> float:
-        """How equal sizes become, 0 to 1."""
+        """How equal the sizes of regions become, from 0 (no balancing) to 1 (equal)."""
         return 1.0 if self.cells_per_region is not None else self.balance
 
     def checked_cell_weights(self, n_cells: int) -> Floats:
-        """Return the weights of the cells."""
+        """Check `cell_weights`, and return one weight for each of the cells."""
         return checked_cell_weights(self.cell_weights, n_cells)
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters in use, by name, as the result reports them."""
+        """Parameters in use for the result, keyed by name."""
         given = {
             "balance": self.balance or None,
             "max_measure": self.max_measure,
@@ -208,14 +214,14 @@ class CleanupOptions:
 
     smooth: bool
     enforce_connectivity: bool
-    min_size: float  # as a fraction of the mean area of regions
+    min_size: float  # area, as a fraction of the mean, below which regions are merged
     islands: str
 
     @classmethod
     def checked(
         cls, smooth: bool, enforce_connectivity: bool, min_size: float, islands: Islands
     ) -> CleanupOptions:
-        """Return the checked options; arguments are as for `segment`."""
+        """Check arguments of `segment`, and return them as options."""
         return cls(
             checked_flag(smooth, "smooth"),
             checked_flag(enforce_connectivity, "enforce_connectivity"),
@@ -230,6 +236,6 @@ class CleanupOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters that the result reports, by name."""
+        """Parameters for the result, keyed by name."""
         names = ("smooth", "enforce_connectivity", "min_size")
         return {name: getattr(self, name) for name in names}

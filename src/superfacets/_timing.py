@@ -1,16 +1,16 @@
-"""Wall time of stages."""
+"""Measurement of the wall time of stages."""
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnStage = Callable[[str], object]
-"""Function that is called with the name of each stage when it begins."""
+"""Called with the name of each stage when the stage begins."""
 
 
 @contextmanager
 def timed(timings: dict[str, float], stage: str, on_stage: OnStage | None = None) -> Iterator[None]:
-    """Add the wall time of the block to the time of a stage; call `on_stage` at the start."""
+    """Call `on_stage`, run the block, and add its wall time in seconds to ``timings[stage]``."""
     if on_stage is not None:
         on_stage(stage)
     start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Type aliases of arrays, named by the type of their elements."""
+"""Type aliases for arrays, named after the type of their elements."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Longs: TypeAlias = npt.NDArray[np.int64]
 """Offsets into concatenated lists."""
 
 ArcLists: TypeAlias = tuple[Longs, Ints]
-"""Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""
+"""Arcs of N cells in CSR form: offsets of shape (N + 1,) and neighbors of shape (M,)."""
 
 Viewpoint: TypeAlias = tuple[float, float, float]
-"""Position from which all points of a cloud were seen."""
+"""Position (x, y, z) of the sensor that recorded a point cloud."""

@@ -1,8 +1,8 @@
 """All checks and conversions of arguments.
 
-The core checks nothing: arrays that leave this module have the dtype and layout that the core
-expects. Indices are copied before they are checked, so that no other thread and no memory-mapped
-file can change them afterwards. Floats are not copied.
+The C++ core does not check its arguments, so this module returns arrays with the dtype and the
+memory layout that the core expects. Indices are copied before they are checked, so that no other
+thread and no memory-mapped file can change them afterwards. Floats are not copied.
 """
 
 from __future__ import annotations
@@ -26,39 +26,41 @@ from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
-"""Largest number of cells, labels or vertices: their indices are int32 in the core."""
+"""Maximum number of cells, labels or vertices, because the core uses int32 indices."""
 
 EXTENT_RANGE = (1e-15, 1e15)
-"""Range of extents for which labels do not depend on the unit of length. The determinant of second
-moments of tetrahedra, a product of fifteen lengths, is then a normal number down to 1e-5 of the
-extent."""
+"""Allowed extents of a mesh, in any unit of length. The longest product of lengths is the
+determinant of the second moments of a tetrahedron, which multiplies fifteen lengths. For tetrahedra
+down to 1e-5 of the extent, this product neither overflows nor underflows, so labels do not depend
+on the unit."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Range of the largest area or weight. Sums and products with positions are then normal numbers."""
+"""Allowed values of the largest area or weight: sums and products with positions stay in range."""
 
 MAX_SIDE = 1 << 16
-"""Largest width and height of an image, in pixels."""
+"""Maximum width and height of an image, in pixels."""
 
 MAX_ROTATION_ERROR = 1e-3
-"""Largest error in the scalar products of the axes of a pose: poses with four digits are accepted,
-poses with a scale are not."""
+"""Maximum error of the scalar products of the axes of a pose. Rotations that were rounded to four
+digits are accepted, and poses with a scale are rejected."""
 
 MAX_THREADS_PER_CORE = 4
-"""Upper bound of threads per usable core. On two cores, 1,024 threads take four times as long as
+"""Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because they wait for each other."""
 
 
 def exact_array(array: Any, dtype: Any) -> Array:
-    """Return a contiguous, aligned array of this dtype; the numbers are copied only if needed."""
+    """Return a contiguous, aligned array of this dtype; a copy is made only if necessary."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
 def exact_doubles(array: Array) -> Floats:
     """Return `exact_array` as float64; numbers that are too large become infinite.
 
-    Memory-mapped arrays are copied: if the file shrank, reading the map would kill the process.
+    Memory-mapped arrays are copied, because reading the map would kill the process if another
+    program shortened the file.
     """
-    # Later checks find signaling NaNs, and long doubles that do not fit into float64.
+    # Later checks find the NaNs and infinities that result from this conversion.
     with np.errstate(over="ignore", invalid="ignore"):
         doubles: Floats = exact_array(array, np.float64)
     owner: Any = doubles
@@ -69,35 +71,37 @@ def exact_doubles(array: Array) -> Floats:
 
 
 def owned(array: Array, dtype: Any) -> Array:
-    """A copy of an array, so that the caller cannot change it after the check."""
+    """Copy an array, so that the caller cannot change the copy after the check."""
     return np.array(array, dtype=dtype, order="C")
 
 
 def owned_indices(array: Array) -> Ints:
-    """A copy of integers as int32; integers that do not fit become -1."""
-    # Numbers of 2**63 or more become negative here, so they become -1, too.
+    """Copy integers to int32; integers outside the range of int32 become -1."""
+    # Unsigned integers of 2**63 or more wrap to negative int64, so they also become -1.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
     narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
     return narrow.reshape(array.shape)
 
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
-    """Raise an error if entries are masked: numpy would use the values under the mask."""
+    """Raise an error if entries are masked, because NumPy would use the values under the mask."""
     if "numpy.ma" not in sys.modules:  # masked arrays exist only after this slow import
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise error(f"{name} has masked entries: fill these entries or leave them out")
+        raise error(f"{name} must not have masked entries: fill or remove these entries")
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """Return fields of the state of a copy or a pickle; the caller checks their values."""
+    """Return the named fields of a pickled state; the caller checks the values."""
     if not isinstance(state, dict) or not set(names) <= state.keys():
-        raise ValueError(f"a damaged copy: it needs the fields {', '.join(names)}")
+        raise ValueError(
+            f"the copy or pickle is damaged: it must have the fields {', '.join(names)}"
+        )
     return [state[name] for name in names]
 
 
 def freeze(instance: object, **arrays: Array) -> None:
-    """Set fields of a frozen dataclass to read-only views; the caller's arrays stay writable."""
+    """Set fields of a frozen dataclass to read-only views of arrays."""
     for name, array in arrays.items():
         view = array.view()
         view.flags.writeable = False
@@ -107,9 +111,10 @@ def freeze(instance: object, **arrays: Array) -> None:
 def checked_mesh(
     vertices: Any, faces: Any, *, are_new: bool = False
 ) -> tuple[Floats, Ints, Floats]:
-    """Vertices, faces, and the bounding box (2, 3) of the used vertices; a MeshError if wrong.
+    """Return checked vertices, faces, and the bounding box (2, 3) of all vertices of faces.
 
-    With `are_new`, no one else refers to the arrays, and they are not copied.
+    Raises a MeshError if an array is not valid. With `are_new`, `faces` may be returned without a
+    copy, because the caller has no other reference to the array.
     """
     return _checked_simplices(vertices, faces, "faces", 3, are_new)
 
@@ -117,21 +122,21 @@ def checked_mesh(
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Vertices, offsets, corners and the bounding box as `checked_mesh`; a MeshError if wrong."""
+    """Return checked vertices, offsets, and corners, and the bounding box as `checked_mesh`."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
     starts = owned(_row_of_integers(offsets, "offsets"), np.int64)
     _check_offsets(starts, len(corners))
-    place, box = _checked_corners(points, corners)
-    if place is not None:
-        face = int(np.searchsorted(starts, place, side="right")) - 1
-        raise_index_error(face, given[place], len(points))
+    wrong, box = _checked_corners(points, corners)
+    if wrong is not None:
+        face = int(np.searchsorted(starts, wrong, side="right")) - 1
+        raise_index_error(face, given[wrong], len(points))
     return points, starts, corners, box
 
 
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
-    """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
+    """Return checked vertices and tetrahedra, and the bounding box as `checked_mesh`."""
     return _checked_simplices(vertices, tets, "tets", 4, False)
 
 
@@ -141,41 +146,41 @@ def _checked_simplices(
     points = _point_array(vertices)
     given = _corner_rows(cells, name, n_corners)
     corners = _int32_corners(given, are_new)
-    place, box = _checked_corners(points, corners.ravel())
-    if place is not None:
-        raise_index_error(place // n_corners, given.ravel()[place], len(points), name)
+    wrong, box = _checked_corners(points, corners.ravel())
+    if wrong is not None:
+        raise_index_error(wrong // n_corners, given.ravel()[wrong], len(points), name)
     return points, corners, box
 
 
 def _int32_corners(given: Array, are_new: bool) -> Ints:
-    is_ours = are_new and given.dtype == np.int32
-    return exact_array(given, np.int32) if is_ours else owned_indices(given)
+    needs_no_copy = are_new and given.dtype == np.int32
+    return exact_array(given, np.int32) if needs_no_copy else owned_indices(given)
 
 
 def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
-    """Return one bool per cell; without a mask, all are True."""
+    """Return the mask as one bool per cell, or an array of True if `mask` is None."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
     array = np.asarray(mask)
     if array.dtype != bool:
-        raise TypeError(f"{name} must be bools, got {array.dtype}")
+        raise TypeError(f"{name} must be an array of bool, got {array.dtype}")
     if array.shape != (n_cells,):
         raise ValueError(f"{name} must have shape ({n_cells},), got {array.shape}")
     return array
 
 
 def polygon_arrays(faces: Any) -> tuple[Array, Array]:
-    """Offsets and corners of faces, which are rows of an array or lists of vertices."""
+    """Return offsets and corners of faces given as an array (F, n) or as lists of vertices."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
         lengths = np.array([len(row) for row in rows], dtype=np.int64)
-        filled = [row for row in rows if len(row)]  # an empty list would be an array of floats
+        filled = [row for row in rows if len(row)]  # np.asarray([]) has dtype float
         corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
         return np.concatenate([[0], np.cumsum(lengths)]), corners
     if array.ndim != 2:
         raise MeshError(
-            f"faces must be lists of vertices or an array of shape (F, n), got {array.shape}"
+            f"faces must be lists of vertices or an array of shape (F, n), got shape {array.shape}"
         )
     refuse_mask(array, "faces", MeshError)
     return np.arange(len(array) + 1) * array.shape[1], array.ravel()
@@ -186,12 +191,12 @@ def _row_of_integers(value: Any, name: str) -> Array:
     if array.ndim != 1:
         raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
     if array.size and array.dtype.kind not in "iu":
-        raise MeshError(f"{name} must be integers, got {array.dtype}")
+        raise MeshError(f"{name} must contain integers, got {array.dtype}")
     return array
 
 
 def _check_offsets(offsets: Longs, n_corners: int) -> None:
-    """Raise a MeshError unless offsets split the corners into faces of at least three corners."""
+    """Raise a MeshError unless offsets split the corners into faces with three or more corners."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
     _check_size(len(offsets) - 1, "the mesh", "faces")
@@ -203,11 +208,11 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
     sizes = np.diff(offsets)
     if sizes.min() < 3 or sizes.max() > MAX_CELLS:
         face = int(np.argmax((sizes < 3) | (sizes > MAX_CELLS)))
-        raise MeshError(f"faces[{face}] has {sizes[face]} corners: a face needs at least 3")
+        raise MeshError(f"faces[{face}] must have at least 3 corners, got {sizes[face]}")
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Index of the first invalid corner, or None, and the bounding box of the used vertices."""
+    """Return the index of the first invalid corner, or None, and the box around used vertices."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         _raise_not_finite(points, "vertices")
@@ -219,7 +224,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
 
 
 def _point_array(vertices: Any) -> Floats:
-    """Vertex positions as a contiguous (V, 3) float64 array."""
+    """Return vertex positions as a contiguous (V, 3) float64 array."""
     array = _rows(vertices, "vertices", count="V")
     _check_size(len(array), "the mesh", "vertices")
     return exact_doubles(array)
@@ -231,25 +236,25 @@ def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
 
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
-    """Triangles or tetrahedra, one row of integers each, in their original dtype."""
+    """Check triangles or tetrahedra, one per row, and return them in their original dtype."""
     array = _numeric_array(value, name)
     noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
         raise MeshError(f"the mesh has no {noun}")
     if n_corners == 3 and array.ndim == 2 and array.shape[1] > 3:
         raise MeshError(
-            f"faces have {array.shape[1]} corners, but a Mesh has triangles: use a PolygonMesh"
+            f"faces of a Mesh must have 3 corners, got {array.shape[1]}: use a PolygonMesh instead"
         )
     if array.ndim != 2 or array.shape[1] != n_corners:
         raise MeshError(f"{name} must have shape ({count}, {n_corners}), got {array.shape}")
     if array.dtype.kind not in "iu":
-        raise MeshError(f"{name} must be integers, got {array.dtype}")
+        raise MeshError(f"{name} must contain integers, got {array.dtype}")
     _check_size(len(array), "the mesh", noun, MAX_CELLS if n_corners == 3 else MAX_CELLS // 4)
     return array
 
 
 def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "faces") -> None:
-    """Raise a MeshError: a corner of this cell is not a vertex of the mesh."""
+    """Raise the MeshError for a cell with a vertex index that is out of range."""
     raise MeshError(
         f"{name}[{cell}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
     )
@@ -258,27 +263,27 @@ def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "face
 def refuse_first(
     is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
 ) -> None:
-    """Raise an error with the first wrong value and what it must be."""
+    """Raise an error for the first wrong value; `must` completes "name[index] must be"."""
     if is_wrong.any():
-        place = int(np.argmax(is_wrong))
-        raise error(f"{name}[{place}] is {values[place]}; {must}")
+        index = int(np.argmax(is_wrong))
+        raise error(f"{name}[{index}] must be {must}, got {np.asarray(values)[index].tolist()}")
 
 
-def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str = "mesh") -> None:
-    """Raise a MeshError if a bounding box has no size, or is too small or too large."""
+def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = "mesh") -> None:
+    """Raise a MeshError if the bounding box of a mesh is a point, or outside `EXTENT_RANGE`."""
     if np.array_equal(low, high):
-        raise MeshError(f"all {what} at one point: the bounding box has no size")
+        raise MeshError(f"all {things} lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
-        diagonal = float(np.max(high - low))
-    if not EXTENT_RANGE[0] <= diagonal <= EXTENT_RANGE[1]:
+        side = float(np.max(high - low))
+    if not EXTENT_RANGE[0] <= side <= EXTENT_RANGE[1]:
         raise MeshError(
-            f"the bounding box is {diagonal:.3g} across: rescale the {whole} to between"
-            f" {EXTENT_RANGE[0]:g} and {EXTENT_RANGE[1]:g}"
+            f"the longest side of the bounding box must be {EXTENT_RANGE[0]:g} to"
+            f" {EXTENT_RANGE[1]:g}, got {side:.3g}: rescale the {whole}"
         )
 
 
 def is_extent_valid(bounds: Floats) -> Bools:
-    """Whether the size of each box, (K, 2, 3), is allowed for a mesh: (K,)."""
+    """Whether each of K boxes, shape (K, 2, 3), has an extent within `EXTENT_RANGE`."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
@@ -291,54 +296,58 @@ def _numeric_array(value: Any, name: str) -> Array:
     except ValueError as error:  # the nested lists are ragged
         raise MeshError(f"{name} must be a rectangular array: {error}") from None
     if array.dtype.kind not in "fiu":
-        raise MeshError(f"{name} must be numbers, got {array.dtype}")
+        raise MeshError(f"{name} must contain numbers, got {array.dtype}")
     return array
 
 
 def checked_points(points: Any) -> tuple[Floats, Floats]:
-    """Points (N, 3) as float64 and their bounding box (2, 3); a MeshError if they are wrong."""
+    """Return points (N, 3) as float64, and their bounding box (2, 3); N must be at least 1.
+
+    Raises a MeshError if the points are not valid.
+    """
     given = _rows(points, "points")
     if not len(given):
         raise MeshError("the cloud has no points")
     _check_size(len(given), "the cloud", "points")
     array = exact_doubles(given)
-    # Separate columns take a tenth of the time of min(axis=0).
+    # This is ten times faster than min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    if not np.array_equal(*box):  # stages that need different points call `check_spread`
+    if not np.array_equal(*box):  # only some stages need distinct points; they call `check_spread`
         check_spread(box)
     return array, box
 
 
 def check_spread(bounds: Floats) -> None:
-    """Raise a MeshError if all points of a cloud are at the same position."""
-    check_extent(bounds[0], bounds[1], "points lie", "cloud")
+    """Raise a MeshError if the bounding box of a cloud is a point, or outside `EXTENT_RANGE`."""
+    check_extent(bounds[0], bounds[1], "points", "cloud")
 
 
 def checked_queries(points: Any) -> Floats:
-    """Points (M, 3) as float64, M >= 0; a MeshError if they are wrong."""
+    """Return query points (M, 3) as float64, or raise a MeshError. M may be 0."""
     array = exact_doubles(_rows(points, "points"))
     if not np.isfinite(array).all():
         _raise_not_finite(array, "points")
     largest = float(np.abs(array).max(initial=0.0))
     if largest > VALUE_RANGE[1]:
         raise MeshError(
-            f"the largest coordinate of points is {largest:.3g}: rescale the points to at most"
-            f" {VALUE_RANGE[1]:g}"
+            f"coordinates of points must be at most {VALUE_RANGE[1]:g}, got {largest:.3g}: rescale"
+            " the points"
         )
     return array
 
 
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
-    """One vector of length 1 or 0 per point, (N, 3) float64; a MeshError if they are wrong.
+    """Return normals (N, 3) as float64, scaled to length 1; zero vectors stay zero.
 
-    Messages count the points from `first`.
+    Raises a MeshError if they are not valid. The message adds `first` to the index of the point.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
         _raise_not_finite(array, name, first)
-    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # avoids overflow of squares
+    # Dividing by the largest component first avoids overflow of squares.
+    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
     np.divide(array, lengths, out=array, where=lengths > 0)
@@ -346,18 +355,24 @@ def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "no
 
 
 def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
-    """One viewpoint (3,), or one per point (N, 3), float64; a MeshError if wrong."""
+    """Return one viewpoint (3,), or one per point (N, 3), as float64.
+
+    Raises a MeshError if the viewpoints are not valid.
+    """
     array = _numeric_array(viewpoints, "viewpoints")
     if array.shape not in ((3,), (n_points, 3)):
         raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
-    places = owned(exact_doubles(array), np.float64)
-    if not np.isfinite(places).all():
-        _raise_not_finite(places.reshape(-1, 3), "viewpoints")
-    return places
+    positions = owned(exact_doubles(array), np.float64)
+    if not np.isfinite(positions).all():
+        _raise_not_finite(positions.reshape(-1, 3), "viewpoints")
+    return positions
 
 
 def checked_colors(colors: Any, n_points: int) -> Singles:
-    """Red, green and blue of each point from 0 to 1, (N, 3) float32; a MeshError if wrong."""
+    """Return red, green and blue of each point, from 0 to 1, as (N, 3) float32.
+
+    Raises a MeshError if the colors are not valid. An alpha channel is ignored.
+    """
     array = _numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
         raise MeshError(f"colors must have shape ({n_points}, 3), got {array.shape}")
@@ -370,12 +385,12 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
     is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # True if a shade is NaN
     if is_wrong.any():
         first = int(np.argmax(is_wrong))
-        raise MeshError(f"colors[{first}] is not from 0 to 1: {shades[first].tolist()}")
+        raise MeshError(f"colors[{first}] must be from 0 to 1, got {shades[first].tolist()}")
     return shades
 
 
 def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
-    """An array of numbers of shape (N, 3)."""
+    """Return an array of numbers of shape (N, 3); N must equal `n_rows` if this is given."""
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
@@ -385,135 +400,142 @@ def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N")
 
 def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
     wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
-    raise MeshError(f"{name}[{first + wrong}] is not finite: {rows[wrong].tolist()}")
+    raise MeshError(f"{name}[{first + wrong}] must be finite, got {rows[wrong].tolist()}")
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
-    """Low and high corner of a box, (2, 3) float64; by default the box of the positions."""
+    """Return the two corners of a box, (2, 3) float64; the default is the box of the positions."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
     array = exact_doubles(_numeric_array(bounds, "bounds"))
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
-        raise ValueError("bounds must be a low and a high corner, shape (2, 3), finite")
+        raise ValueError(
+            f"bounds must be finite low and high corners of shape (2, 3), got {array.tolist()}"
+        )
     return array
 
 
 def checked_positions(positions: Any) -> Floats:
-    """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
+    """Return cell positions as a contiguous (N, 3) float64 array; N must be at least 1."""
     array = exact_doubles(_numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
     if not np.isfinite(array).all():
-        raise ValueError("positions must be finite")
+        wrong = int(np.argmin(np.isfinite(array).all(axis=1)))
+        raise ValueError(f"positions[{wrong}] must be finite, got {array[wrong].tolist()}")
     with np.errstate(over="ignore"):
         extent = float(np.ptp(array, axis=0).max())
     if extent and not EXTENT_RANGE[0] <= extent <= EXTENT_RANGE[1]:
         raise ValueError(
-            f"the positions are {extent:.3g} across: rescale them to between"
-            f" {EXTENT_RANGE[0]:g} and {EXTENT_RANGE[1]:g}"
+            f"the extent of positions must be {EXTENT_RANGE[0]:g} to {EXTENT_RANGE[1]:g}, got"
+            f" {extent:.3g}: rescale the positions"
         )
     return array
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """A contiguous (n,) float64 array of finite numbers >= 0."""
+    """Return finite numbers >= 0 as a contiguous (n,) float64 array."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be numbers, got {array.dtype}")
+        raise TypeError(f"{name} must contain numbers, got {array.dtype}")
     array = exact_doubles(array)
     if array.shape != (n,):
         raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
     is_valid, largest = _core.check_numbers(array, n_threads)
     if not is_valid:
         is_wrong = ~(np.isfinite(array) & (array >= 0))
-        refuse_first(is_wrong, name, array, "it must be finite and not negative")
+        refuse_first(is_wrong, name, array, "finite and not negative")
     if largest and not VALUE_RANGE[0] <= largest <= VALUE_RANGE[1]:
         raise ValueError(
-            f"{name} are at most {largest:.3g}: rescale them to between"
-            f" {VALUE_RANGE[0]:g} and {VALUE_RANGE[1]:g}"
+            f"the largest value of {name} must be {VALUE_RANGE[0]:g} to {VALUE_RANGE[1]:g}, got"
+            f" {largest:.3g}: rescale the values"
         )
     return array
 
 
 def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
-    """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
-    starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 becomes negative
+    """Return arcs in CSR form as (N + 1,) int64 offsets and (M,) int32 neighbors."""
+    starts = owned(_integer_array(offsets, "offsets"), np.int64)
     targets = owned_indices(_integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
         raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
     if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
-        raise ValueError("offsets must increase from 0 to the number of arcs")
-    if len(targets) and not 0 <= targets.min() <= targets.max() < n_cells:
-        raise ValueError(f"neighbors must be cells, 0 to {n_cells - 1}")
+        raise ValueError(f"offsets must increase from 0 to {len(targets)}, the number of arcs")
+    is_wrong = (targets < 0) | (targets >= n_cells)
+    refuse_first(is_wrong, "neighbors", neighbors, f"0 to {n_cells - 1}")
     return starts, targets
 
 
 def checked_angles(angles: Any, n_arcs: int) -> Floats:
-    """One angle per arc, (M,) float64, from -pi to pi."""
+    """Return one angle per arc, from -pi to pi, as (M,) float64."""
     array = owned(_numeric_array(angles, "angles"), np.float64)
     if array.shape != (n_arcs,):
         raise ValueError(
             f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
         )
     is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
-    refuse_first(is_wrong, "angles", array, "it must be from -pi to pi")
+    refuse_first(is_wrong, "angles", array, "from -pi to pi")
     return array
 
 
 def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """One side >= 0 per arc, (M,) int32, in ascending order for each cell."""
+    """Return one side >= 0 per arc as (M,) int32; sides of each cell must be in ascending order."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
-    if array.min(initial=0) < 0:
-        raise ValueError("sides must not be negative")
+    refuse_first(array < 0, "sides", sides, "not negative")
     falls = np.flatnonzero(np.diff(array) < 0) + 1
     if not np.isin(falls, offsets).all():
-        raise ValueError("sides must rise for the arcs of each cell")
+        raise ValueError("sides must be in ascending order for the arcs of each cell")
     return array
 
 
 def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
-    """Distinct cells as a (K,) int32 array, K >= 1."""
+    """Return distinct cells as a (K,) int32 array; K must be at least 1."""
     given = _integer_array(seeds, name)
     array = owned_indices(given)
-    if not len(array) >= 1:
-        raise ValueError(f"{name} must hold at least one face")
+    if not len(array):
+        raise ValueError(f"{name} must contain at least one cell, but it is empty")
     is_wrong = (array < 0) | (array >= n_cells)
-    refuse_first(is_wrong, name, given, f"it must be 0 to {n_cells - 1}")
+    refuse_first(is_wrong, name, given, f"0 to {n_cells - 1}")
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
-        raise ValueError(f"{name} contains {values[np.argmax(counts > 1)]} more than once")
+        twice = values[np.argmax(counts > 1)]
+        raise ValueError(f"{name} must be distinct, but cell {twice} occurs more than once")
     return array
 
 
 def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
-    """One cell of each region, in the order of the labels, as (K,) int32."""
+    """Return one cell of each region as (K,) int32, indexed by label."""
     cells = checked_seeds(centers, len(labels))
     if len(cells) != n_regions:
-        raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
+        raise ValueError(
+            f"centers must have one cell per region: there are {n_regions} regions, centers has"
+            f" {len(cells)} cells"
+        )
     is_wrong = labels[cells] != np.arange(n_regions)
     if is_wrong.any():
         region = int(np.argmax(is_wrong))
         cell = cells[region]
         raise ValueError(
-            f"centers[{region}] is {cell}, which has label {labels[cell]}: it must be a cell of"
-            f" region {region}"
+            f"centers[{region}] must be a cell of region {region}, got cell {cell} of region"
+            f" {labels[cell]}"
         )
     return cells
 
 
 def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
-    """Pairs of vertices as an (E, 2) int32 array."""
+    """Return edges, which are pairs of vertices, as an (E, 2) int32 array."""
     given = np.asarray(edges)
     if given.ndim != 2 or given.shape[1] != 2:
         raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
     flat = owned_indices(_integer_array(given.ravel(), name))
     if flat.min(initial=0) < 0 or flat.max(initial=0) >= n_vertices:
-        place = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
+        edge = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
         raise ValueError(
-            f"{name}[{place}] is {given[place].tolist()} but the mesh has {n_vertices} vertices"
+            f"{name}[{edge}] must be vertices from 0 to {n_vertices - 1}, got"
+            f" {given[edge].tolist()}"
         )
     return flat.reshape(-1, 2)
 
@@ -522,34 +544,38 @@ def checked_partial_labels(
     labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
     n_vertices: int | None = None,
 ) -> tuple[Ints, int]:  # fmt: skip
-    """Labels as an (N,) int32 array, and the number K of regions.
+    """Return labels as an (N,) int32 array, and the number K of regions.
 
-    Each label from 0 to K - 1 must occur. -1 means no region; it is an error if `least` is 0.
+    Each label from 0 to K - 1 must occur. The label -1, for cells without a region, is only
+    allowed if `least` is -1.
     """
     given = _row_of_labels(labels, n_cells, name, n_vertices)
     is_wrong = (given < least) | (given >= n_cells)
-    refuse_first(is_wrong, name, given, f"labels must be {least} to K - 1, K <= {n_cells}")
+    refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} (there are {n_cells} cells)")
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
-        raise ValueError(f"no cell has label {int(np.argmin(counts))}")
+        raise ValueError(
+            f"{name} must be consecutive integers from 0, but no cell has label"
+            f" {int(np.argmin(counts))}"
+        )
     return array, len(counts)
 
 
 def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Like `checked_partial_labels`, but at least one region must occur."""
+    """Like `checked_partial_labels`, but there must be at least one region."""
     array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
-        raise ValueError("no cell has a label: all are -1")
+        raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions
 
 
 def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
-    """Labels >= 0 that may have gaps, or -1 for no label, as an (N,) int32 array."""
+    """Return labels as an (N,) int32 array: any integers >= 0, or -1 for cells without a label."""
     given = _row_of_labels(labels, n_cells, name)
-    array = given.astype(np.int32, order="C")  # a copy
+    array = given.astype(np.int32, order="C")  # a copy, so that the caller cannot change it
     is_wrong = (array < -1) | (array != given)
-    refuse_first(is_wrong, name, given, f"it must be -1 to {MAX_CELLS}")
+    refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
     return array
 
 
@@ -557,82 +583,90 @@ def _row_of_labels(labels: Any, n_cells: int, name: str, n_vertices: int | None 
     given = _integer_array(labels, name)
     if len(given) != n_cells:
         hint = hint_at_vertices(len(given), n_vertices)
-        raise ValueError(f"there are {len(given)} {name} for {n_cells} cells{hint}")
+        raise ValueError(
+            f"{name} must have one value per cell: there are {n_cells} cells, {name} has"
+            f" {len(given)} values{hint}"
+        )
     return given
 
 
 def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
-    """Advice for a wrong number of labels, if there is one label per vertex."""
+    """Return the end of the message for a wrong number of labels: advice for vertex labels."""
     if n_labels != n_vertices:
         return ""
     call = "superfacets.transfer(mesh.vertices, labels, mesh)"
-    return f": the mesh has {n_vertices} vertices, and {call} gives labels of faces"
+    return f". For one label per vertex, convert the labels to faces with {call}"
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
-    """Labels, which may be any integers, as an (N,) int64 array."""
+    """Return labels, which may be any integers, as an (N,) int64 array."""
     given = _row_of_labels(labels, n_cells, "labels", n_vertices)
     array = owned(given, np.int64)
-    if given.dtype.kind == "u" and array.min() < 0:
-        raise ValueError("labels must fit in int64")
+    if given.dtype.kind == "u":
+        refuse_first(array < 0, "labels", given, "less than 2**63")
     return array
 
 
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Labels, which may be any integers, ranked as by `ranked_labels`."""
+    """Check labels, which may be any integers, and renumber them with `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
 def compact_complete(
     labels: Any, n_cells: int, name: str = "labels", n_vertices: int | None = None
 ) -> tuple[Ints, int]:
-    """Labels >= 0, renumbered as 0 to K - 1 in ascending order, and K; for metrics.
+    """Return labels renumbered to 0 to K - 1 in ascending order, and K; for metrics.
 
-    A MeshError if a label is negative: metrics would count its cells as one more region.
+    Raises a MeshError if a label is negative, because metrics need a region for each cell.
     """
     array = checked_any_labels(labels, n_cells, n_vertices)
-    must = "metrics need a region for each cell, labels >= 0"
+    must = "at least 0, because metrics need a region for each cell"
     refuse_first(array < 0, name, array, must, MeshError)
     ranks, names = ranked_labels(array)
     return ranks, len(names)
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
-    """Labels renumbered as 0 to K - 1 in ascending order (-1 is kept), and the K old labels."""
-    if labels.min() >= -1 and labels.max() < len(labels):  # a table replaces sorting
+    """Return labels renumbered to 0 to K - 1 in ascending order, and the K original labels.
+
+    The label -1 is kept.
+    """
+    if labels.min() >= -1 and labels.max() < len(labels):  # a lookup table replaces sorting
         is_used = np.bincount(labels + 1) > 0
-        names, places = np.arange(-1, len(is_used) - 1), labels + 1
+        names, indices = np.arange(-1, len(is_used) - 1), labels + 1
     else:
-        names, places = np.unique(labels, return_inverse=True)
+        names, indices = np.unique(labels, return_inverse=True)
         is_used = np.ones(len(names), bool)
     is_used &= names != -1
     ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
     ranks[names == -1] = -1
-    return ranks[places], names[is_used]
+    return ranks[indices], names[is_used]
 
 
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """Check an integer from `low` to `high`; messages say that there are `high` things `of`."""
+    """Check an integer from `low` to `high`. If `high` is a count of things, `of` names them."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
         raise TypeError(
-            f"{name} must be an integer, got an array: pass a mesh as one pair (vertices, faces)"
+            f"{name} must be an integer, got an array: pass vertices and faces as one pair"
+            " (vertices, faces)"
         )
     count = operator.index(value)
     if count < low:
         raise ValueError(f"{name} must be at least {low}, got {count}")
     if high is not None and count > high:
-        raise ValueError(f"{name} is {count} but there are only {high} {of}")
+        reason = f" because there are only {high} {of}" if of else ""
+        raise ValueError(f"{name} must be at most {high}{reason}, got {count}")
     return count
 
 
 def checked_number(value: Any, name: str, *, zero: bool) -> float:
-    """A finite float > 0, or >= 0 where `zero` is allowed."""
+    """Return a finite number > 0 as float; 0 is also allowed if `zero` is True."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a number, got {reprlib.repr(value)}")
     try:
@@ -640,42 +674,42 @@ def checked_number(value: Any, name: str, *, zero: bool) -> float:
     except OverflowError:
         number = math.inf
     if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
-        expected = "finite and not negative" if zero else "finite and positive"
-        raise ValueError(f"{name} must be {expected}, got {reprlib.repr(value)}")
+        expected = "not negative" if zero else "positive"
+        raise ValueError(f"{name} must be finite and {expected}, got {reprlib.repr(value)}")
     return number
 
 
-def checked_share(value: Any, name: str) -> float:
-    """A number from 0 to 1."""
+def checked_fraction(value: Any, name: str) -> float:
+    """Return a number from 0 to 1 as float."""
     number = checked_number(value, name, zero=True)
     if number > 1.0:
-        raise ValueError(f"{name} must be 0 to 1, got {number}")
+        raise ValueError(f"{name} must be from 0 to 1, got {number}")
     return number
 
 
 def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
-    """One finite number >= 0 per cell, not all 0, as (N,) float64."""
+    """Return one finite number >= 0 per cell as (N,) float64."""
     refuse_mask(weights, "cell_weights")
     given = np.asarray(weights)
     if given.dtype.kind not in "iufb":
-        raise TypeError(f"cell_weights must be numbers, got {given.dtype}")
+        raise TypeError(f"cell_weights must contain numbers, got {given.dtype}")
     if given.shape != (n_cells,):
         raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
     array = exact_doubles(given)
     is_wrong = ~(np.isfinite(array) & (array >= 0))
-    refuse_first(is_wrong, "cell_weights", given, "it must be finite and not negative")
+    refuse_first(is_wrong, "cell_weights", given, "finite and not negative")
     return array
 
 
 def checked_flag(value: Any, name: str) -> bool:
-    """Check a value that must be True or False."""
+    """Return the value as bool, or raise a TypeError if it is not True or False."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {reprlib.repr(value)}")
     return bool(value)
 
 
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
-    """Check a value that must be one of the given names."""
+    """Return the value, or raise a ValueError if it is not one of the choices."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
@@ -684,8 +718,11 @@ def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Decorate a function: its error for a parameter of another tool names the parameter to use."""
+def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
+    """Decorator whose TypeError for a parameter of another tool suggests the parameter to use.
+
+    `others` maps names of parameters of other tools to advice for the message.
+    """
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
@@ -700,7 +737,7 @@ def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Functi
 
 
 def checked_generator(value: Any, name: str) -> np.random.Generator:
-    """A random number generator: the given one, or a new one with an integer >= 0 as seed."""
+    """Return the given random number generator, or create one from a seed >= 0."""
     if isinstance(value, np.random.Generator):
         return value
     if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
@@ -712,12 +749,12 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
 
 
 def checked_pose(pose: Any) -> Floats:
-    """A new (4, 4) float64 array: rotation and position of a camera."""
+    """Return the pose of a camera, a rotation and a position, as a new (4, 4) float64 array."""
     given = _numbers_of(pose, "pose")
     if given.shape not in ((4, 4), (3, 4)):
         raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
     if not np.isfinite(given).all():
-        raise ValueError("pose is not finite: leave out images whose pose is unknown")
+        raise ValueError("pose must be finite: leave out images whose pose is unknown")
     array = np.eye(4)
     array[: len(given)] = given
     if np.any(array[3] != (0, 0, 0, 1)):
@@ -726,24 +763,25 @@ def checked_pose(pose: Any) -> Floats:
     error = float(np.abs((rotation[:, :, None] * rotation[:, None]).sum(axis=0) - np.eye(3)).max())
     if error > MAX_ROTATION_ERROR:
         raise ValueError(
-            "pose must be a rotation and a position, without scale or shear: scalar products of its"
-            f" axes have errors of {error:.2g}"
+            "pose must be a rotation and a position, without scale or shear: its axes must be"
+            f" orthonormal to within {MAX_ROTATION_ERROR:g}, got an error of {error:.2g}"
         )
     if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
-        raise ValueError("pose is a mirror image, not a rotation: reverse one of its axes")
+        raise ValueError("pose must be a rotation, got a reflection: reverse one of its axes")
     return array
 
 
 def checked_intrinsics(intrinsics: Any) -> Floats:
-    """Focal lengths and principal point, (4,) float64, from four numbers or a matrix."""
+    """Return focal lengths and principal point (fx, fy, cx, cy) of a camera as (4,) float64."""
     given = _numbers_of(intrinsics, "intrinsics")
     if given.shape in ((3, 3), (4, 4)):
         if given[0, 1] != 0:
-            raise ValueError(f"the skew of intrinsics is {given[0, 1]:g}; it must be 0")
+            raise ValueError(f"the skew of intrinsics must be 0, got {given[0, 1]:g}")
         given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
     if given.shape != (4,):
         raise ValueError(
-            f"intrinsics must be fx, fy, cx, cy or a matrix (3, 3), got shape {given.shape}"
+            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3), got shape"
+            f" {given.shape}"
         )
     if not np.isfinite(given).all() or given[:2].min() <= 0:
         raise ValueError(
@@ -753,10 +791,10 @@ def checked_intrinsics(intrinsics: Any) -> Floats:
 
 
 def checked_image_size(size: Any) -> tuple[int, int]:
-    """Width and height of an image in pixels, both at least 1."""
+    """Return the width and height of an image in pixels, both from 1 to `MAX_SIDE`."""
     if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
         raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
-    width, height = (checked_count(value, "size", MAX_SIDE, "pixels") for value in size)
+    width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
     return width, height
 
 
@@ -767,45 +805,48 @@ def _numbers_of(value: Any, name: str) -> Floats:
     except ValueError:  # the nested lists are ragged
         array = np.empty(0, object)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be an array of numbers")
+        raise TypeError(f"{name} must be an array of numbers, got {reprlib.repr(value)}")
     return array.astype(np.float64)
 
 
 def checked_callable(value: Any, name: str) -> Any:
-    """Check a value that must be a callable or None."""
+    """Return the value, or raise a TypeError if it is neither callable nor None."""
     if value is not None and not callable(value):
-        raise TypeError(f"{name} must be callable, got {value!r}")
+        raise TypeError(f"{name} must be callable, got {reprlib.repr(value)}")
     return value
 
 
 def checked_threads(n_threads: Any) -> int:
-    """The number of threads: as given, else SUPERFACETS_NUM_THREADS, else one per usable core.
+    """Return the number of threads to use, at most `MAX_THREADS_PER_CORE` per usable core.
 
-    At most `MAX_THREADS_PER_CORE` per usable core. Labels do not depend on the number of threads.
+    If `n_threads` is None, the environment variable SUPERFACETS_NUM_THREADS decides. If the
+    variable is not set, there is one thread per usable core.
     """
     if n_threads is not None:
         return min(checked_count(n_threads, "n_threads"), MAX_THREADS_PER_CORE * usable_cores())
     from_environment = os.environ.get("SUPERFACETS_NUM_THREADS", "")
     if from_environment:
         if not from_environment.isdecimal():
-            raise ValueError(f"SUPERFACETS_NUM_THREADS must be a number, got {from_environment!r}")
+            raise ValueError(
+                f"SUPERFACETS_NUM_THREADS must be a positive integer, got {from_environment!r}"
+            )
         return checked_threads(checked_count(int(from_environment), "SUPERFACETS_NUM_THREADS"))
     return usable_cores()
 
 
 def usable_cores() -> int:
-    """The number of cores that this process may use."""
+    """Number of CPU cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def _integer_array(value: Any, name: str) -> Array:
-    """A one-dimensional array of integers, in its original dtype."""
+    """Return a one-dimensional array of integers in its original dtype."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.ndim != 1:
         raise ValueError(f"{name} must be one-dimensional, got shape {array.shape}")
     if array.size and array.dtype.kind not in "iu":
-        raise TypeError(f"{name} must be integers, got {array.dtype}")
+        raise TypeError(f"{name} must contain integers, got {array.dtype}")
     return array

@@ -1,18 +1,18 @@
-"""The errors that superfacets raises for wrong input and missing extras, and its warnings."""
+"""Classes of the errors and warnings of superfacets."""
 
 import importlib
 from typing import Any
 
 
 class MeshError(ValueError):
-    """The mesh or its file cannot be used; the message says where and why."""
+    """A mesh or its file is not valid. The message names the first fault."""
 
 
 class MissingExtraError(ImportError):
-    """A feature needs an optional dependency; the message says how to install it."""
+    """An optional dependency is missing. The message gives the install command."""
 
     def __init__(self, task: str, extra: str) -> None:
-        """Name the task and its extra; ``"torch"`` is a package that no extra installs."""
+        """Create the error for a task and the extra to install, or the package ``"torch"``."""
         needs, package = "an extra", f"'superfacets[{extra}]'"
         if extra == "torch":
             needs, package = extra, extra
@@ -21,7 +21,7 @@ class MissingExtraError(ImportError):
 
 
 def import_extra(module: str, task: str, extra: str) -> Any:
-    """Return an optional module; a MissingExtraError for the task if it is not installed."""
+    """Import an optional module; if it is missing, raise a MissingExtraError with the task."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError:
@@ -29,30 +29,30 @@ def import_extra(module: str, task: str, extra: str) -> Any:
 
 
 class RenderError(RuntimeError):
-    """Pictures cannot be made on this machine; the message says what to install."""
+    """Pictures cannot be rendered on this machine. The message says what to install."""
 
 
 class IslandWarning(UserWarning):
-    """There are more or fewer regions than asked for; the message says why."""
+    """There are more or fewer regions than requested. The message gives the reason."""
 
 
 class BalanceWarning(UserWarning):
-    """Some regions are disconnected, because only then they have the requested number of cells."""
+    """Some regions are disconnected: no connected regions of the requested size were found."""
 
 
 class MismatchWarning(UserWarning):
-    """Labels are transferred between meshes that do not cover each other."""
+    """Labels were transferred between meshes that overlap only partly."""
 
 
 class SliverWarning(UserWarning):
-    """Regions become stripes because faces are long and thin; the message says what to do."""
+    """Regions are stripes because faces are long and thin. The message suggests a remedy."""
 
 
 class ViewWarning(UserWarning):
-    """Some images give no votes: their masks are empty, or their cameras see nothing."""
+    """Some images give no votes: their masks are empty, or their cameras see no faces."""
 
 
 def reason_of(error: BaseException) -> str:
-    """Return the class of an error and its message, as one line for a record."""
+    """Return the class and the message of an error as one line of text."""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -1,4 +1,4 @@
-"""Nested levels of regions: from a mesh to its hierarchy."""
+"""`hierarchy`: nested levels of regions of a mesh or a graph."""
 
 from __future__ import annotations
 
@@ -60,15 +60,15 @@ def hierarchy(
     cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     counts : sequence of int
-        Number of regions of each level. The numbers must differ and may have any order.
+        Number of regions of each level. The numbers must differ and may be in any order.
     labels : array_like of int, shape (N,), optional
-        Regions of the finest level, 0 to K - 1, each at least once; -1 for cells that are left
-        out. The default is ``segment(cells, max(counts), **options)``, or `segment_graph` for a
-        graph.
+        Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
+        left out. The default is ``segment(cells, max(counts), **options)``, or `segment_graph` for
+        a graph.
     features : array_like, shape (N, F) or (V, F), optional
-        Numbers of each cell or vertex that decide which regions merge, instead of geometry. The
-        cost is then ``a b / (a + b)`` times the squared distance between the mean features of two
-        regions (Ward). Pairs with equal costs are compared by the cost above. Without `labels`, the
+        F numbers per cell or per vertex, from which the cost of merging is computed instead of
+        geometry. The cost is then ``a b / (a + b)`` times the squared distance between the mean
+        features of two regions (Ward). The formula above only breaks ties. Without `labels`, the
         finest regions also follow the features, as in `segment`.
     scale_features : bool, default True
         Whether each feature is first divided by its area-weighted standard deviation.
@@ -76,7 +76,8 @@ def hierarchy(
         With ``"keep"``, only regions that touch merge, and no level can have fewer regions than
         there are components. With ``"nearest"``, a component may also merge across the gap to the
         nearest cell of a larger component, and regions may extend over several components. A gap
-        counts as a border of length r in a deep crease. `islands` is also passed to `segment`.
+        costs as much as a border of length r in a deep crease. `islands` is also passed to
+        `segment`.
     barriers : array_like of int, shape (N,) or (E, 2), optional
         As for `segment`: regions never merge across barriers. They are not allowed with
         ``islands="nearest"``, because a merge across a gap could bypass a barrier.
@@ -91,7 +92,7 @@ def hierarchy(
     Hierarchy
         Levels with exactly these numbers of regions. If the finest regions are connected, all
         regions are connected, except across merged gaps. If several pairs have the same cost, the
-        pair with the lower nodes is merged first.
+        pair with the lowest node numbers is merged first.
 
     Warns
     -----
@@ -103,15 +104,17 @@ def hierarchy(
     MeshError
         If the mesh is not a valid mesh.
     ValueError, TypeError
-        If a level has more regions than the finest one, or fewer than there are components; if
-        given labels cross barriers; or if a parameter is out of range or of the wrong type.
+        If a level has more regions than the finest level, or fewer regions than there are
+        components; if given labels cross barriers; or if a parameter is out of range or of the
+        wrong type.
 
     Notes
     -----
-    Time is O(N + M) for the borders between regions, and O(m log K) for a merge of regions with m
-    neighbors. The openness of an edge is exp(-x), where x is the length that `crease_weights` adds
-    to the step across the edge, in units of 1.6 expected radii of the finest level. A graph uses
-    its own weights. The openness of a border is the mean over its length.
+    Time is O(N + M) for the borders between regions, and O(m log K) for each merge of regions with
+    m neighbors. The openness of an edge is exp(-x), where x is the length that `crease_weights`
+    adds to the step across the edge, in units of 1.6 expected radii of the finest level. For a
+    graph, x comes from the weights of the graph. The openness of a border is the mean over its
+    length.
 
     References
     ----------
@@ -134,11 +137,17 @@ def hierarchy(
     threads = checked_threads(n_threads)
     given = FeatureOptions.checked(features, 1.0, scale_features)
     if labels is not None and options:
-        raise TypeError(f"labels are given: {', '.join(options)} would have no effect")
+        raise TypeError(
+            f"{', '.join(options)} would have no effect because labels are given: leave out either"
+            " labels or these options"
+        )
     source = cells if isinstance(cells, CellGraph) else as_cells(cells)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
-        raise ValueError("islands='nearest' takes no barriers: merging across a gap may bypass one")
+        raise ValueError(
+            "islands='nearest' cannot be combined with barriers, because a merge across a gap could"
+            " bypass a barrier: leave one of them out"
+        )
     found = None
     if labels is None:
         if features is not None:
@@ -146,7 +155,7 @@ def hierarchy(
         options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
         found = _finest(source, wanted[0], weld, options)
         labels = found.labels
-    with _core.Workspace():  # all steps share its threads
+    with _core.Workspace():  # all steps share the threads of the workspace
         graph, surface = graph_and_surface(source, weld, threads)
         costs, regions, n_regions = read_regions(surface, labels)
         table = _checked_features(given.table(source, surface.measures))
@@ -156,35 +165,40 @@ def hierarchy(
             costs = costs.of_part(cut)
         tree = merge_neighbors(costs, regions, n_regions, table, islands)
     for count in wanted:
-        checked_cut(count, "a level", tree)
+        checked_cut(count, "each number in counts", tree)
     return Hierarchy(wanted, regions, tree.children, tree.costs, found)
 
 
 def _checked_features(table: Floats | None) -> Floats | None:
-    """Refuse features whose squares would overflow, which is possible only without scaling."""
+    """Raise a ValueError if squares of features would overflow, as they can without scaling."""
     largest = 0.0 if table is None else float(np.abs(table).max())
     if largest > VALUE_RANGE[1] ** (2 / 3):
         raise ValueError(
-            f"the largest feature is {largest:.3g}: rescale features, or use scale_features=True"
+            f"features are as large as {largest:.3g}, so their squares would overflow: rescale"
+            " them, or use scale_features=True"
         )
     return table
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:
-    """Distinct numbers of regions, in descending order."""
+    """Return the distinct numbers of regions in descending order."""
     if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
-        raise TypeError(f"counts must be numbers of regions, got {reprlib.repr(counts)}")
-    checked = sorted((checked_count(count, "a level") for count in counts), reverse=True)
+        raise TypeError(
+            f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
+        )
+    checked = sorted(
+        (checked_count(count, "each number in counts") for count in counts), reverse=True
+    )
     if not checked:
-        raise ValueError("counts must hold at least one number of regions")
-    for one, next_one in pairwise(checked):
-        if one == next_one:
-            raise ValueError(f"counts contains {one} more than once")
+        raise ValueError("counts must contain at least one number of regions, but it is empty")
+    for count, next_count in pairwise(checked):
+        if count == next_count:
+            raise ValueError(f"counts must contain distinct numbers, but {count} occurs repeatedly")
     return tuple(checked)
 
 
 def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
-    """Regions to start from: n regions, or more if there are islands."""
+    """Segment the cells into n regions, or more if components get no seed."""
     if isinstance(source, CellGraph):
         return segment_graph(source, n, **options)
     with warnings.catch_warnings():
@@ -194,10 +208,12 @@ def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segment
 
 def _check_sides(regions: Ints, groups: Ints) -> None:
     """Raise a ValueError if a region has cells of different groups."""
-    is_told = (regions >= 0) & (groups != ANY_GROUP)
+    has_both = (regions >= 0) & (groups != ANY_GROUP)
     group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
-    group_of[regions[is_told]] = groups[is_told]
-    is_wrong = is_told & (group_of[regions] != groups)
+    group_of[regions[has_both]] = groups[has_both]
+    is_wrong = has_both & (group_of[regions] != groups)
     if is_wrong.any():
         region = int(regions[np.argmax(is_wrong)])
-        raise ValueError(f"labels cross barriers: region {region} has cells on both sides of one")
+        raise ValueError(
+            f"labels must not cross barriers: region {region} has cells on both sides of a barrier"
+        )

@@ -1,4 +1,4 @@
-"""`segment`: run all stages on a mesh, from its faces to its superfacets."""
+"""`segment`: run all stages of the segmentation of a mesh."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ._options import (
 )
 from ._timing import OnStage, timed
 from ._types import Ints
-from ._validate import checked_choice, says_what_is_meant
+from ._validate import checked_choice, explains_parameters
 from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
@@ -71,20 +71,17 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "smooth": False,
     }
 )
-"""Keywords for the paper's algorithm exactly as published: ``segment(mesh, 150, **PAPER)``.
-
-Weights follow eq. 1-3, and seeds are placed by farthest-point sampling. Expansions halt at 2 r, and
-the loop stops when no center changes. Borders are not smoothed.
-"""
+"""Keywords for the algorithm of the paper as published: ``segment(mesh, 150, **PAPER)``. Weights
+are computed with equations 1 to 3 of the paper, and seeds are placed by farthest-point sampling.
+Expansions halt at 2 r, and the loop stops when no center changes. Borders are not smoothed."""
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that stay within the parts of a shape. They equal the defaults."""
+"""Keywords for regions that do not extend over several parts of a shape, as by default."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
-
-Noise is smoothed before creases are measured, and borders follow creases more closely.
-"""
+Noise is smoothed before creases are measured, and a higher `alpha` makes borders follow creases
+more closely."""
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType(
     {
@@ -107,28 +104,28 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "seed": "labels are the same on every run; init accepts the faces to start from",
     }
 )
-"""Parameters of scikit-image's ``slic`` and of other tools, and what to use here instead."""
+"""Advice for parameters of scikit-image's ``slic`` and of other tools, keyed by their names."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Result of stages 0 and 1, which several calls of `segment` can share.
+    """Result of stages 0 and 1, which several calls of `segment` can use.
 
     `segment` accepts a `Prepared` in place of the mesh and returns the same labels. `weld` then has
-    no effect, and weights must be given by name.
+    no effect, and weights must be given by name. `cells`, `graph`, `shapes` and `order` are fields
+    of `OrderedCells`.
     """
 
-    source: Cells
+    source: Cells  # cells in input order
     kind: Kind
     cells: Any
     graph: Any
     shapes: Any
     order: Ints | None
-    """`cells`, `graph`, `found` and `order` are as in `OrderedCells`."""
 
     @classmethod
     def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
-        """Build the graph of cells from `as_cells`: by far the longest part of the preparation."""
+        """Build the cell graph of `source`, with sorted cells if this is faster."""
         kind = kind_of(source)
         ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
         if ordered is None:
@@ -136,7 +133,7 @@ class Prepared:
         return cls(source, kind, *ordered)
 
 
-@says_what_is_meant(OTHER_NAMES)
+@explains_parameters(OTHER_NAMES)
 def segment(
     mesh: MeshLike | CloudLike | Prepared,
     n_segments: int | None = None,
@@ -173,8 +170,8 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
-    In a point cloud every point gets a label, and in a tetrahedral mesh every tetrahedron does. The
-    page "Parameters" of the documentation explains each parameter in detail.
+    In a point cloud, every point gets a label; in a tetrahedral mesh, every tetrahedron. The page
+    "Parameters" of the documentation explains each parameter in detail.
 
     Parameters
     ----------
@@ -182,12 +179,13 @@ def segment(
         Any mesh of triangles, polygons or tetrahedra. It may be open, non-manifold, degenerate or
         disconnected. A point cloud is a PointCloud, an (N, 3) array, or a file of points.
     n_segments : int, optional
-        Number of regions k, from 1 to the number of faces N. The default is 150, or N if N is less.
+        Number of regions k, from 1 to the number of faces N. The default is 150, or N for meshes
+        with fewer faces.
     alpha : float, optional
-        Strength with which borders follow creases, >= 0. At 0, regions are most compact.
+        How strongly borders follow creases, >= 0. Regions are most compact if it is 0.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
-        Data that borders follow in addition to creases: F numbers per face or per vertex, or a
-        name. Names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
+        Data that borders follow in addition to creases: F numbers per face or per vertex, or names
+        of data. Names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
         ``"normals"``, ``"height"``, and the properties in the file.
     denoise : int or "auto", optional
         Number of smoothing steps before creases are measured. The input mesh is not changed.
@@ -204,60 +202,63 @@ def segment(
         One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
     eta_convex, ridges : float, optional
-        Weights relative to concave creases: `eta_convex` for convex edges, `ridges` for sharp
-        convex edges between flat faces.
+        Costs of convex edges, relative to concave edges with the same angle. `ridges` is for sharp
+        edges between flat faces, and `eta_convex` for other convex edges.
     init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
-        Method that places the seeds. The default is ``"geodesic"``, or ``"curve"`` for 10,000 or
-        more regions of less than a hundred faces. Alternatively the seed faces, or a start for the
-        loop: one label per face, or an earlier result.
+        Seeding method. The default is ``"geodesic"``, or ``"curve"`` for 10,000 or more regions of
+        fewer than 100 faces each. Alternatively, an array of seed faces, an array of one initial
+        label per face, or an earlier result.
     relocate : bool, optional
-        Whether centers may jump into large regions. The default is True for ``"parts"`` only.
+        Whether centers of small regions may move into large regions. The default is True for the
+        weights ``"parts"``, and False for other weights.
     smooth : bool, default True
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     max_num_iter, tol : int, float
-        The loop stops after `max_num_iter` iterations, or when centers move by at most `tol` * r.
+        The loop stops after `max_num_iter` iterations, or when the root mean square of the moves of
+        centers is at most `tol` * r.
     radius_factor : float, optional
         Distance from the center, in units of r, at which expansions halt. The paper uses 2.
     islands : {"keep", "nearest"}
-        Each component without a seed becomes a region (``"keep"``) or joins the nearest region.
+        Whether each component without a seed becomes a region (``"keep"``) or joins the nearest
+        region (``"nearest"``).
     min_size : float
-        Regions smaller than this fraction of the mean area are merged into a neighbor; see
+        Regions with less than this fraction of the mean area are merged into a neighbor; see
         `merge_small_regions`.
     enforce_connectivity : bool
-        Whether each region keeps only one connected piece. Only `radius_factor` makes several
-        pieces. See `enforce_connectivity`.
+        Whether each region keeps only the connected piece that contains its center; see
+        `enforce_connectivity`. Without `radius_factor`, regions are connected anyway.
     balance : float
-        How equal the areas (volumes) of regions become, from 0 to 1.
+        How equal the areas (volumes) of regions become, from 0 (not balanced) to 1 (equal).
     max_measure, min_measure : float, optional
-        Largest and smallest area (volume) of a region. An error is raised if this is impossible.
+        Limits on the area (volume) of each region. An error is raised if no regions meet them.
     cell_weights : array_like of float, shape (N,), optional
         Sizes of cells, >= 0, that `balance`, `max_measure` and `min_measure` use instead of areas.
     cells_per_region : int, optional
         Exact number of cells in each region. It replaces `n_segments`. In each component, one
-        region holds the remainder. See `Segmentation.patches`.
+        region may be smaller and contains the remaining cells. See `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
         Faces where the mask is False are left out and get the label -1.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        Either one number per face, and regions never mix numbers; or edges as pairs of vertices,
-        and regions never cross these edges.
+        Either one number per face, such that all faces of a region have the same number; or edges
+        as pairs of vertices, such that no region extends across these edges.
     feature_weight, scale_features : float, bool
-        Cost of a difference of features, in units of r per standard deviation; and whether features
-        are divided by their standard deviations.
+        `feature_weight` is the cost of a feature difference of 1, in units of r. If
+        `scale_features` is True, each feature is first divided by its standard deviation.
     weld : bool
         Whether vertices at exactly the same position count as one vertex.
     progress : callable, optional
-        Called after each iteration with its number and the number of centers that moved. If the
-        callable returns False, the loop stops with ``stop_reason="cancelled"``.
+        Called after each iteration with the number of the iteration and the number of centers that
+        moved. If it returns False, the loop stops with ``stop_reason="cancelled"``.
     on_stage : callable, optional
-        Called with the name of each stage when the stage begins. An exception ends the run.
+        Called with the name of each stage when the stage begins. An exception stops `segment`.
 
     Returns
     -------
     Segmentation
         Labels are int32 from 0 to K - 1, one per face in input order, and -1 where the mask is
-        False. They are the same on every run. K equals k with ``islands="nearest"``; with
-        ``"keep"``, each component without a seed adds one region. K only approximates k with
-        ``init="flood"`` or ``"grid"`` and with `radius_factor`.
+        False. They are the same on every run. K equals k with ``islands="nearest"``. With
+        ``"keep"``, each component without a seed adds one region. K may differ more from k with
+        ``init="flood"``, ``init="grid"`` or `radius_factor`.
 
     Warns
     -----
@@ -267,7 +268,7 @@ def segment(
         If faces that are too long and thin for good regions cover more than a tenth of the area;
         see `subdivide`.
     IslandWarning
-        If components without a seed made more regions than `n_segments`.
+        If there are more regions than `n_segments` because of components without a seed.
 
     Raises
     ------
@@ -289,16 +290,16 @@ def segment(
     (20, dtype('int32'), 19)
     """
     options = Options.checked(locals())  # parameters are checked before the mesh is read
-    with _core.Workspace():  # all stages share its threads
+    with _core.Workspace():  # all stages share the threads of the workspace
         return _run(mesh, options)
 
 
 def _list_of_weights() -> str:
-    """List items for the docstring of `segment`, one for each entry of the table of weights."""
+    """Return a list of all formulas for weights, for the docstring of `segment`."""
     items = []
     for name, weight in WEIGHTS.items():
         values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
-        ranges = [f"{key} is 0 to 1" for key in weight.shares]
+        ranges = [f"{key} is from 0 to 1" for key in weight.fractions]
         text = f"- ``{name!r}``: {weight.about}. Defaults: {', '.join(values)}."
         text += "".join(f" {text}." for text in ranges)
         items.append(textwrap.fill(text, 100, initial_indent=" " * 8, subsequent_indent=" " * 10))
@@ -311,7 +312,7 @@ if segment.__doc__ is not None:  # python -OO removes docstrings
 
 @dataclass(frozen=True)
 class Options:
-    """The checked options of all stages."""
+    """Checked options of all stages."""
 
     weld: bool
     init: Init | Start | None
@@ -321,12 +322,12 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = None  # "auto" becomes a number of steps when cells are prepared
+    denoise: Denoise = None  # `smoothed` replaces "auto" by the number of smoothing steps
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     @classmethod
     def checked(cls, arguments: Mapping[str, Any]) -> Options:
-        """Return the checked options for all parameters of `segment`, by name."""
+        """Check the arguments of `segment`, keyed by name, and return them as options."""
         given = SimpleNamespace(**arguments)
         size = SizeOptions.checked(given.n_segments, given.radius, given.init)
         if isinstance(given.init, str):
@@ -351,21 +352,22 @@ class Options:
         )  # fmt: skip
 
     def smoothed(self, n_steps: int | None) -> Options:
-        """Return the options for cells smoothed in `n_steps` steps."""
+        """Return the options for cells that were smoothed in `n_steps` steps."""
         weights = replace(self.weights, slack=slack_of(n_steps or 0))
         return replace(self, denoise=n_steps, weights=weights)
 
     def needs_order(self, kind: Kind) -> bool:
-        """Whether cells must keep their input order, even if it is bad for the cache.
+        """Whether cells must keep their input order, even if sorted cells are faster.
 
-        Weights from the caller follow the arcs of the input order. In the halted mode, the lowest
-        face that no center reaches becomes a center.
+        Weights from the caller are given in input order. In the halted mode, labels depend on the
+        order: among the faces that no center reaches, the one with the lowest index becomes a
+        center.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None
 
     def params(self, result: Segmentation) -> dict[str, Any]:
-        """All parameters for the result, by name; `result` has the parameters of the loop."""
+        """All parameters, keyed by name; `result` has the parameters of the loop."""
         return {
             "weld": self.weld,
             "denoise": self.denoise,
@@ -380,42 +382,45 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """Results of the stages so far.
+    """Results that one stage passes to the next.
 
-    A field is None before a stage sets it. After the last stage that needs the field, it is None
-    again, which frees the memory of large arrays.
+    A field is None until a stage sets it. The last stage that needs a large array sets the field
+    to None again, which frees the memory.
     """
 
     options: Options
-    prepared: Any  # Prepared; the mesh before the first stage
-    source: Any = None  # cells as given
-    order: Any = None  # indices of the cells in the source; None means 0 to N - 1
+    prepared: Any  # the mesh, replaced by `Prepared` in the first stage
+    source: Any = None  # cells in input order
+    order: Any = None  # input index of each sorted cell; None if cells are in input order
     plan: Any = None  # Plan
     sizes: SizeRules | None = None
     balancer: Balancer | None = None
-    sliver_share: float = 0.0
+    sliver_share: float = 0.0  # fraction of the area in long and thin faces
     surface: Any = None  # Surface of all cells
     weights: Any = None  # one weight per arc of all cells
     steps: FeatureSteps | None = None
-    lengths: Any = None  # the weights as whole numbers of a unit
-    unit: float = 0.0
+    lengths: Any = None  # one int per arc: the weight as a multiple of `unit`
+    unit: float = 0.0  # quantization step of the weights
     arcs: Any = None  # ArcLengths of the kept cells
     graph: Any = None  # OrderedGraph of the kept cells
-    levels: Any = None  # Levels: the graph and its coarser versions
-    of_machine_part: bool = False  # whether the mesh was weighed as a machine part
+    levels: Any = None  # Levels: the graph and coarser versions of the graph
+    of_machine_part: bool = False  # whether the weights are the ones for machine parts
     parts: PartPrices | None = None
-    result: Any = None  # Segmentation of the kept cells; of all cells after the last stage
-    timings: dict[str, float] = field(default_factory=dict)
+    result: Any = None  # Segmentation of the kept cells, extended to all cells by the last stage
+    timings: dict[str, float] = field(default_factory=dict)  # seconds, keyed by stage
 
     @property
     def has_parts(self) -> bool:
-        """Whether steps between parts have a price; given weights of a surface exclude prices."""
+        """Whether steps between parts of the shape have an extra cost.
+
+        Only surfaces without weights from the caller can have this cost.
+        """
         surface, is_asked = self.surface, self.options.weights.has_parts
         has_creases = surface.weights is None and surface.dimension == 2
         return is_asked and has_creases and self.plan.size.radius > 0.0
 
     def relocating(self) -> _Work:
-        """Return the work with None for `relocate` replaced by its default."""
+        """Return the work with the default value of `relocate` in place of None."""
         loop = self.options.loop
         if loop.relocate is not None:
             return self
@@ -424,12 +429,12 @@ class _Work:
         return replace(self, options=replace(self.options, loop=loop))
 
     def timed(self, stage: str, *, begins: bool = True) -> AbstractContextManager[None]:
-        """Measure the time of a block, and call `on_stage` if the stage begins here."""
+        """Measure the time of a block; with `begins`, also call `on_stage`."""
         return timed(self.timings, stage, self.options.loop.on_stage if begins else None)
 
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
-    """Run all stages. The stack levels of warnings count the calls from `segment` to here."""
+    """Run all stages. The `stacklevel` of warnings in the stages counts calls from `segment`."""
     work = _Work(options, mesh)
     for stage in (
         _prepare,
@@ -450,16 +455,16 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
 
 
 def _prepare(work: _Work) -> _Work:
-    """Stages 0 and 1: read the cells and find their neighbors, unless they are prepared."""
+    """Stages 0 and 1: read the cells and build their graph, unless a `Prepared` is given."""
     options, mesh = work.options, work.prepared
     if isinstance(mesh, Prepared):
         if mesh.order is not None and options.needs_order(mesh.kind):
             raise ValueError(
-                "the prepared cells are not in input order: give weights by name, and leave out"
-                " radius_factor"
+                "prepared cells are sorted, but radius_factor and arrays of weights need the input"
+                " order: pass the mesh instead, or leave these parameters out"
             )
         if options.denoise is not None:
-            raise ValueError("denoise needs the mesh, but the cells are already prepared")
+            raise ValueError("denoise needs the mesh: pass the mesh instead of prepared cells")
         return replace(work, source=mesh.source, order=mesh.order)
     with work.timed("mesh"):
         source, options = _with_named_features(mesh, options)
@@ -473,7 +478,7 @@ def _prepare(work: _Work) -> _Work:
 
 
 def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
-    """Read the cells and the named features."""
+    """Read the cells, and return options with a table in place of names of features."""
     names = options.features.names
     if not names:
         return as_cells(mesh), options
@@ -483,8 +488,8 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
         source, attributes = as_cells(mesh), None
         if "color" in names and kind_of(source).has_faces:
             raise MeshError(
-                "features color: a Mesh holds no colors, only normals and height: pass the path of"
-                " its file, or an array of colors"
+                "a Mesh has no colors, so features='color' is not available: pass the path of the"
+                " file instead, or an array of colors as features"
             )
     table = features_of(names, source, attributes, options.loop.n_threads)
     return source, replace(options, features=replace(options.features, given=table))
@@ -496,7 +501,7 @@ def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
         return source, options
     kind = kind_of(source)
     if not kind.has_faces:
-        raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
+        raise ValueError(f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out")
     cells, n_steps = denoised(
         cast(FaceMesh, source), options.denoise, weld=options.weld,
         n_threads=options.loop.n_threads,
@@ -505,7 +510,7 @@ def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
 
 
 def _plan(work: _Work) -> _Work:
-    """Decide which cells are kept, how large regions are, and where the loop starts."""
+    """Determine the kept cells, the size of regions, and the start of the loop."""
     options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
@@ -535,7 +540,7 @@ def _weigh(work: _Work) -> _Work:
         weights, of_machine_part = cells.kind.weights(
             surface, cells.graph, cells.shapes, work.plan.size.radius, options.weights
         )
-        if not options.weights.has_other_unit:  # otherwise border costs need the whole surface
+        if not options.weights.has_other_unit:  # otherwise `_border_costs` needs all fields
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
     cells = replace(cells, shapes=None)
     work = replace(work, options=options, surface=surface, weights=weights, prepared=cells)
@@ -555,7 +560,7 @@ def _add_features(work: _Work) -> _Work:
 
 
 def _quantize(work: _Work) -> _Work:
-    """Stage 2: round weights to whole multiples of a unit, so that path lengths are exact."""
+    """Stage 2: round weights to integer multiples of a unit, so that path lengths are exact."""
     with work.timed("weights", begins=False):
         spare = SPARE if work.has_parts else 1.0
         lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads, spare)
@@ -563,13 +568,13 @@ def _quantize(work: _Work) -> _Work:
 
 
 def _order(work: _Work) -> _Work:
-    """Sort the kept cells along a space-filling curve, for the cache."""
+    """Sort the kept cells along a space-filling curve, which improves cache locality."""
     with work.timed("order"):
         n_threads = work.surface.n_threads
         placed, arcs = work.plan.placed_cells(work.prepared.graph, work.lengths, n_threads)
         offsets, neighbors, lengths = arcs
-        work = replace(work, prepared=None, arcs=arcs)  # the surface can recompute centroids
-        is_symmetric = work.options.weights.given is None  # all formulas are symmetric
+        work = replace(work, prepared=None, arcs=arcs)
+        is_symmetric = work.options.weights.given is None  # weights from formulas are symmetric
         straight_unit = work.unit * work.surface.weight_unit if work.has_parts else 0.0
         graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
@@ -586,7 +591,7 @@ def _coarsen(work: _Work) -> _Work:
 
 
 def _add_parts(work: _Work) -> _Work:
-    """Stage 2: add far arcs and the prices of steps between parts."""
+    """Stage 2: add far arcs, between faces two or more arcs apart, and costs between parts."""
     if not work.has_parts:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
@@ -598,9 +603,10 @@ def _add_parts(work: _Work) -> _Work:
 def price_parts(
     graph: Any, levels: Any, options: WeightOptions, size: RegionSize, n_threads: int
 ) -> PartPrices:
-    """Price steps between parts, and add far arcs, on the graphs that the loop runs on.
+    """Add costs between parts, and far arcs, to the graphs that the loop runs on.
 
-    `graph` may be a tiled graph, unless the loop also runs on all of its cells.
+    Far arcs join faces that are two or more arcs apart. `graph` may be a tiled graph, unless
+    ``levels.on_all``.
     """
     factors = (options.params["gamma"], options.crease_price(size.radius))
     if levels.on_all:
@@ -618,11 +624,11 @@ def price_parts(
 
 
 def _cluster(work: _Work) -> _Work:
-    """Stages 3 and 4: place seeds, and move centers until they settle."""
+    """Stages 3 and 4: place seeds, and move centers until the loop converges."""
     options = work.options
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
-        warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
+        warnings.warn(note, SliverWarning, stacklevel=5)
     join_pieces = None
     if work.has_parts:
         arcs = (*work.arcs, work.graph.barrier)
@@ -665,11 +671,14 @@ def _clean(work: _Work) -> _Work:
 def _sized(
     costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
 ) -> Segmentation:
-    """Return the result after moving cells until the sizes of regions are within their limits."""
+    """Move cells between regions until the sizes of regions are within their limits."""
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
     n_extra = costs.surface.extra_pieces(labels, len(centers)) if goals.is_exact else 0
     if n_extra > 0:
-        note = f"{counted(n_extra, 'extra piece')}: no connected regions of these sizes were found"
+        note = (
+            f"some regions are disconnected, with {counted(n_extra, 'extra piece')}: no connected"
+            " regions of the requested sizes were found"
+        )
         warnings.warn(note, BalanceWarning, stacklevel=6)
     return replace(result, labels=labels, centers=centers, n_extra_pieces=n_extra)
 
@@ -682,10 +691,10 @@ def _cleaned(
     smoothing: SmoothOptions,
     goals: Goals | None = None,
 ) -> Segmentation:
-    """Return the result with its regions cleaned up; regions of different groups never join."""
+    """Clean up the regions of the result; regions of different groups are never merged."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
-        # A piece that touches no other region is an island that joined this region: it stays.
+        # A piece that touches no other region is an island. It keeps its region.
         labels = edit.sources[edit.labels]
         result = replace(result, labels=labels, n_joined=edit.n_joined)
     if options.min_size > 0:
@@ -707,16 +716,16 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Costs of borders: by the weights of the paths, if their unit allows it."""
+    """Costs of borders, computed from the weights of paths if the unit of the weights allows it."""
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
         return BorderCosts(surface, work.lengths, work.unit, scale)
     # These weights use another unit, or depend on resolution, so border costs are recomputed.
-    prices = creases_of(surface, radius, ridges=0.0)  # weights in another unit have no ridges
+    weights = creases_of(surface, radius, ridges=0.0)  # weights in another unit have no ridges
     if work.steps is not None:
-        prices = work.steps.added(prices, surface, radius)
-    return BorderCosts.of_weights(surface, prices, scale)
+        weights = work.steps.added(weights, surface, radius)
+    return BorderCosts.of_weights(surface, weights, scale)
 
 
 def _finish(work: _Work) -> _Work:
@@ -735,41 +744,40 @@ def _finish(work: _Work) -> _Work:
 
 
 def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
-    """The result for cells in input order; `order` holds the input index of each cell."""
+    """Convert a result for sorted cells to input order; `order` is the input index of each."""
     labels = np.empty_like(result.labels)
     labels[order] = result.labels
     return replace(result, labels=labels, centers=order[result.centers])
 
 
 def sliver_advice(radius: float) -> str:
-    """How to avoid stripes if faces are long and thin, for regions of this radius."""
+    """Advice for meshes with long and thin faces, for regions of the given radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Why there are fewer regions than asked for, if a limit on their sizes is the cause."""
+    """Explain why limits on sizes made fewer regions than requested; None if this is not so."""
     asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
     is_sized = {"balance", "max_measure", "min_measure"} & result.params.keys()
     if asked is None or n_made >= asked or not is_sized:
         return None
-    what = whole_parts(result.params)
     return (
-        f"{n_made} regions instead of {asked}: some {what} have too few cells for the number of"
-        " regions that their area requires"
+        f"{n_made} regions instead of {asked}: some {whole_parts(result.params)} have too few cells"
+        " for the number of regions that their area requires"
     )
 
 
 def whole_parts(params: Mapping[str, Any]) -> str:
-    """Name of the pieces of a mesh that no region extends beyond."""
+    """Plural noun for the pieces of a mesh that are segmented separately."""
     between = ", or parts between barriers," if "barriers" in params else ""
     return f"components of the mesh{between}"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Warn if the number of regions differs from the requested one, except in the halted mode."""
+    """Warn if the number of regions is not the requested number, except in the halted mode."""
     params = result.params
-    asked = params["n_segments"]  # None if a radius was given
+    asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
         return
     n_more = result.n_segments - asked
@@ -790,6 +798,6 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
 
 
 def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
-    """Timings in the order in which the stages run."""
+    """Return the timings in the order in which the stages run."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

@@ -77,5 +77,5 @@ def test_points_without_faces_are_a_cloud(blocks):
 
 def test_cells_of_other_types_are_refused():
     grid = meshio.Mesh(np.vstack([CORNERS, CORNERS + [0, 0, 3]]), [("hexahedron", [range(8)])])
-    with pytest.raises(MeshError, match="other than faces and tetrahedra: hexahedron"):
+    with pytest.raises(MeshError, match="cells must be faces or tetrahedra, got hexahedron"):
         as_cells(grid)

@@ -272,7 +272,11 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
     ("keywords", "error", "message"),
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
-        ({"n_segments": 5, "radius": 0.1}, ValueError, "n_segments or radius, not both"),
+        (
+            {"n_segments": 5, "radius": 0.1},
+            ValueError,
+            "n_segments is 5 and radius is 0.1: give only one of them",
+        ),
         ({"init": "best"}, ValueError, "init must be one of"),
         ({"init": [1, 2]}, TypeError, "init must be a string"),
         ({"weights": np.ones(3)}, TypeError, "weights must be a string"),

@@ -225,11 +225,11 @@ def test_files_are_segmented_by_texture_by_name(tmp_path):
 def test_features_without_a_texture_say_why(tmp_path):
     mesh, _ = grid(4, 4, 1, 1)
     sf.write_mesh(tmp_path / "a.ply", mesh)
-    with pytest.raises(sf.MeshError, match=r"^features texture: there is no texture$"):
+    with pytest.raises(sf.MeshError, match=r"^features texture: the mesh has no texture$"):
         sf.segment(tmp_path / "a.ply", 3, features="texture")
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 1 x\nf 1/1 2/1 3/1\n"
     (tmp_path / "a.obj").write_text(text)
-    with pytest.raises(sf.MeshError, match=r"there is no texture \(texture: line 4: expected"):
+    with pytest.raises(sf.MeshError, match=r"the mesh has no texture \(texture: line 4: expected"):
         sf.segment(tmp_path / "a.obj", 1, features="texture")
     made = facade(tmp_path, edge=1)
     (tmp_path / "facade.png").unlink()

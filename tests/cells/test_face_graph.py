@@ -130,9 +130,12 @@ def test_a_graph_that_was_tampered_with_is_refused():
     with pytest.raises(ValueError, match="read-only"):
         graph.neighbors[0] = 99
     for change, message in [
-        ({"neighbors": graph.neighbors + 12}, "neighbors must be cells, 0 to 11"),
-        ({"sides": graph.sides + np.uint16(3)}, "sides must be 0, 1 or 2"),
-        ({"sides": graph.sides[1:]}, "sides and same_turn must have one entry per arc"),
+        ({"neighbors": graph.neighbors + 12}, r"neighbors\[0\] must be 0 to 11, got 21"),
+        (
+            {"sides": graph.sides + np.uint16(3)},
+            r"sides\[0\] must be 0, 1 or 2 \(for polygons, pass int32",
+        ),
+        ({"sides": graph.sides[1:]}, r"sides must have one number per arc, shape \(36,\), got"),
     ]:
         with pytest.raises(ValueError, match=message):
             dataclasses.replace(graph, **change)

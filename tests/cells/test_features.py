@@ -108,15 +108,23 @@ def test_features_of_vertices_of_polygons():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"features": np.zeros(3)}, ValueError, "3 features for 8 cells and 9 vertices"),
+        (
+            {"features": np.zeros(3)},
+            ValueError,
+            r"features must have one row per cell \(8\) or per vertex",
+        ),
         ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
         ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
-        ({"features": [np.nan] * 8}, ValueError, r"features\[0\] is not finite"),
-        ({"features": np.array(["a"] * 8)}, TypeError, "features must be numbers"),
+        ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
+        ({"features": np.array(["a"] * 8)}, TypeError, "features must contain numbers, got <U1"),
         ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
         ({"features": np.zeros(8), "feature_weight": -1}, ValueError, "feature_weight must be"),
         ({"features": np.zeros(8), "scale_features": 1}, TypeError, "True or False"),
-        ({"features": np.zeros(3), "feature_weight": 0}, ValueError, "3 features for 8 cells"),
+        (
+            {"features": np.zeros(3), "feature_weight": 0},
+            ValueError,
+            r"features must have one row per cell \(8\) or per vertex",
+        ),
     ],
 )
 def test_wrong_features_are_refused(arguments, error, message):

@@ -284,14 +284,18 @@ def test_prepared_cells_keep_their_order():
     assert np.array_equal(result.labels, sf.segment(BEAR, 40).labels)
     assert result.cells is BEAR
     for options in ({"weights": [1.0]}, {"radius_factor": 2.0}):
-        with pytest.raises(ValueError, match="the prepared cells are not in input order"):
+        with pytest.raises(
+            ValueError, match="prepared cells are sorted, but radius_factor and arrays"
+        ):
             sf.segment(prepared, 40, **options)
 
 
 def test_errors_tell_numbers_of_the_input():
     mask = np.ones(BEAR.n_faces, bool)
     mask[17] = False
-    with pytest.raises(ValueError, match=r"init\[1\] is 17, which the mask excludes"):
+    with pytest.raises(ValueError, match=r"init\[1\] is cell 17, but the mask excludes this cell"):
         sf.segment(BEAR, init=[3, 17, 5], mask=mask)
-    with pytest.raises(ValueError, match=r"barriers\[0\] is \[5, 5\], which is not an edge"):
+    with pytest.raises(
+        ValueError, match=r"barriers\[0\] must be an edge of the mesh, got \[5, 5\]"
+    ):
         sf.segment(BEAR, 9, barriers=[[5, 5]])

@@ -254,9 +254,11 @@ def test_labels_of_old_faces_go_there_and_back():
 
 def test_wrong_labels_are_refused():
     parts = bisect(shapes.cube(), 0.5)
-    with pytest.raises(ValueError, match=r"there are 3 labels for \d+ cells"):
+    with pytest.raises(
+        ValueError, match="labels must have one value per cell: there are 96 cells,"
+    ):
         parts.labels_back([0, 1, 2])
-    with pytest.raises(TypeError, match="labels must be integers"):
+    with pytest.raises(TypeError, match="labels must contain integers, got float64"):
         parts.labels_back(np.zeros(parts.mesh.n_faces))
 
 
@@ -280,7 +282,7 @@ def test_a_subdivision_says_what_it_is_and_is_read_only():
         (math.nan, ValueError, "max_edge must be finite and positive"),
         ("1", TypeError, "max_edge must be a number"),
         (True, TypeError, "max_edge must be a number"),
-        (1e-13, ValueError, "too small for coordinates of 1: .* move the mesh to the origin"),
+        (1e-13, ValueError, "max_edge must be at least 1e-12 for coordinates of 1, got"),
     ],
 )
 def test_wrong_lengths_are_refused(max_edge, error, message):
@@ -290,7 +292,9 @@ def test_wrong_lengths_are_refused(max_edge, error, message):
 
 def test_a_mesh_far_from_the_origin_ends_in_a_message_not_in_a_loop():
     mesh = Mesh(shapes.cube().vertices + 1e13, shapes.cube().faces)
-    with pytest.raises(ValueError, match="too small for coordinates"):
+    with pytest.raises(
+        ValueError, match=r"max_edge must be at least 10 for coordinates of 1e\+13,"
+    ):
         bisect(mesh, 0.5)
     assert bisect(Mesh(shapes.cube().vertices + 1e11, shapes.cube().faces), 0.5).mesh.n_faces > 12
 

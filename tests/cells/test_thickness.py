@@ -205,7 +205,7 @@ def test_vertices_of_no_face_change_nothing(far):
         ({"smoothing": -1}, ValueError, "smoothing"),
         ({"n_rays": 0}, ValueError, "n_rays"),
         ({"n_rays": 1.5}, TypeError, "n_rays"),
-        ({"n_rays": 10_001}, ValueError, "only 10000 that are allowed"),
+        ({"n_rays": 10_001}, ValueError, "n_rays must be at most 10000, got 10001"),
         ({"n_rays": 10**12}, ValueError, "n_rays"),
         ({"n_threads": 0}, ValueError, "n_threads"),
     ],

@@ -318,7 +318,7 @@ def test_stk02_weights_are_the_same_for_any_number_of_threads():
 
 def test_stk02_refuses_wrong_shares_and_graphs():
     mesh = shapes.fold(60)
-    with pytest.raises(ValueError, match=r"alpha must be 0 to 1, got 1\.01"):
+    with pytest.raises(ValueError, match="alpha must be from 0 to 1"):
         stk02_weights(mesh, build_face_graph(mesh), alpha=1.01)
     with pytest.raises(ValueError, match="the graph has 2 cells but the mesh has 12 faces"):
         stk02_weights(shapes.cube(), build_face_graph(mesh))
@@ -341,24 +341,28 @@ def test_a_weight_of_zero_is_one_unit_so_that_paths_grow():
 
 def test_weights_are_checked_where_the_arcs_need_not_be():
     graph = build_face_graph(shapes.fold(90))
-    with pytest.raises(ValueError, match=r"weights\[1\] is nan; it must be finite and not neg"):
+    with pytest.raises(ValueError, match=r"weights\[1\] must be finite and not negative, got nan"):
         graph.with_weights([1.0, math.nan])
-    with pytest.raises(ValueError, match=r"weights\[0\] is inf; it must be finite and not neg"):
+    with pytest.raises(ValueError, match=r"weights\[0\] must be finite and not negative, got inf"):
         graph.with_weights([math.inf, 1.0])
     with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(3,\)"):
         graph.with_weights([1.0] * 3)
-    with pytest.raises(ValueError, match=r"weights are at most 1e\+200: rescale"):
+    with pytest.raises(
+        ValueError, match=r"the largest value of weights must be 1e-150 to 1e\+150,"
+    ):
         graph.with_weights([1e200, 1.0])
     negative = dataclasses.replace(graph, measures=-graph.measures)
-    with pytest.raises(ValueError, match=r"measures\[0\] is -.*; it must be finite and not neg"):
+    with pytest.raises(
+        ValueError, match=r"measures\[0\] must be finite and not negative, got -3.0"
+    ):
         negative.with_weights([1.0, 1.0])
 
 
 def test_weights_of_a_graph_must_be_finite_and_not_negative():
     for bad in (-1.0, math.nan, math.inf):
-        with pytest.raises(ValueError, match=r"weights\[0\] is .*; it must be finite and not neg"):
+        with pytest.raises(ValueError, match=r"weights\[0\] must be finite and not negative"):
             shapes.line_graph([bad])
-    with pytest.raises(TypeError, match="weights must be numbers, got complex128"):
+    with pytest.raises(TypeError, match="weights must contain numbers, got complex128"):
         shapes.line_graph([1j])
     with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(1,\)"):
         CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0])

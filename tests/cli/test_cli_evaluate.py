@@ -61,7 +61,7 @@ def test_faces_in_no_region_are_an_error(run, labeled_strip):
     hole = labeled_strip / "hole.seg"
     hole.write_text("0\n-1\n1\n1\n")
     status, _, err = run("evaluate", mesh, hole)
-    expected = "[1] is -1; metrics need a region for each cell, labels >= 0\n"
+    expected = "[1] must be at least 0, because metrics need a region for each cell, got -1\n"
     assert (status, err) == (1, f"superfacets: error: labels{expected}")
     status, _, err = run("evaluate", mesh, labels, "--gt", hole)
     assert (status, err) == (1, f"superfacets: error: truth{expected}")

@@ -158,7 +158,11 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
             1,
             "features heat: there is no heat",
         ),
-        (("-n", "9999", "-o", "out.npz"), 2, "n_segments is 9999 but there are only 1152 faces"),
+        (
+            ("-n", "9999", "-o", "out.npz"),
+            2,
+            "n_segments must be at most 1152 because there are only 1152 faces",
+        ),
     ],
 )
 def test_levels_refuses_what_cannot_be(run, sheet, monkeypatch, tmp_path, options, status, message):

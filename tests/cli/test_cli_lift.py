@@ -132,7 +132,10 @@ def test_what_is_wrong_is_one_line_and_nothing_is_written(run, folder):
     (folder / "masks" / "2.png").rename(folder / "2.png")
     np.save("masks/2.npy", np.ones((48, 60), int))
     for change, words in (
-        ((), "image 2 (2.jpg): masks have 60 x 48 pixels, but the camera has 64 x 48"),
+        (
+            (),
+            "image 2 (2.jpg): masks must have the size of the camera, 64 x 48 pixels, got 60 x 48",
+        ),
         (("--agreement", "0"), "0.0 is not in the range 0<x<=1"),
         (("-o", "transforms.json"), "expected the ending"),
     ):
@@ -151,6 +154,6 @@ def test_what_is_wrong_is_one_line_and_nothing_is_written(run, folder):
     (folder / "turned.json").write_text(json.dumps(document))
     status, _, err = run(*LIFT[:-1], "turned.json")
     assert (status, err.count("\n")) == (1, 1)
-    assert "no camera sees the mesh: check that poses map camera to world" in err
+    assert "no camera sees the mesh: check that poses are camera-to-world" in err
     (folder / "turned.json").unlink()
     assert files_in(folder) == before

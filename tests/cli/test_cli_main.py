@@ -17,7 +17,7 @@ def test_settings_in_the_environment_are_checked(run, sheet, monkeypatch):
     monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "abc")
     status, _, err = run("info", sheet)
     assert (status, err.count("\n")) == (2, 1)
-    assert "SUPERFACETS_NUM_THREADS must be a number, got 'abc'" in err
+    assert "SUPERFACETS_NUM_THREADS must be a positive integer, got 'abc'" in err
     monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "99999999999")
     assert run("info", sheet)[0] == 0
 

@@ -56,7 +56,7 @@ def test_info_evaluate_and_render(run, tower, tmp_path):
     ("words", "message"),
     [
         (["segment", "-o", "a.ply"], "tetrahedra are written as .vtu or .vtk, not as .ply"),
-        (["segment", "--subdivide"], "expected a surface, but the mesh has tetrahedra"),
+        (["segment", "--subdivide"], "expected a surface mesh, got a TetMesh"),
     ],
 )
 def test_what_tetrahedra_do_not_have_is_one_line(run, tower, monkeypatch, words, message):

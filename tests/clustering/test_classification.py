@@ -176,7 +176,7 @@ def test_one_way_arcs_leave_orphans_that_become_centers():
 
 def test_wrong_centers_and_reach_are_refused():
     line = shapes.line_graph([1.0] * 4)
-    with pytest.raises(ValueError, match=r"centers\[0\] is 9"):
+    with pytest.raises(ValueError, match=r"centers\[0\] must be 0 to 4, got 9"):
         classify(line, [9])
     with pytest.raises(ValueError, match="reach must be finite and not negative"):
         classify(line, [0], reach=-1)

@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core, reference
-from superfacets.clustering.iteration import ITERATIONS_PER_ROUND, RELOCATED_SHARES
+from superfacets.clustering.iteration import ITERATIONS_PER_ROUND, RELOCATED_FRACTIONS
 
 KEEP = _core.Islands.KEEP
 
@@ -130,7 +130,7 @@ def test_regions_are_nearer_to_their_centers(options):
     usual, moved = (sf.segment(mesh, 40, relocate=on, **options) for on in (False, True))
     assert energy(mesh, moved) < energy(mesh, usual)
     assert (usual.params["relocate"], moved.params["relocate"]) == (False, True)
-    n_most = usual.n_iter + len(RELOCATED_SHARES) * ITERATIONS_PER_ROUND
+    n_most = usual.n_iter + len(RELOCATED_FRACTIONS) * ITERATIONS_PER_ROUND
     assert usual.n_iter <= moved.n_iter <= n_most + len(moved.levels) * 50
 
 
@@ -215,7 +215,7 @@ def test_progress_counts_on():
 
 def test_the_halted_mode_and_other_values_are_refused():
     mesh = shapes.bumpy_sheet(8)
-    with pytest.raises(ValueError, match="relocate needs the shortest paths to all centers"):
+    with pytest.raises(ValueError, match="relocate=True cannot be combined with radius_factor,"):
         sf.segment(mesh, 5, relocate=True, **sf.PAPER)
     with pytest.raises(TypeError, match="relocate must be True or False, got 1"):
         sf.segment(mesh, 5, relocate=1)

@@ -141,10 +141,18 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1, got 0"),
         ({"n_segments": -3}, ValueError, "n_segments must be at least 1, got -3"),
-        ({"n_segments": 6}, ValueError, "n_segments is 6 but there are only 5 faces"),
+        (
+            {"n_segments": 6},
+            ValueError,
+            "n_segments must be at most 5 because there are only 5 faces",
+        ),
         ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
         ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
-        ({"n_segments": 2, "radius": 0.1}, ValueError, "n_segments or radius, not both"),
+        (
+            {"n_segments": 2, "radius": 0.1},
+            ValueError,
+            "n_segments is 2 and radius is 0.1: give only one of them",
+        ),
         ({"radius": 0}, ValueError, "radius must be finite and positive, got 0"),
         ({"radius": math.inf}, ValueError, "radius must be finite and positive, got inf"),
         ({"radius": "wide"}, TypeError, "radius must be a number, got 'wide'"),
@@ -153,13 +161,21 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
             ValueError,
             "init must be one of geodesic, curve, farthest, flood, grid, got 'random'",
         ),
-        ({"init": [0, 5]}, ValueError, r"init\[1\] is 5; it must be 0 to 4"),
-        ({"init": [-1]}, ValueError, r"init\[0\] is -1; it must be 0 to 4"),
-        ({"init": [1, 2, 1]}, ValueError, "init contains 1 more than once"),
-        ({"init": []}, ValueError, "init must hold at least one"),
-        ({"init": [0.5]}, TypeError, "init must be integers, got float64"),
+        ({"init": [0, 5]}, ValueError, r"init\[1\] must be 0 to 4, got 5"),
+        ({"init": [-1]}, ValueError, r"init\[0\] must be 0 to 4, got -1"),
+        (
+            {"init": [1, 2, 1]},
+            ValueError,
+            "init must be distinct, but cell 1 occurs more than once",
+        ),
+        ({"init": []}, ValueError, "init must contain at least one cell, but it is empty"),
+        ({"init": [0.5]}, TypeError, "init must contain integers, got float64"),
         ({"init": [[0]]}, ValueError, "init must be one-dimensional"),
-        ({"init": [0], "n_segments": 2}, ValueError, "n_segments is 2 but 1 seeds are given"),
+        (
+            {"init": [0], "n_segments": 2},
+            ValueError,
+            "n_segments must be the number of seeds in init, 1, got 2:",
+        ),
     ],
 )
 def test_wrong_arguments_are_refused(arguments, error, message):
@@ -171,7 +187,7 @@ def test_wrong_arguments_are_refused(arguments, error, message):
 def test_a_radius_cannot_come_from_no_area(init):
     line = shapes.line_graph([1.0] * 4, measures=[0] * 5)
     with pytest.raises(
-        ValueError, match=f"init='{init}' needs a radius, but the total area of the faces"
+        ValueError, match=f"init='{init}' needs the radius of a region, but all cells"
     ):
         place_seeds(line, 2, init=init)
 

@@ -210,10 +210,22 @@ def test_cells_without_a_label_are_gray():
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"labels": [0, 1]}, ValueError, "2 labels for 128 cells"),
+        (
+            {"labels": [0, 1]},
+            ValueError,
+            "labels must have one value per cell: there are 128 cells,",
+        ),
         ({"labels": np.full(128, 0.5)}, TypeError, "integers"),
-        ({"labels": np.full(128, 2**40)}, ValueError, "fit in int32"),
-        ({"location": "points"}, ValueError, "128 labels for 81"),
+        (
+            {"labels": np.full(128, 2**40)},
+            ValueError,
+            "labels must be -2147483648 to 2147483647, got",
+        ),
+        (
+            {"location": "points"},
+            ValueError,
+            "labels must have one value per cell: there are 81 cells,",
+        ),
         ({"location": "edges"}, ValueError, "location must be"),
         ({"name": ""}, TypeError, "name must be a non-empty string"),
         ({"name": 3}, TypeError, "name must be a non-empty string"),
@@ -236,5 +248,5 @@ def test_wrong_arguments_are_refused_before_anything_is_written(change, error, m
 
 
 def test_a_target_needs_a_place_for_labels():
-    with pytest.raises(TypeError, match="Mesh cannot store labels"):
+    with pytest.raises(TypeError, match="labels can be stored in meshes and point clouds of"):
         sf.attach_labels(SHEET, LABELS)

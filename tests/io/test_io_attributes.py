@@ -382,8 +382,8 @@ def test_attributes_are_copies_that_cannot_be_written():
     ("given", "error", "message"),
     [
         ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
-        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError, "has masked entries"),
-        ({"comments": ["comment \ud800"]}, ValueError, "comments must be lines that begin with"),
+        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError, "masked entries"),
+        ({"comments": ["comment \ud800"]}, ValueError, "begin"),
     ],
 )
 def test_attributes_of_wrong_types_are_refused(given, error, message):

@@ -153,7 +153,7 @@ def test_poses_in_files_of_their_own_are_read(tmp_path):
     assert len(sf.read_cameras(folder, intrinsics=tmp_path / "intrinsics.txt", size=(64, 48))) == 2
     # Lost poses, as ScanNet has them.
     np.savetxt(folder / "11.txt", np.full((4, 4), -np.inf))
-    with pytest.raises(sf.MeshError, match="image 11: pose is not finite: leave out images"):
+    with pytest.raises(sf.MeshError, match="image 11: pose must be finite: leave out images"):
         sf.read_cameras(folder, intrinsics=matrix, size=(64, 48))
     found = sf.read_cameras(folder, intrinsics=matrix, size=(64, 48), names=["9", "10"])
     assert len(found) == 2

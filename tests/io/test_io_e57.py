@@ -227,7 +227,9 @@ def test_a_point_that_is_not_finite_is_refused(pye57, tmp_path):
         points[2, 1] = np.nan
         return _doubles(nodes, image, prototype, AXES, points)
 
-    with pytest.raises(MeshError, match=r"a\.e57: points\[2\] is not finite"):
+    with pytest.raises(
+        MeshError, match=r"a.e57: points\[2\] must be finite, got \[1.0, nan, 0.25\]"
+    ):
         read_cloud(build_file(pye57, tmp_path / "a.e57", build))
 
 

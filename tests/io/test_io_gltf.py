@@ -227,7 +227,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["nodes", 0, "rotation"], [0, 0, 0, 0], "the rotation of a node is the zero quaternion"),
         (["nodes", 0, "matrix"], [1, 2, 3], "matrix must be a list of 16 numbers"),
         (["nodes", 0, "scale"], [1e300] * 3, "bounding box"),
-        (["nodes", 0, "matrix"], [1.7e308] * 16, "vertices[1] is not finite"),
+        (["nodes", 0, "matrix"], [1.7e308] * 16, "vertices[1] must be finite"),
         (["meshes", 0, "primitives"], {}, "primitives is not a list of objects"),
         ([*PRIMITIVE, "attributes"], [], "meshes[0] has a primitive without positions"),
         ([*PRIMITIVE, "attributes"], {}, "meshes[0] has a primitive without positions"),
@@ -404,7 +404,7 @@ def test_indices_out_of_range_are_refused(refuse):
 def test_coordinates_that_are_not_finite_are_refused(refuse, value):
     vertices = VERTICES.copy()
     vertices[3, 0] = value
-    refuse("a.glb", glb(buffer=gltf_buffer(vertices)), "vertices[3] is not finite")
+    refuse("a.glb", glb(buffer=gltf_buffer(vertices)), "vertices[3] must be finite")
 
 
 def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, monkeypatch):

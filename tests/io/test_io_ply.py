@@ -135,11 +135,11 @@ def test_indices_out_of_range_are_refused(refuse, form, index):
 def test_coordinates_that_are_not_finite_are_refused(refuse, form, value):
     vertices = VERTICES.copy()
     vertices[2, 1] = value
-    refuse("a.ply", ply(form, vertices=vertices), "vertices[2] is not finite")
+    refuse("a.ply", ply(form, vertices=vertices), "vertices[2] must be finite")
 
 
 def test_a_decimal_beyond_single_precision_is_refused(refuse):
-    refuse("a.ply", ply_text(vertices=VERTICES * 1e39), "vertices[1] is not finite")
+    refuse("a.ply", ply_text(vertices=VERTICES * 1e39), "vertices[1] must be finite")
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -67,7 +67,7 @@ def test_no_faces_are_refused(refuse):
 def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
     corners = CORNERS.copy()
     corners[4, 2] = value
-    refuse("a.stl", make(corners), "vertices[4] is not finite")
+    refuse("a.stl", make(corners), "vertices[4] must be finite")
 
 
 @pytest.mark.parametrize(

@@ -144,8 +144,8 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
         ([[1, 2]], "labels must be one-dimensional, got shape"),
         ([1.0, 2.0], "labels must be integers, got float64"),
         ([True, False], "labels must be integers, got bool"),
-        ([0, -2], r"labels\[1\] is -2; it must be -1 to 2147483647"),
-        ([0, 2**31], r"labels\[1\] is 2147483648"),
+        ([0, -2], r"labels\[1\] must be -1 to 2147483647, got -2"),
+        ([0, 2**31], r"labels\[1\] must be -1 to 2147483647, got 2147483648"),
         ([], "labels must have at least one value"),
     ],
 )
@@ -239,6 +239,6 @@ def test_label_files_may_hold_labels_of_another_mesh(tmp_path):
     write_outputs([mesh, listed], square, [4, 2], listed=[7])
     assert read_labels(mesh).tolist() == [4, 2]
     assert np.load(listed).tolist() == [7]
-    with pytest.raises(ValueError, match=r"labels\[0\] is -2"):
+    with pytest.raises(ValueError, match=r"labels\[0\] must be -1 to 2147483647, got -2"):
         write_outputs([mesh, listed], square, [4, 2], listed=[-2])
     assert np.load(listed).tolist() == [7]

@@ -114,5 +114,7 @@ def test_steps_are_checked():
     ):
         with pytest.raises(error, match="denoise"):
             segment(mesh, 2, denoise=wrong)
-    with pytest.raises(ValueError, match="denoise needs a mesh of faces, not points"):
+    with pytest.raises(
+        ValueError, match="denoise needs a mesh of faces, got points: leave denoise"
+    ):
         segment(np.random.default_rng(0).random((50, 3)), 2, denoise=2)

@@ -42,15 +42,21 @@ def test_colors_may_have_alpha_and_16_bits():
     [
         (([[0, 0]],), r"points must have shape \(N, 3\), got \(1, 2\)"),
         ((np.empty((0, 3)),), "the cloud has no points"),
-        (([[0, 0, 0], [0, np.nan, 0]],), r"points\[1\] is not finite"),
+        (([[0, 0, 0], [0, np.nan, 0]],), r"points\[1\] must be finite, got \[0.0, nan, 0.0\]"),
         (([[0, 0, 0], [1e-18, 0, 0]],), "rescale the cloud"),
-        (([["a", "b", "c"]],), "points must be numbers"),
+        (([["a", "b", "c"]],), "points must contain numbers, got <U1"),
         ((SQUARE, [[0, 0, 1]]), r"normals must have shape \(4, 3\)"),
-        ((SQUARE, [[0, 0, np.inf]] * 4), r"normals\[0\] is not finite"),
+        ((SQUARE, [[0, 0, np.inf]] * 4), r"normals\[0\] must be finite, got \[0.0, 0.0, inf\]"),
         ((SQUARE, None, [[0, 0, 1]]), r"colors must have shape \(4, 3\)"),
         ((SQUARE, None, np.full((4, 3), 7)), "colors must be floats or unsigned integers"),
-        ((SQUARE, None, np.full((4, 3), 1.5)), r"colors\[0\] is not from 0 to 1"),
-        ((SQUARE, None, np.full((4, 3), np.nan)), r"colors\[0\] is not from 0 to 1"),
+        (
+            (SQUARE, None, np.full((4, 3), 1.5)),
+            r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]",
+        ),
+        (
+            (SQUARE, None, np.full((4, 3), np.nan)),
+            r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]",
+        ),
     ],
 )
 def test_what_is_wrong_is_refused(arguments, message):
@@ -94,7 +100,7 @@ def test_clouds_of_other_libraries_are_recognized():
 def test_an_array_is_a_cloud_and_a_list_of_points_is_one_where_it_can_be_nothing_else():
     assert segment(np.array(SQUARE, dtype=np.float64), 2).n_segments == 2
     assert as_cloud(SQUARE).n_points == 4
-    with pytest.raises(TypeError, match="expected a point cloud, got int"):
+    with pytest.raises(TypeError, match="expected a PointCloud, an array of points, a path, or a"):
         as_cloud(3)
 
 

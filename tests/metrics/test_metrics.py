@@ -250,9 +250,9 @@ def test_single_metrics_are_those_of_evaluate():
 def test_what_cannot_be_measured_is_refused():
     mesh = shapes.strip(4)
     flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
-    with pytest.raises(ValueError, match="there are 3 labels for 4 cells"):
+    with pytest.raises(ValueError, match="labels must have one value per cell: there are 4 cells,"):
         evaluate(mesh, [0, 0, 0])
-    with pytest.raises(ValueError, match="there are 3 labels for 4 cells"):
+    with pytest.raises(ValueError, match="labels must have one value per cell: there are 4 cells,"):
         evaluate(mesh, [0] * 4, [[0] * 3])
     per_vertex = [0] * mesh.n_vertices
     for call in (
@@ -261,25 +261,35 @@ def test_what_cannot_be_measured_is_refused():
         lambda: undersegmentation_error(mesh, per_vertex, [0] * 4),
         lambda: undersegmentation_error(mesh, [0] * 4, per_vertex),
     ):
-        with pytest.raises(ValueError, match="for 4 cells: the mesh has"):
+        with pytest.raises(
+            ValueError, match="labels must have one value per cell: there are 4 cells,"
+        ):
             call()
-    with pytest.raises(TypeError, match="labels must be integers, got float64"):
+    with pytest.raises(TypeError, match="labels must contain integers, got float64"):
         compactness(mesh, [0.5] * 4)
     with pytest.raises(ValueError, match="tolerance must be finite and not negative"):
         boundary_agreement(mesh, [0] * 4, [0] * 4, tolerance=-1)
-    with pytest.raises(ValueError, match=r"tolerance must be 0 to 1, got 1\.5"):
+    with pytest.raises(ValueError, match="tolerance must be from 0 to 1"):
         undersegmentation_error(HALVED, tolerance=1.5)
     with pytest.raises(ValueError, match="prepared for another mesh"):
         evaluate(mesh, [0] * 4, GroundTruths(shapes.moebius(2), [[0] * 4]))
     for truths in ([0] * 4, 5):
-        with pytest.raises(TypeError, match="ground truths must be a sequence of arrays"):
+        with pytest.raises(
+            TypeError, match="ground_truths must be an array of one label per face, or"
+        ):
             evaluate(mesh, [0] * 4, truths)
     for measure in (compactness, explained_variation, evaluate):
-        with pytest.raises(ValueError, match="the total area is 0"):
+        with pytest.raises(
+            ValueError, match="the total area must be positive, but all cells have area 0"
+        ):
             measure(flat, [0])
-    with pytest.raises(ValueError, match="the total area is 0"):
+    with pytest.raises(
+        ValueError, match="the total area must be positive, but all cells have area 0"
+    ):
         cut_discrepancy(flat, [0], [0])
-    with pytest.raises(ValueError, match="the total area is 0"):
+    with pytest.raises(
+        ValueError, match="the total area must be positive, but all cells have area 0"
+    ):
         area_overlap([0], [0], [0.0])
 
 
@@ -323,7 +333,7 @@ def test_cells_in_no_region_are_no_region():
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
     tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
     labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
-    message = r"\[1\] is -1; metrics need a region for each cell"
+    message = r"\[1\] must be at least 0, because metrics need a region for each cell, got -1"
     for measure in (compactness, explained_variation, evaluate):
         with pytest.raises(MeshError, match="labels" + message):
             measure(mesh, hole)

@@ -243,10 +243,10 @@ def test_the_first_view_is_that_of_pictures():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"labels": [0]}, ValueError, "there are 1 labels for 2 cells"),
-        ({"labels": [[0, 1], [0]]}, ValueError, "there are 1 labels for 2 cells"),
-        ({"labels": [0.5, 1]}, TypeError, "labels must be integers"),
-        ({"ground_truth": [0, 1, 2]}, ValueError, "there are 3 labels for 2 cells"),
+        ({"labels": [0]}, ValueError, "labels must have one value per cell"),
+        ({"labels": [[0, 1], [0]]}, ValueError, "labels must have one value per cell"),
+        ({"labels": [0.5, 1]}, TypeError, "labels must contain integers, got float64"),
+        ({"ground_truth": [0, 1, 2]}, ValueError, "labels must have one value per cell"),
         ({"features": {"a": [1, 2, 3]}}, ValueError,
          r"feature 'a' must have one value per cell, \(2,\); got shape \(3,\)"),
         ({"labels": [0, 0], "features": {"a": []}}, ValueError,
@@ -263,9 +263,11 @@ def test_wrong_arguments_are_refused(arguments, error, message):
 
 def test_masked_labels_and_values_are_refused():
     masked = np.ma.array([0, 1], mask=[True, False])
-    with pytest.raises(ValueError, match="labels has masked entries"):
+    with pytest.raises(
+        ValueError, match="labels must not have masked entries: fill or remove these"
+    ):
         sf.view(strip(2), masked)
-    with pytest.raises(ValueError, match="feature 'a' has masked entries"):
+    with pytest.raises(ValueError, match="feature 'a' must not have masked"):
         sf.view(strip(2), features={"a": masked})
 
 

@@ -359,8 +359,12 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"labels": [0, 1, 2]}, ValueError, "3 labels for 2 cells"),
-        ({"labels": [0.5, 1.0]}, TypeError, "labels must be integers"),
+        (
+            {"labels": [0, 1, 2]},
+            ValueError,
+            "labels must have one value per cell: there are 2 cells,",
+        ),
+        ({"labels": [0.5, 1.0]}, TypeError, "labels must contain integers, got float64"),
         ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
         ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
         ({"size": 900}, ValueError, "size must be"),
@@ -428,7 +432,9 @@ def test_wrong_views_are_refused(members, error, message):
 
 
 def test_what_is_no_mesh_is_refused():
-    with pytest.raises(TypeError, match="does not look like a mesh"):
+    with pytest.raises(
+        TypeError, match=r"expected a mesh of superfacets, a \(vertices, faces\) pair,"
+    ):
         render(7)
 
 

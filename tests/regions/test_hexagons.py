@@ -143,7 +143,7 @@ def test_regions_of_hexagons_that_touch_have_different_colors():
 )
 def test_a_graph_without_lengths_of_borders_is_refused(use):
     graph = CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1, 1])
-    with pytest.raises(ValueError, match="the CellGraph has no border lengths"):
+    with pytest.raises(ValueError, match="the CellGraph must have border lengths: make it with"):
         use(graph)
 
 
@@ -151,15 +151,19 @@ def test_a_graph_without_lengths_of_borders_is_refused(use):
     ("given", "error", "message"),
     [
         ({"border_lengths": [1.0]}, ValueError, "border_lengths must have one value per arc"),
-        ({"border_lengths": None}, TypeError, "border_lengths must be numbers"),
-        ({"step_lengths": [1.0, -1.0]}, ValueError, r"step_lengths\[1\] is -1.0"),
+        ({"border_lengths": None}, TypeError, "border_lengths must contain numbers, got object"),
+        (
+            {"step_lengths": [1.0, -1.0]},
+            ValueError,
+            r"step_lengths\[1\] must be finite and not negative, got -1.0",
+        ),
         ({"open_lengths": [1.0]}, ValueError, "open_lengths must have one value per cell"),
         ({"angles": [0.0]}, ValueError, "angles must have one value per arc"),
-        ({"angles": [0.0, 4.0]}, ValueError, r"angles\[1\] is 4.0; it must be from -pi to pi"),
-        ({"angles": ["a", "b"]}, ValueError, "angles must be numbers"),
+        ({"angles": [0.0, 4.0]}, ValueError, r"angles\[1\] must be from -pi to pi, got 4.0"),
+        ({"angles": ["a", "b"]}, ValueError, "angles must contain numbers, got <U1"),
         ({"sides": [0]}, ValueError, r"sides must have shape \(2,\)"),
-        ({"sides": [0, -1]}, ValueError, "sides must not be negative"),
-        ({"sides": [0.0, 1.0]}, TypeError, "sides must be integers"),
+        ({"sides": [0, -1]}, ValueError, r"sides\[1\] must be not negative, got -1"),
+        ({"sides": [0.0, 1.0]}, TypeError, "sides must contain integers, got float64"),
     ],
 )
 def test_wrong_measures_of_arcs_are_refused(given, error, message):
@@ -170,7 +174,9 @@ def test_wrong_measures_of_arcs_are_refused(given, error, message):
 
 def test_sides_of_a_cell_must_rise():
     measures = ArcMeasures(np.ones(4), sides=[0, 1, 0, 0])
-    with pytest.raises(ValueError, match="sides must rise for the arcs of each cell"):
+    with pytest.raises(
+        ValueError, match="sides must be in ascending order for the arcs of each cell"
+    ):
         CellGraph(
             np.eye(3), np.ones(3), [0, 1, 3, 4], [1, 0, 2, 1], np.ones(4), arc_measures=measures
         )
@@ -226,5 +232,5 @@ def test_measures_of_arcs_are_copied_and_of_their_own_type():
     )  # fmt: skip
     lengths[:] = np.nan
     assert graph.arc_measures.border_lengths.tolist() == [1.0, 1.0]
-    with pytest.raises(TypeError, match="arc_measures must be ArcMeasures, got dict"):
+    with pytest.raises(TypeError, match="arc_measures must be an ArcMeasures object, got dict"):
         CellGraph([[0, 0, 0]], [1], [0, 0], [], [], arc_measures={})

@@ -257,11 +257,9 @@ def test_merging_stops_at_the_number_of_components():
     nested = hierarchy(mesh, [40, 12])  # 40 regions and 12 components: no warning of islands
     assert nested.n_fewest == shapes.count_pieces(graph, np.zeros(graph.n_cells, np.int32)) == 12
     check_levels(nested, graph)
-    with pytest.raises(
-        ValueError, match=r"a level is 3 but merging ends at 12 regions without neighbors"
-    ):
+    with pytest.raises(ValueError, match="each number in counts must be at least 12 because the"):
         hierarchy(mesh, [40, 3])
-    with pytest.raises(ValueError, match=r"n is 11 but merging ends at 12 .* islands='nearest'"):
+    with pytest.raises(ValueError, match="n must be at least 12 because the last regions have no"):
         nested.cut(11)
 
 
@@ -329,11 +327,13 @@ def test_regions_never_merge_across_barriers(are_edges):
     part = hierarchy(mesh, [20, 2], barriers=barriers, mask=mask)
     check_levels(part)
     assert np.array_equal(part.cut(2) >= 0, mask)
-    with pytest.raises(ValueError, match="labels cross barriers: region 0 has cells on both"):
+    with pytest.raises(ValueError, match="labels must not cross barriers: region 0 has cells on"):
         hierarchy(mesh, [1], labels=np.zeros(mesh.n_faces, int), barriers=barriers)
-    with pytest.raises(ValueError, match="a level is 1 but merging ends at 2 regions"):
+    with pytest.raises(
+        ValueError, match="each number in counts must be at least 2 because the last"
+    ):
         hierarchy(mesh, [9, 1], barriers=barriers)
-    with pytest.raises(ValueError, match="islands='nearest' takes no barriers"):
+    with pytest.raises(ValueError, match="islands='nearest' cannot be combined with barriers,"):
         hierarchy(mesh, [9], barriers=barriers, islands="nearest")
 
 
@@ -356,31 +356,56 @@ def test_a_hierarchy_can_be_copied():
 @pytest.mark.parametrize(
     ("counts", "options", "error", "message"),
     [
-        (3, {}, TypeError, "counts must be numbers of regions, got 3"),
-        ("3", {}, TypeError, "counts must be numbers of regions, got '3'"),
-        ([], {}, ValueError, "counts must hold at least one number"),
-        ([2, 3, 2], {}, ValueError, "counts contains 2 more than once"),
-        ([0], {}, ValueError, "a level must be at least 1, got 0"),
-        ([1.5], {}, TypeError, "a level must be an integer, got 1.5"),
-        ([5], {"labels": [0, 0, 1, 1]}, ValueError, "a level is 5 but there are only 2 regions on"),
-        ([9], {}, ValueError, "n_segments is 9 but there are only 4 faces"),
+        (3, {}, TypeError, "counts must be a sequence of numbers of regions, got 3"),
+        ("3", {}, TypeError, "counts must be a sequence of numbers of regions, got '3'"),
+        ([], {}, ValueError, "counts must contain at least one number of regions, but"),
+        ([2, 3, 2], {}, ValueError, "counts must contain distinct numbers, but 2 occurs"),
+        ([0], {}, ValueError, "each number in counts must be at least 1, got 0"),
+        ([1.5], {}, TypeError, "each number in counts must be an integer, got 1.5"),
+        (
+            [5],
+            {"labels": [0, 0, 1, 1]},
+            ValueError,
+            "each number in counts must be at most 2 because there are only 2 regions on",
+        ),
+        ([9], {}, ValueError, "n_segments must be at most 4 because there are only 4 faces"),
         ([2], {"islands": "join"}, ValueError, "islands must be one of keep, nearest, got 'join'"),
-        ([2], {"labels": [-1] * 4}, ValueError, "all labels are -1: there is no region"),
+        (
+            [2],
+            {"labels": [-1] * 4},
+            ValueError,
+            "labels must contain at least one region, but all labels",
+        ),
         ([2], {"labels": [0, 1, 3, 3]}, ValueError, "no cell has label 2"),
-        ([2], {"labels": [0, 1, -2, 1]}, ValueError, r"labels\[2\] is -2"),
-        ([2], {"labels": [0, 1]}, ValueError, "there are 2 labels for 4 cells"),
+        (
+            [2],
+            {"labels": [0, 1, -2, 1]},
+            ValueError,
+            r"labels\[2\] must be -1 to 3 \(there are 4 cells\), got -2",
+        ),
+        (
+            [2],
+            {"labels": [0, 1]},
+            ValueError,
+            "labels must have one value per cell: there are 4 cells,",
+        ),
         (
             [2],
             {"labels": [0, 0, 1, 1], "tol": 0.1},
             TypeError,
-            "labels are given: tol would have no effect",
+            "tol would have no effect because labels are given: leave",
         ),
-        ([2], {"features": [1, 2]}, ValueError, "there are 2 features for 4 cells"),
+        (
+            [2],
+            {"features": [1, 2]},
+            ValueError,
+            r"features must have one row per cell \(4\) or per vertex",
+        ),
         (
             [2],
             {"features": [1, 2, 3, 1e200], "scale_features": False, "labels": [0, 1, 2, 3]},
             ValueError,
-            r"the largest feature is 1e\+200: rescale",
+            r"features are as large as 1e\+200, so their squares would",
         ),
         ([2], {"scale_features": 1}, TypeError, "scale_features must be True or False"),
     ],
@@ -388,5 +413,7 @@ def test_a_hierarchy_can_be_copied():
 def test_wrong_arguments_are_named(counts, options, error, message):
     with pytest.raises(error, match=message):
         hierarchy(row(0, 0, 0), counts, **options)
-    with pytest.raises(ValueError, match=r"n is 5 but there are only 4 regions on the finest"):
+    with pytest.raises(
+        ValueError, match=r"n must be at most 4 because there are only 4 regions on the finest"
+    ):
         hierarchy(row(0, 0, 0), [2], labels=range(4)).cut(5)

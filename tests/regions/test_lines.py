@@ -158,9 +158,9 @@ def test_inconsistent_faces_break_no_line():
 def test_there_are_no_other_lines():
     lines = border_lines(shapes.strip(2), [0, 0])
     for i in (-1, 1):
-        with pytest.raises(IndexError, match="there are 1"):
+        with pytest.raises(IndexError, match=f"the line must be 0 to 0, got {i}"):
             lines.line(i)
-    with pytest.raises(MeshError, match="tetrahedra"):
+    with pytest.raises(MeshError, match="expected a surface mesh, got a TetMesh: use"):
         border_lines(sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]]), [0])
 
 

@@ -186,7 +186,7 @@ def test_unpool_fills_what_is_in_no_region():
     for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
                          ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
                          (["a", "b"], None), (np.array([1, 2], "M8[D]"), None)]:  # fmt: skip
-        with pytest.raises(ValueError, match=r"cells are labeled -1, and \S+ cannot hold"):
+        with pytest.raises(ValueError, match="fill must be representable as"):
             sf.unpool(values, [0, -1], fill)
 
 
@@ -234,21 +234,21 @@ def test_what_does_not_fit_is_refused():
     mesh = shapes.strip(3)
     cases = [
         (lambda: sf.pool([1, 2, 3], [0, 0, 0], how="median"), "how must be one of mean, sum"),
-        (lambda: sf.pool([1, 2], [0, 0, 0]), r"^there are 2 values for 3 cells$"),
-        (lambda: sf.pool([1, 2], [0, 0, 0], cells=mesh), "2 values for 3 cells and 5 vertices"),
+        (lambda: sf.pool([1, 2], [0, 0, 0]), r"one row per cell \(3\), got 2 rows"),
+        (lambda: sf.pool([1, 2], [0, 0, 0], cells=mesh), r"or per vertex \(5\), got 2"),
         (lambda: sf.pool([[[1]]], [0]), r"values must have shape \(N,\) or \(N, F\), got"),
         (lambda: sf.pool([1, 2, 3], [0, 2, 0]), "no cell has label 1"),
-        (lambda: sf.pool([1, 2, 3], [0, 3, 0]), r"labels\[1\] is 3; labels must be -1 to"),
-        (lambda: sf.pool([1, 2, 3], [0, -2, 0]), r"labels\[1\] is -2; labels must be -1 to K - 1"),
-        (lambda: sf.pool([1, 2, 3], [0, 0], cells=mesh), r"there are 2 labels for \d+ cells"),
-        (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), "5 labels for 3 cells: the mesh has 5 v"),
-        (lambda: sf.region_graph(mesh, [0] * 5), "5 labels for 3 cells: the mesh has 5 vertices"),
-        (lambda: sf.face_colors(mesh, [0] * 5), "5 labels for 3 cells: the mesh has 5 vertices"),
-        (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), "5 labels for 3 cells: the mesh has 5 v"),
-        (lambda: sf.submesh(mesh, [0] * 5, 0), "5 labels for 3 cells: the mesh has 5 vertices"),
-        (lambda: sf.cut_borders(mesh, [0] * 5), "5 labels for 3 cells: the mesh has 5 vertices"),
-        (lambda: sf.view(mesh, [0] * 5), r"transfer\(mesh.vertices, labels, mesh\) gives"),
-        (lambda: sf.view(mesh, ground_truth=[0] * 5), "5 labels for 3 cells: the mesh has 5 v"),
+        (lambda: sf.pool([1, 2, 3], [0, 3, 0]), "got 3"),
+        (lambda: sf.pool([1, 2, 3], [0, -2, 0]), "got -2"),
+        (lambda: sf.pool([1, 2, 3], [0, 0], cells=mesh), "labels has 2 values"),
+        (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), "For one label per vertex"),
+        (lambda: sf.region_graph(mesh, [0] * 5), "one value per cell: there are 3"),
+        (lambda: sf.face_colors(mesh, [0] * 5), "one value per cell: there are 3"),
+        (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), "For one label per vertex"),
+        (lambda: sf.submesh(mesh, [0] * 5, 0), "one value per cell: there are 3"),
+        (lambda: sf.cut_borders(mesh, [0] * 5), "one value per cell: there are 3"),
+        (lambda: sf.view(mesh, [0] * 5), r"transfer\(mesh.vertices, labels, mesh\)"),
+        (lambda: sf.view(mesh, ground_truth=[0] * 5), "For one label per vertex"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1]), "measures must have one value per cell"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] is -1"),
         (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "not both"),

@@ -74,7 +74,7 @@ def test_cells_in_no_region_are_in_no_part():
 
 @pytest.mark.parametrize("region", [-1, 2])
 def test_a_region_that_is_not_there_is_refused(region):
-    with pytest.raises(ValueError, match=f"there is no region {region}: there are 2"):
+    with pytest.raises(ValueError, match=f"region must be 0 to 1, got {region}"):
         submesh(shapes.strip(4), [0, 0, 1, 1], region)
     with pytest.raises(TypeError):
         submesh(shapes.strip(4), [0, 0, 1, 1], 0.5)

@@ -165,7 +165,9 @@ def test_a_small_benchmark_model(benchmark_paths):
 
 def test_wrong_arguments_are_refused():
     mesh = shapes.cube()
-    with pytest.raises(ValueError, match="n_segments is 13 but there are only 12 faces"):
+    with pytest.raises(
+        ValueError, match="n_segments must be at most 12 because there are only 12 faces"
+    ):
         metis_partition(mesh, 13)
     with pytest.raises(ValueError, match="alpha must be finite and not negative"):
         metis_partition(mesh, 2, alpha=-1)

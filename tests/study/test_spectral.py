@@ -210,7 +210,9 @@ def test_an_embedding_serves_every_number_of_regions():
         assert result.params["n_segments"] == k
     assert embedding.segment().n_segments == embedding.params["n_segments"] == 30
     assert "discretize" not in embedding.timings
-    with pytest.raises(ValueError, match="n_segments is 31 but there are only 30 eigenvectors"):
+    with pytest.raises(
+        ValueError, match="n_segments must be at most 30 because there are only 30 eigenvectors"
+    ):
         embedding.segment(31)
 
 
@@ -294,7 +296,9 @@ def test_too_much_memory_is_refused_with_the_size_it_would_take(sheet):
 
 
 def test_wrong_arguments_are_refused(sheet):
-    with pytest.raises(ValueError, match="n_segments is 801 but there are only 800 faces"):
+    with pytest.raises(
+        ValueError, match="n_segments must be at most 800 because there are only 800 faces"
+    ):
         normalized_cuts(sheet, 801)
     with pytest.raises(ValueError, match="sigma must be finite and positive"):
         normalized_cuts(sheet, 5, sigma=0)

@@ -523,7 +523,11 @@ def test_without_welding_soup_stays_apart():
     ("options", "error", "message"),
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
-        ({"n_segments": 900}, ValueError, "n_segments is 900 but there are only 800 faces"),
+        (
+            {"n_segments": 900},
+            ValueError,
+            "n_segments must be at most 800 because there are only 800 faces",
+        ),
         ({"n_segments": 2.0}, TypeError, "n_segments must be an integer"),
         ({"metric": "l1"}, ValueError, "metric must be one of l21, l2, got 'l1'"),
         ({"init": "farthest"}, ValueError, "init must be one of random, incremental"),

@@ -115,7 +115,7 @@ def test_a_wrong_coordinate_is_named_as_in_memory(bear, tmp_path, welds):
     vertices[9_000, 1] = np.inf
     with pytest.raises(MeshError) as of_memory:
         Mesh(vertices, bear.faces)
-    with pytest.raises(MeshError, match=r"vertices\[7000\] is not finite") as of_tiles:
+    with pytest.raises(MeshError, match=r"vertices\[7000\] must be finite") as of_tiles:
         check((vertices, bear.faces), bear, tmp_path, welds=welds)
     assert str(of_tiles.value) == str(of_memory.value)
 

@@ -1,1 +1,1 @@
-"""Conversion of paths, arrays and meshes of other libraries to cells, and of results back."""
+"""Conversion of input to meshes and point clouds, and of results to objects of other libraries."""

@@ -1,4 +1,4 @@
-"""Meshes of meshio, which consist of blocks of cells of one type."""
+"""Conversion of meshio meshes, which consist of blocks of cells of one type."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""meshio's names of tetrahedra. The first four nodes are corners; other nodes are on edges."""
+"""Types of tetrahedra in meshio. The first four nodes are corners; other nodes are on edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
-"""Number of corners by type of face; None if faces differ. Corners precede nodes on edges."""
+"""Number of corners for each type of face in meshio; None if it varies. The first nodes of a face
+are its corners."""
 
 _SKIPPED = ("vertex", "line", "line3")
+"""Types of cells in meshio that are ignored."""
 
 
 def has_blocks(source: Any) -> bool:
-    """Whether an object is a mesh of meshio, with or without cells."""
+    """Whether an object is a meshio mesh. The mesh may have no cells."""
     blocks = getattr(source, "cells", None)
     if not isinstance(blocks, list) or not hasattr(source, "points"):
         return False
@@ -32,24 +34,24 @@ def has_blocks(source: Any) -> bool:
 
 
 def cell_blocks(source: Any) -> list[int]:
-    """Return the indices of the blocks to segment: blocks of tetrahedra, else blocks of faces.
+    """Return the indices of the blocks to segment.
 
-    Labels belong to the cells of these blocks, one block after the other. If the list is empty, the
-    points are a cloud. Raises a MeshError if a block has other volume cells, or cells of an unknown
-    type.
+    These are the blocks of tetrahedra or, if there are none, the blocks of faces. Labels follow the
+    order of the cells in these blocks. If there are no blocks to segment, the points are a cloud.
+    Raises a MeshError for other volume cells and for unknown types of cells.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}
     known = (*_TETS, *_FACES, *_SKIPPED)
     others = sorted({kind for kind in kinds.values() if kind not in known})
     if others:
-        raise MeshError(f"the mesh has cells other than faces and tetrahedra: {', '.join(others)}")
+        raise MeshError(f"cells must be faces or tetrahedra, got {', '.join(others)}")
     tets = [i for i in filled if kinds[i] in _TETS]
     return tets or [i for i in filled if kinds[i] in _FACES]
 
 
 def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
-    """Return the tetrahedra or faces of a mesh of meshio, in the order of its blocks."""
+    """Return the tetrahedra or the faces of a meshio mesh, in the order of its blocks."""
     blocks = [source.cells[i] for i in cell_blocks(source)]
     if blocks[0].type in _TETS:
         tets = np.concatenate([np.asarray(block.data)[:, :4] for block in blocks])
@@ -63,7 +65,7 @@ def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
 
 
 def _faces_of(block: Any) -> tuple[Array, Array]:
-    """Offsets and corners of the faces of a block, without the nodes on their edges."""
+    """Return offsets and corners of the faces of a block. Nodes on edges are left out."""
     n_corners = _FACES[block.type]
     if n_corners is None:
         return polygon_arrays(block.data)

@@ -20,38 +20,38 @@ from ..mesh.triangle_mesh import Mesh
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks
 
 _VTK_TETRA = 10
-"""VTK's cell type of tetrahedra."""
+"""Cell type of tetrahedra in VTK."""
 
 
-class _Faces(Protocol):  # a mesh of trimesh: anything with vertices and faces
+class _Faces(Protocol):  # a mesh of trimesh, or any object with vertices and faces
     @property
     def vertices(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
 
 
-class _Triangles(Protocol):  # a legacy mesh of Open3D
+class _Triangles(Protocol):  # an Open3D mesh of the legacy API
     @property
     def vertices(self) -> Any: ...
     @property
     def triangles(self) -> Any: ...
 
 
-class _Tensors(Protocol):  # a tensor mesh of Open3D
+class _Tensors(Protocol):  # an Open3D mesh of the tensor API
     @property
     def vertex(self) -> Any: ...
     @property
     def triangle(self) -> Any: ...
 
 
-class _PolyData(Protocol):  # a surface of PyVista
+class _PolyData(Protocol):  # a PyVista surface
     @property
     def points(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
 
 
-class _Blocks(Protocol):  # a mesh of meshio
+class _Blocks(Protocol):  # a meshio mesh
     @property
     def points(self) -> Any: ...
     @property
@@ -66,13 +66,13 @@ MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
 or a mesh of trimesh, PyVista, Open3D or meshio."""
 
 
-class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
+class _Points(Protocol):  # an Open3D point cloud of either API
     @property
     def point(self) -> Any: ...
 
 
 Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
-"""An array or a nested sequence of points; `ArrayLike` would also accept a single number."""
+"""Points as an array or a nested sequence; `ArrayLike` would also accept a single number."""
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
@@ -80,15 +80,17 @@ PyVista, Open3D or meshio."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:
-    """Convert `source`, in any form that `segment` accepts, to a mesh or a point cloud.
+    """Convert any input of `segment` to a mesh or a point cloud.
 
-    A path is read by `read_cells`. A pair is (vertices, faces), where faces are an (F, n) array or
-    lists of vertices that may differ in length. The pair becomes a `Mesh` if all faces are
-    triangles, else a `PolygonMesh`. An (N, 3) array is a point cloud. Meshes and clouds of trimesh,
-    PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and
-    meshio (the tetrahedra of all blocks, else the faces) are recognized by their attributes; these
-    libraries are not imported. Raises a MeshError if the mesh is not valid, and a TypeError if
-    `source` has another type.
+    - A path is read by `read_cells`.
+    - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
+      otherwise. The faces are an (F, n) array, or lists of vertices that may differ in length.
+    - An (N, 3) array becomes a point cloud.
+    - Meshes and clouds of trimesh, PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra),
+      Open3D (legacy and tensor API) and meshio (see `cell_blocks`) are recognized by their
+      attributes. These libraries are not imported.
+
+    Raises a MeshError if the mesh is not valid, and a TypeError if `source` has another type.
     """
     if isinstance(source, Cells):
         return source
@@ -98,7 +100,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
         return read_cells(source)
     if isinstance(source, (tuple, list)):
         if len(source) != 2:
-            raise TypeError(f"expected a (vertices, faces) pair, got {len(source)} items")
+            raise TypeError(f"a mesh must be a (vertices, faces) pair, got {len(source)} items")
         return _mesh_of(source[0], source[1])
     if isinstance(source, np.ndarray):
         return as_cloud(source)
@@ -106,7 +108,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Convert `source` to a mesh of faces, like `as_cells`; a MeshError if there are no faces."""
+    """Convert `source` to a mesh of faces; clouds and volume meshes raise a MeshError."""
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_mesh
 
@@ -114,23 +116,21 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     cells = as_cells(source)
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
-    if isinstance(cells, PointCloud):
-        raise MeshError("expected a surface, but a point cloud has no faces")
     if isinstance(cells, TetMesh):
-        raise MeshError("expected a surface, but the mesh has tetrahedra: use TetMesh.boundary()")
-    raise MeshError(f"expected a surface, but a {type(cells).__name__} has no faces")
+        raise MeshError("expected a surface mesh, got a TetMesh: use TetMesh.boundary()")
+    raise MeshError(f"expected a surface mesh, got a {type(cells).__name__}, which has no faces")
 
 
 def as_tets(source: MeshLike) -> TetMesh:
-    """Convert `source` to a mesh of tetrahedra; a MeshError if there are no tetrahedra."""
+    """Convert `source` to a tetrahedral mesh, or raise a MeshError if it has no tetrahedra."""
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
-    raise MeshError(f"expected tetrahedra, but a {type(cells).__name__} has none")
+    raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
 
 
 def _cells_of_foreign(source: Any) -> Cells:
-    """Convert an object of another library to cells."""
+    """Convert an object of another library to a mesh or a point cloud."""
     if _is_grid_of_tets(source):
         return TetMesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
@@ -141,13 +141,13 @@ def _cells_of_foreign(source: Any) -> Cells:
 
 
 def _is_grid_of_tets(source: Any) -> bool:
-    """Whether an object is an UnstructuredGrid of PyVista with only tetrahedra."""
+    """Whether an object is a PyVista UnstructuredGrid with only tetrahedra."""
     kinds = getattr(source, "celltypes", None)
     return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
 
 
 def as_triangles(source: MeshLike) -> Mesh:
-    """Convert `source` to a `Mesh`; a MeshError if a face is not a triangle."""
+    """Convert `source` to a `Mesh`, or raise a MeshError if a face is not a triangle."""
     mesh = as_mesh(source)
     if isinstance(mesh, Mesh):
         return mesh
@@ -156,13 +156,13 @@ def as_triangles(source: MeshLike) -> Mesh:
         return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
     first = int(np.argmax(sizes != 3))
     raise MeshError(
-        f"faces[{first}] has {sizes[first]} corners, but expected are triangles: call"
+        f"faces must be triangles, but faces[{first}] has {sizes[first]} corners: call"
         " PolygonMesh.triangulate() first"
     )
 
 
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
-    """Make a `Mesh` if all faces, in an array or in lists, are triangles, else a `PolygonMesh`."""
+    """Make a `Mesh` if all faces are triangles, and a `PolygonMesh` otherwise."""
     shape = _shape_of(faces)
     if shape is None or (len(shape) == 2 and shape[1] > 3):
         return PolygonMesh.of_faces(vertices, faces)
@@ -170,7 +170,7 @@ def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
 
 
 def _shape_of(faces: Any) -> tuple[int, ...] | None:
-    """Shape of the faces as an array; None if faces differ in length."""
+    """Return the shape of the array of faces, or None if faces differ in length."""
     if isinstance(faces, np.ndarray):
         return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
     try:
@@ -181,47 +181,53 @@ def _shape_of(faces: Any) -> tuple[int, ...] | None:
 
 
 def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
-    """Vertices and faces of a mesh object of another library."""
+    """Return the vertices and the faces of a mesh of another library."""
     if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
         return source.vertices, source.faces
-    if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy
+    if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy API
         return source.vertices, source.triangles
-    if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor
+    if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor API
         if "indices" not in source.triangle:
             raise MeshError("the mesh has no faces")
         return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
     if hasattr(source, "points") and hasattr(source, "faces"):  # PyVista PolyData
         return source.points, _faces_of_polydata(source)
     raise TypeError(
-        f"{type(source).__name__} does not look like a mesh: expected a superfacets.Mesh or"
-        " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista"
-        " (PolyData), Open3D or meshio; for a Scene pass .to_mesh(), for a grid .extract_surface()"
+        "expected a mesh of superfacets, a (vertices, faces) pair, a path, or a mesh of trimesh,"
+        f" PyVista (PolyData), Open3D or meshio, got {type(source).__name__}: convert a trimesh"
+        " Scene with .to_mesh() and a PyVista grid with .extract_surface()"
     )
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Faces of a PyVista PolyData, whose `faces` are flat: the size, then the indices of each."""
+    """Return the faces of a PyVista PolyData, which stores them in one flat array.
+
+    Each face is stored as its number of corners, followed by its vertices.
+    """
     if getattr(source, "n_strips", 0):
-        raise MeshError("the PolyData has triangle strips: call .triangulate() first")
+        raise MeshError("a PolyData must not have triangle strips: call its .triangulate() first")
     flat = np.asarray(source.faces)
     if flat.ndim != 1:
-        raise MeshError(f"expected flat faces (size, indices, ...), got shape {flat.shape}")
+        raise MeshError(f"faces of a PolyData must be one-dimensional, got shape {flat.shape}")
     step = int(flat[0]) + 1 if len(flat) else 4
     if step > 0 and len(flat) % step == 0 and np.all(flat[::step] == step - 1):
         return flat.reshape(-1, step)[:, 1:]
-    return _faces_in_turn(flat)
+    return _faces_of_any_length(flat)
 
 
-def _faces_in_turn(flat: Array) -> list[Array]:
-    """Parse flat faces (size, indices, ...) that differ in length, one by one."""
+def _faces_of_any_length(flat: Array) -> list[Array]:
+    """Split the flat array of a PolyData into faces that differ in length."""
     faces: list[Array] = []
-    place = 0
-    while place < len(flat):
-        end = place + 1 + int(flat[place])
-        if not place < end <= len(flat):
-            raise MeshError(f"faces[{len(faces)}] extends beyond the end of the flat faces")
-        faces.append(flat[place + 1 : end])
-        place = end
+    start = 0
+    while start < len(flat):
+        end = start + 1 + int(flat[start])
+        if not start < end <= len(flat):
+            raise MeshError(
+                f"faces[{len(faces)}] has {flat[start]} corners, but only"
+                f" {len(flat) - start - 1} values follow in the array of faces"
+            )
+        faces.append(flat[start + 1 : end])
+        start = end
     return faces
 
 
@@ -229,9 +235,9 @@ def as_cloud(source: CloudLike) -> PointCloud:
     """Convert `source` to a `PointCloud`; a path is read by `read_cloud`.
 
     Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
-    tensor) and meshio (without faces) are recognized by their attributes; points, normals and
-    colors are used. Raises a MeshError if the cloud is not valid, and a TypeError if `source` is
-    not a cloud.
+    tensor API) and meshio (without faces) are recognized by their attributes. Their points, normals
+    and colors are used. Raises a MeshError if the cloud is not valid, and a TypeError if `source`
+    is not a cloud.
     """
     if isinstance(source, PointCloud):
         return source
@@ -240,29 +246,32 @@ def as_cloud(source: CloudLike) -> PointCloud:
 
         return read_cloud(source)
     if isinstance(source, (np.ndarray, list, tuple)):
-        return PointCloud(source)  # type: ignore[arg-type]  # checked there
+        return PointCloud(source)  # type: ignore[arg-type]
     if not is_foreign_cloud(source):
-        raise TypeError(f"expected a point cloud, got {type(source).__name__}")
+        raise TypeError(
+            "expected a PointCloud, an array of points, a path, or a cloud of trimesh, PyVista,"
+            f" Open3D or meshio, got {type(source).__name__}"
+        )
     return PointCloud(*_arrays_of_foreign_cloud(source))
 
 
 def is_foreign_cloud(source: Any) -> bool:
-    """Whether an object of another library has points but no faces."""
+    """Whether `source` is a point cloud of another library, with points but no faces."""
     if has_blocks(source):
         return not cell_blocks(source)
     if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
         has_faces = np.size(getattr(source, "faces", 0)) or getattr(source, "n_strips", 0)
         return hasattr(source, "verts") and source.n_points > 0 and not has_faces
-    if hasattr(source, "point") and not hasattr(source, "triangle"):  # Open3D, tensor
+    if hasattr(source, "point") and not hasattr(source, "triangle"):  # Open3D, tensor API
         return "positions" in source.point
-    if hasattr(source, "points"):  # Open3D, legacy
+    if hasattr(source, "points"):  # Open3D, legacy API
         return not hasattr(source, "faces") and not hasattr(source, "triangles")
     has_faces = hasattr(source, "faces") or hasattr(source, "triangles")  # trimesh
     return hasattr(source, "vertices") and not has_faces
 
 
 def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
-    """Points, normals and colors of a cloud of another library; normals or colors may be None."""
+    """Return points, normals or None, and colors or None of a cloud of another library."""
     if has_blocks(source):
         return source.points, None, None
     if hasattr(source, "n_cells"):

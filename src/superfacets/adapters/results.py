@@ -1,4 +1,4 @@
-"""Output of results to objects of other libraries, which are recognized by their attributes."""
+"""Storage of labels and colors in meshes and point clouds of other libraries."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from .._types import Array, Bytes, Ints
 from .blocks import cell_blocks, has_blocks
 
 NO_COLOR = (128, 128, 128)
-"""Red, green and blue of cells without a label."""
+"""Red, green and blue, from 0 to 255, of cells without a label."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """One label per cell or point of a target object, and optionally one color."""
+    """Labels, and optionally colors, for the cells or the points of an object."""
 
-    name: str
-    labels: Ints  # -1 for no label
-    colors: Bytes | None  # (n, 3)
-    on_points: bool  # True for vertices and points of a cloud, False for faces and tetrahedra
+    name: str  # name under which the labels are stored
+    labels: Ints  # (n,) label of each cell or point; -1 if it has no label
+    colors: Bytes | None  # (n, 3) red, green and blue, from 0 to 255
+    on_points: bool  # True for vertices or points of a cloud, False for faces or tetrahedra
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Arrays by name, with the fill value for cells that were not segmented."""
+        """Arrays to store, keyed by name, with the value for cells that were not segmented."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -35,9 +35,9 @@ class Results:
 
 
 def put_results(target: Any, results: Results) -> None:
-    """Write results to an object of trimesh, PyVista, Open3D or meshio, in place.
+    """Store results in an object of trimesh, PyVista, Open3D or meshio, in place.
 
-    The number of rows is not checked. Raises a TypeError if the target cannot store labels.
+    The length of the arrays is not checked. Raises a TypeError if the object cannot store labels.
     """
     if has_blocks(target):
         return _put_on_meshio(target, results)
@@ -45,9 +45,9 @@ def put_results(target: Any, results: Results) -> None:
         if _has(target, names):
             return put(target, results)
     raise TypeError(
-        f"{type(target).__name__} cannot store labels: expected a mesh or point cloud of trimesh,"
-        " PyVista, meshio or Open3D (convert its legacy classes first:"
-        " open3d.t.geometry.TriangleMesh.from_legacy)"
+        "labels can be stored in meshes and point clouds of trimesh, PyVista, meshio and Open3D,"
+        f" got {type(target).__name__}: convert legacy classes of Open3D with"
+        " open3d.t.geometry.TriangleMesh.from_legacy"
     )
 
 
@@ -63,12 +63,12 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face of a PyVista dataset, which follows vertices and lines."""
+    """Return the index of the first face in a PyVista dataset, after vertices and lines."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """An array of `n_rows` rows of `nothing`, with the row shape and type of `values`."""
+    """Return an array with `n_rows` rows filled with `nothing`; dtype and rows as in `values`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -89,7 +89,7 @@ def _put_on_meshio(target: Any, results: Results) -> None:
 
 
 def _put_on_open3d(target: Any, results: Results) -> None:
-    """Add tensors to a map of tensors, with the class and the device of its first tensor."""
+    """Store labels and colors as tensors of the same class and device as the existing tensors."""
     attributes = getattr(target, "point", None)
     if attributes is None:
         attributes = target.vertex if results.on_points else target.triangle
@@ -99,8 +99,8 @@ def _put_on_open3d(target: Any, results: Results) -> None:
         return type(old)(np.ascontiguousarray(array), device=old.device)
 
     attributes[results.name] = tensor(results.labels)
-    if results.colors is not None:  # Open3D expects colors from 0 to 1
-        attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)
+    if results.colors is not None:
+        attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)  # from 0 to 1
 
 
 def _put_on_trimesh(target: Any, results: Results) -> None:
@@ -108,7 +108,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # the mesh has a texture
+    if not hasattr(target.visual, "face_colors"):  # the mesh has a texture instead of colors
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -117,7 +117,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
 
 
 def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
-    """Store labels in the metadata, because points have no attributes but colors."""
+    """Store labels in the metadata, because a trimesh cloud has no attributes except colors."""
     target.metadata[results.name] = results.labels
     if results.colors is not None:
         target.colors = results.colors
@@ -138,4 +138,4 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Attributes that identify objects of each library, and the function for these objects."""
+"""Pairs of attributes that identify a class of objects, and a function that stores results."""

@@ -13,7 +13,7 @@ import numpy as np
 from .._options import Progress
 from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
-from .._validate import checked_flag, checked_number, checked_share, checked_threads
+from .._validate import checked_flag, checked_fraction, checked_number, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.constraints import sharp_edges
 from ..cells.kinds import kind_of
@@ -71,7 +71,7 @@ class FileOptions:
             "features": tuple(self.features),
             "max_edge": max_edge,
             "viewpoint": None if viewpoint is None else checked_viewpoint(viewpoint),
-            "min_opacity": checked_share(self.min_opacity, "min_opacity"),
+            "min_opacity": checked_fraction(self.min_opacity, "min_opacity"),
         }
         for name in ("subdivide", "drop_attributes", "ascii", "vertex_labels", "force"):
             checked[name] = checked_flag(getattr(self, name), name)

@@ -1,1 +1,1 @@
-"""Stages 1 and 2: cells, the arcs between them, and the weights of these."""
+"""Stages 1 and 2: graphs of cells, and the weights of their arcs."""

@@ -1,4 +1,4 @@
-"""Stage 5: smooth borders that cut through faces."""
+"""Stage 5: smoothing of borders by cutting faces."""
 
 from __future__ import annotations
 
@@ -19,54 +19,54 @@ from .face_graph import build_face_graph
 from .sums import sums_by_label
 
 _N_ROUNDS = 7
-"""Number of rounds in which borders move. On 16 benchmark models compactness is 4.41 before, and
-4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. Further rounds gain little, and move borders farther
-from the borders of the segmentation."""
+"""Number of smoothing rounds. On 16 benchmark models, the compactness is 4.41 before smoothing, and
+4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. More rounds improve little, and move borders farther
+from their original position."""
 
 _N_STEPS = 6
-"""Diffusion steps per round. Compactness is 4.10 with 4 steps and 4.07 with 6. With more steps,
-small regions vanish."""
+"""Number of diffusion steps per round. The compactness is 4.10 with 4 steps and 4.07 with 6 steps.
+With more steps, small regions vanish."""
 
 _N_BALANCES = 6
-"""Steps per round that restore areas. With 6 steps, the sum of all changes is 0.3 % of the area."""
+"""Number of steps per round that restore the areas of regions. With 6 steps, the sum of all changes
+of areas is 0.3 % of the total area."""
 
 _MARGIN = 0.1
-"""Smallest distance of a cut from both ends of its edge, as a fraction of the edge. With 0.01,
-compactness is 0.3 % lower."""
+"""Minimum distance between a cut and both ends of its edge, as a fraction of the edge length. With
+0.01, the compactness is 0.3 % lower, but new faces are thinner."""
 
 _MOST_CHANGE = 0.15
-"""Largest relative change of the area of a region. Regions that would change more are not cut: 7 of
-150 regions with this limit, and 12 with a limit of 0.05."""
+"""Maximum relative change of the area of a region. Regions that would change more keep their faces:
+7 of 150 regions with this limit, and 12 regions with a limit of 0.05."""
 
 _MOST_TOTAL = 0.01
-"""Largest sum of all changes of areas, as a fraction of the area of the mesh. Few models would
-exceed it without this limit."""
+"""Maximum sum of all changes of areas, as a fraction of the area of the mesh."""
 
 _MAX_TRIALS = 12
-"""Maximum number of trials. After each trial, regions with a fault keep their faces; in the second
-half of the trials, their neighbors keep their faces, too. After the last trial, all regions do.
-Most models need 3 to 5 trials."""
+"""Maximum number of trials. After each trial, regions with a fault keep their faces. In the second
+half of the trials, the neighbors of these regions also keep their faces. After the last trial, all
+regions keep their faces. Most models need 3 to 5 trials."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderCut:
-    """A mesh cut along smooth borders of its regions: the result of `cut_borders`.
+    """Result of `cut_borders`: a mesh with faces cut along smooth borders of regions.
 
     Attributes
     ----------
     mesh : Mesh
-        Vertices are the old vertices, in their order, then the new vertices. Faces are the parts of
-        old face 0, of old face 1, and so on, with the orientation of the old face.
+        Vertices are the old vertices in their order, followed by the new vertices. Faces are the
+        parts of old face 0, of old face 1, and so on, with the orientation of the old face.
     labels : ndarray of int32, shape (F',)
-        Region of each new face; -1 for no region.
+        Region of each new face, or -1 if the face is in no region.
     sources : ndarray of int32, shape (F',)
-        The old face that contains each new face, ascending. ``values[sources]`` maps values of old
-        faces to new faces.
+        Index of the old face that contains each new face, in ascending order. ``values[sources]``
+        maps values of old faces to new faces.
     n_old_vertices : int
         Number of vertices of the old mesh.
     is_kept : ndarray of bool, shape (K,)
-        Whether a region keeps its old faces, because smooth borders would change its area too much
-        or disconnect it.
+        Whether each region keeps its old faces, because smooth borders would disconnect the region
+        or change its area too much.
     """
 
     mesh: Mesh
@@ -92,48 +92,49 @@ def cut_borders(
 ) -> BorderCut:
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
-    Borders of face labels zigzag along edges. This function replaces them by smooth curves, and
-    cuts the faces along these curves, for charts, cut-out patterns, printing and pictures.
-    `smooth_borders` changes labels only, not the mesh.
+    Borders between labeled faces zigzag along edges. This function replaces the borders by smooth
+    curves and cuts the faces along these curves, for charts, cut-out patterns, printing and
+    pictures. Use `smooth_borders` to change labels without changing the mesh.
 
-    Borders in creases do not move. Creases are folds of 75 degrees or more, folds of 40 degrees or
-    more that continue in a straight line, and edges of three or more faces. The boundary of an open
-    mesh does not move either. The area of each region changes by at most 15 %, and all changes
-    together are at most 1 % of the total area, usually 0.3 %. Regions stay connected. Regions for
-    which this is impossible keep their faces; see `BorderCut.is_kept`.
+    Borders in creases and on the boundary of an open mesh do not move. Creases are folds of 75
+    degrees or more, folds of 40 degrees or more that continue in a straight line, and edges of
+    three or more faces. The area of each region changes by at most 15 %, and the sum of all changes
+    is at most 1 % of the total area, usually 0.3 %. Regions stay connected. If smooth borders would
+    violate these rules, a region keeps its faces; see `BorderCut.is_kept`.
 
-    All faces of an edge are cut at the same point of the edge, so closed meshes stay closed, and
-    seams get no gaps. Cuts are at least a tenth of the edge away from vertices. In all sampled
-    faces, the angles of the parts are at least a twentieth of the smallest angle of the face. A
-    face is cut into at most six parts. The result is the same for any number of threads.
+    All faces at an edge are cut at the same point of the edge, so closed meshes stay closed, and
+    seams get no gaps. Cuts are at least a tenth of the edge length away from vertices. A face is
+    cut into at most six parts. In all sampled faces, the angles of the parts are at least a
+    twentieth of the smallest angle of the face. The result is the same for any number of threads.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`; only meshes with faces. Polygons are triangulated first.
+        As for `segment`, but the mesh must have faces. Polygons are triangulated first.
     labels : array_like of int, shape (F,)
-        0..K-1, each at least once; -1 for faces in no region. Their borders are smoothed, too.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks faces in no region. The
+        borders of these faces are also smoothed.
     weld, n_threads
         As for `segment`.
 
     Returns
     -------
     BorderCut
-        The new mesh, the region and the old face of each of its faces.
+        The new mesh, and the region and the old face of each new face.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid or has no faces, or the new mesh would have too many faces.
+        If the mesh is not valid or has no faces, or if the new mesh would have too many faces.
     ValueError, TypeError
-        If labels are not integers >= -1, one per face, or a label 0..K-1 is missing.
+        If labels are not one integer >= -1 per face, or if a label from 0 to K - 1 is missing.
 
     Notes
     -----
-    Time O(F), plus a constant number of steps for each face near a border. The curves come from
-    threshold dynamics with given areas: the indicator function of each region diffuses over the
-    surface but not across creases, and each point then belongs to the region with the largest
-    value.
+    Time is O(F), plus a constant number of steps for each face near a border. The curves are
+    computed by threshold dynamics with given areas: the indicator function of each region diffuses
+    over the surface, but not across creases. Then each point is assigned to the region with the
+    largest value.
 
     References
     ----------
@@ -142,7 +143,7 @@ def cut_borders(
 
     Examples
     --------
-    A strip of squares. The border between its two regions has a corner in the middle:
+    In this grid of squares, the border between the two regions has a corner in the middle:
 
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(4)]
@@ -171,22 +172,22 @@ _Cut = tuple[Floats, Ints, Ints, Ints]
 
 @dataclass(frozen=True, eq=False)
 class _RegionsToCut:
-    """Regions to cut; faces in no region form one more region."""
+    """Regions to cut. The faces in no region form an additional, last region."""
 
     mesh: Mesh
-    labels: Ints  # 0..n_regions, where n_regions stands for no region
-    n_regions: int
-    representative: Ints
+    labels: Ints  # (F,) region of each face; n_regions for faces in no region
+    n_regions: int  # number of regions, without the additional region
+    representative: Ints  # (V,) lowest vertex at the position of each vertex
     weld: bool
-    areas: Floats  # (n_regions + 1,)
-    n_pieces: Longs  # (n_regions + 1,) connected pieces of each
+    areas: Floats  # (n_regions + 1,) area of each region
+    n_pieces: Longs  # (n_regions + 1,) number of connected pieces of each region
     n_threads: int
 
     @classmethod
     def of(
         cls, mesh: Mesh, labels: Ints, n_regions: int, weld: bool, n_threads: int
     ) -> _RegionsToCut:
-        """Return the regions of checked labels, -1 for faces in none."""
+        """Prepare the regions given by checked labels, where -1 marks faces in no region."""
         whole = np.where(labels < 0, n_regions, labels).astype(np.int32)
         lowest = lowest_vertices(mesh.vertices, weld, n_threads)
         areas = _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[1]
@@ -208,10 +209,10 @@ class _RegionsToCut:
                 self.n_threads,
             )
         except ValueError:  # std::length_error
-            raise MeshError("cutting would give the mesh too many faces") from None
+            raise MeshError("the cut mesh would have more faces than supported") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Return which regions vanished, came apart or changed their areas, (n_regions + 1,)."""
+        """Whether each region vanished, became disconnected or changed its area too much."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -223,13 +224,13 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return a limit such that changes below the limit sum to at most 1 % of all areas."""
+        """Return the largest change so that changes up to it sum to at most `_MOST_TOTAL`."""
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
-    def beside(self, is_chosen: Bools) -> Bools:
-        """Return the chosen regions and regions that share a vertex with them, (n_regions + 1,)."""
+    def with_neighbors(self, is_chosen: Bools) -> Bools:
+        """Whether each region is chosen, or shares a vertex with a chosen region."""
         corners = self.representative[self.mesh.faces]
         is_touched = np.zeros(self.mesh.n_vertices, dtype=bool)
         is_touched[corners[is_chosen[self.labels]]] = True
@@ -239,10 +240,10 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut repeatedly, until there is no fault; regions with faults keep their faces afterwards.
+    """Cut repeatedly until no region has a fault; regions with faults keep their faces.
 
-    A kept region has no fault, because the vertices of its faces are pinned, so its label does not
-    spread. In later trials, the neighbors of regions with faults are kept as well.
+    Regions that keep their faces have no faults, because the labels at all vertices of these faces
+    are fixed. In later trials, the neighbors of regions with faults also keep their faces.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):
@@ -252,13 +253,13 @@ def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
             return cut, is_kept[:-1]
         is_kept |= faults
         if trial >= _MAX_TRIALS // 2:
-            is_kept = regions.beside(is_kept)
+            is_kept = regions.with_neighbors(is_kept)
     is_kept[:] = True
     return regions.cut(is_kept.view(np.uint8)), is_kept[:-1]
 
 
 def _count_pieces(mesh: Mesh, labels: Ints, n_labels: int, weld: bool, n_threads: int) -> Longs:
-    """Return the number of connected pieces of each label, shape (n_labels,)."""
+    """Return the number of connected pieces of the faces with each label, shape (n_labels,)."""
     graph = build_face_graph(mesh, weld=weld, n_threads=n_threads)
     pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, labels)
     of_piece = np.empty(n_pieces, dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Input of the clustering: cells with a position and a measure, and weighted arcs between them."""
+"""Input of the clustering: graphs of cells with weighted arcs."""
 
 from __future__ import annotations
 
@@ -29,31 +29,27 @@ from .._validate import (
 
 @dataclass(frozen=True, eq=False)
 class ArcMeasures:
-    """Measures of the arcs of a `CellGraph`. The clean-up and the metrics of regions need them.
+    """Measures of the arcs of a `CellGraph`, for the clean-up and the metrics of regions.
 
-    Lengths are in the unit of the positions of the graph, finite and >= 0.
+    Lengths are in the unit of the positions of the graph, finite and >= 0. The arrays are checked
+    when a `CellGraph` is made.
 
     Parameters
     ----------
     border_lengths : array_like, shape (M,)
         Length of the border between the two cells of each arc.
     step_lengths : array_like, shape (M,), optional
-        Distance from cell to cell, without the price of the crease. By default the distance
-        between their positions.
+        Distance between the two cells of each arc, without the cost of creases. The default is the
+        distance between their positions.
     angles : array_like, shape (M,), optional
-        Angle by which the surface turns from cell to cell, in radians, -pi to pi, positive if the
-        border is concave. By default 0.
+        Signed angle between the normals of the two cells of each arc, in radians from -pi to pi,
+        positive if the border is concave. The default is 0.
     sides : array_like of integers, shape (M,), optional
-        Number of the side of the cell that each arc crosses, >= 0, ascending for the arcs of a
-        cell. If several cells share one border, the arcs to all of these cells cross the same side.
-        By default each arc crosses a different side.
+        Index (>= 0) of the side of the cell that each arc crosses, in ascending order for the arcs
+        of a cell. If three or more cells meet at a side, several arcs of a cell have the same
+        index. By default, each arc crosses a different side.
     open_lengths : array_like, shape (N,), optional
-        For each cell, the length of its border that no arc crosses. By default 0.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If an array has the wrong shape, type or values. `CellGraph` checks the arrays.
+        Length of the part of the border of each cell that no arc crosses. The default is 0.
     """
 
     border_lengths: Floats
@@ -63,7 +59,7 @@ class ArcMeasures:
     open_lengths: Floats | None = None
 
     def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
-        """Return checked copies that cannot be written to, for a graph with these arcs."""
+        """Return checked, read-only copies of the arrays for a graph with these arcs."""
         arrays: dict[str, Array] = {}
         for name, n, per in (
             ("border_lengths", n_arcs, "arc"),
@@ -84,11 +80,11 @@ class ArcMeasures:
 
 
 class CsrArcs:
-    """Arcs between cells in CSR form, and the box around the cells."""
+    """Base class: arcs between cells in CSR form, and the bounding box of the cells."""
 
-    offsets: Longs  # (N + 1,)
-    neighbors: Ints  # (M,)
-    bounds: Floats  # (2, 3)
+    offsets: Longs  # (N + 1,) index of the first arc of each cell
+    neighbors: Ints  # (M,) target of each arc
+    bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
 
     @property
     def n_cells(self) -> int:
@@ -97,7 +93,7 @@ class CsrArcs:
 
     @property
     def n_arcs(self) -> int:
-        """Number of arcs, M: two for each pair of neighbors."""
+        """Number of arcs, M, where each pair of neighbors has two arcs."""
         return len(self.neighbors)
 
     @property
@@ -107,27 +103,28 @@ class CsrArcs:
 
     @property
     def arcs(self) -> ArcLists:
-        """Offsets and neighbors."""
+        """Offsets and neighbors, for functions that need both."""
         return self.offsets, self.neighbors
 
     @property
     def sources(self) -> Ints:
-        """The cell that each arc leaves, (M,)."""
+        """Start cell of each arc, (M,)."""
         return np.repeat(np.arange(self.n_cells, dtype=np.int32), np.diff(self.offsets))
 
 
 class Arcs(CsrArcs):
-    """The common part of the graphs of all kinds of cells: cells, and arcs between them."""
+    """Base class of the graphs of all kinds of cells."""
 
-    positions: Floats  # (N, 3)
-    measures: Floats  # (N,)
+    positions: Floats  # (N, 3) representative point of each cell
+    measures: Floats  # (N,) area or volume of each cell
 
     def quantized(
         self, weights: npt.ArrayLike, n_threads: int, spare: float = 1.0
     ) -> tuple[Singles, float]:
         """Return weights of the arcs as `CellGraph.lengths`, and the unit of these lengths.
 
-        The unit is `spare` (a power of two) times as long as usual, so that prices can be added.
+        The unit is `spare` (a power of two) times the default unit, so that sums of lengths stay in
+        range when costs are added later.
         """
         checked_measures(self.measures, self.n_cells, n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)
@@ -137,53 +134,53 @@ class Arcs(CsrArcs):
 
 @dataclass(frozen=True, eq=False)
 class CellGraph(Arcs):
-    """Cells and weighted arcs, in CSR form: the input of seeding and clustering.
+    """Cells and weighted arcs in CSR form: the input of seeding and clustering.
 
-    `FaceGraph.with_weights` makes such a graph from the faces of a mesh, but cells can be anything.
-    Arcs and weights are copied. Positions and measures are not copied if they are contiguous
-    float64.
+    `FaceGraph.with_weights` makes a `CellGraph` from the faces of a mesh, but any elements can be
+    cells. Arcs and weights are copied. Positions and measures are not copied if they are contiguous
+    float64 arrays.
 
     Parameters
     ----------
     positions : array_like, shape (N, 3)
-        A representative point of each cell, finite. N >= 1.
+        Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell, in the squared unit of the positions, finite, >= 0. The area is the
-        weight of the cell in the mean of its region. The sum A defines the expected radius r =
-        sqrt(A / (pi k)) used by `tol`, `radius`, ``"flood"``, ``"grid"`` and the halted mode.
+        Area of each cell, finite and >= 0, in the squared unit of the positions. The area is the
+        weight of the cell in the mean of its region. The sum A of all areas defines the expected
+        radius r = sqrt(A / (pi k)) of k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
-        The target of each arc. Arcs are directed: for connected regions, give each arc in both
-        directions. With one-way arcs, the components are the components of the undirected graph. A
-        cell without a path from any center is an island: a region of its own in addition to the k
-        regions or, with ``islands="nearest"``, part of the nearest region.
+        Target of each arc. Arcs are directed: for connected regions, give each arc in both
+        directions. With one-way arcs, the components are the components of the undirected graph.
+        Cells without a path from any center become additional regions or, with
+        ``islands="nearest"``, join the nearest region.
     weights : array_like, shape (M,)
-        The length of each arc, finite, >= 0, in any unit.
+        Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
-        Low and high corner of a box; ``radius`` is a fraction of its diagonal. By default the
-        bounding box of the positions.
+        Minimum and maximum corner of a box. The parameter ``radius`` is a fraction of its diagonal.
+        The default is the bounding box of the positions.
     weight_unit : float, default 1.0
-        Length of one unit of weight, in the unit of the positions; the diagonal of the bounding box
-        for the graph of a mesh. Only the clean-up of regions uses it.
+        Length of one unit of weight, in the unit of the positions. For the graph of a mesh, this is
+        the diagonal of the bounding box. Only the clean-up of regions uses it.
     dimension : {2, 3}, default 2
-        2 if measures are areas, 3 if they are volumes. In a volume the expected radius is the cube
+        2 if measures are areas, 3 if they are volumes. In a volume, the expected radius is the cube
         root of 3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas.
     arc_measures : ArcMeasures, optional
-        Needed for the clean-up of regions and for `metrics.compactness`.
+        Measures of the arcs, which the clean-up of regions and `metrics.compactness` need.
 
     Attributes
     ----------
     lengths : ndarray of float32, shape (M,)
-        The weights as integer multiples (>= 1) of `unit`, rounded. Their sums are exact, so
+        The weights, rounded to integer multiples (>= 1) of `unit`. Sums of lengths are exact, so
         shortest paths do not depend on the order of summation.
     unit : float
-        A power of two: the sum of all weights divided by 2**47 to 2**48.
+        The largest power of two that is at most the sum of all weights divided by 2**47.
 
     Raises
     ------
     ValueError, TypeError
-        If an array has the wrong shape, type or values.
+        If an array has a wrong shape, type or value.
 
     Examples
     --------
@@ -221,7 +218,7 @@ class CellGraph(Arcs):
         if self.arc_measures is not None:
             if not isinstance(self.arc_measures, ArcMeasures):
                 kind = type(self.arc_measures).__name__
-                raise TypeError(f"arc_measures must be ArcMeasures, got {kind}")
+                raise TypeError(f"arc_measures must be an ArcMeasures object, got {kind}")
             checked = self.arc_measures.checked(offsets, self.n_arcs, checked_threads(None))
             object.__setattr__(self, "arc_measures", checked)
 
@@ -234,7 +231,7 @@ class CellGraph(Arcs):
         arc_measures: ArcMeasures | None = None,
         dimension: int = 2,
     ) -> CellGraph:
-        """Return a graph with the cells and arcs of a graph that is checked and frozen."""
+        """Make a graph with the cells and arcs of an already checked graph."""
         graph = object.__new__(cls)
         fields = ("positions", "measures", "offsets", "neighbors", "bounds")
         values = {name: getattr(arcs, name) for name in fields}
@@ -255,7 +252,7 @@ class CellGraph(Arcs):
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph in the form for kernels, which is built once."""
+        """Return the graph as an object of the core, which is built once and cached."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -263,11 +260,11 @@ class CellGraph(Arcs):
         return self._ordered  # type: ignore[return-value]  # set just above
 
     def __getstate__(self) -> dict[str, Any]:
-        """Exclude the ordered graph from copies: `ordered` rebuilds it."""
+        """Exclude the cached result of `ordered`, which copies build again."""
         return {**self.__dict__, "_ordered": None}
 
     def __setstate__(self, state: Any) -> None:
-        """Check the fields of a copy or a pickle like those of a new graph."""
+        """Restore a copied or pickled graph, and check its arrays again."""
         names = ("positions", "measures", "offsets", "neighbors", "weights", "bounds")
         more = ("weight_unit", "arc_measures", "dimension")
         options = dict(zip(more, restored(state, more), strict=True))
@@ -278,26 +275,26 @@ class CellGraph(Arcs):
 
 
 def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:
-    """Return checked measures: one per cell, finite and >= 0."""
+    """Check one measure per cell, finite and >= 0, and return them as float64."""
     return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
 
 
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:
-    """Return checked weights: one per arc, finite and >= 0."""
+    """Check one weight per arc, finite and >= 0, and return them as float64."""
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 
 def checked_graph(graph: object) -> CellGraph:
-    """Return a `CellGraph` unchanged; a TypeError for anything else, such as a mesh."""
+    """Return the graph, or raise a TypeError if it is not a `CellGraph`."""
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(
-        f"expected a CellGraph, got {type(graph).__name__}; for a mesh, use"
+        f"expected a CellGraph, got {type(graph).__name__}: for a mesh, use"
         " build_face_graph(mesh).with_weights(weights)"
     )
 
 
 def box_diagonal(bounds: Floats) -> float:
-    """Length of the diagonal of a box given by its low and high corner, shape (2, 3)."""
+    """Return the diagonal of a box, given by its minimum and maximum corner, shape (2, 3)."""
     x, y, z = (bounds[1] - bounds[0]).tolist()
     return math.sqrt(x * x + y * y + z * z)

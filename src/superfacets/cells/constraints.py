@@ -1,4 +1,4 @@
-"""Masks and barriers, which select the cells and arcs of a graph to keep."""
+"""Masks and barriers, which remove cells and arcs from a graph."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from .._validate import (
     checked_number,
     checked_seeds,
     checked_threads,
+    refuse_first,
     refuse_mask,
 )
 from ..adapters.convert import MeshLike, as_mesh
@@ -25,21 +26,21 @@ from .face_graph import FaceGraph, build_face_graph
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
-"""Group of cells that may share a region with any cell."""
+"""Group of cells that may be in one region with cells of any group."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""Empty array: no barriers, all cells may share regions."""
+"""Empty array of groups, which is used without barriers."""
 
 ANGLE_NOISE = 1e-6
-"""Tolerance of angles in radians: the rounding error of an angle between float32 positions."""
+"""Tolerance of angles in radians, for the rounding errors of float32 positions."""
 
 
 @dataclass(frozen=True)
 class ConstraintOptions:
     """The arguments `mask` and `barriers` of `segment`."""
 
-    mask: Any = None  # None: all cells are kept
-    barriers: Any = None  # None: there are none
+    mask: Any = None  # None if all cells are kept
+    barriers: Any = None  # None if there are no barriers
 
     @property
     def is_used(self) -> bool:
@@ -48,17 +49,17 @@ class ConstraintOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters in the result of `segment`."""
+        """Parameters for the result of `segment`, keyed by name."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
     ) -> Cut | None:
-        """Return the kept cells and arcs of the graph of a source; None if all are kept.
+        """Return the kept cells and arcs of a graph, or None without a mask and barriers.
 
-        `order` holds the index of each cell in the source, if the graph has another order. Raises a
-        ValueError or TypeError if the shape or type of the mask or the barriers is wrong.
+        If the cells of the graph are sorted, `order` is the index of each cell in `source`. Raises
+        a ValueError or TypeError if the mask or the barriers are not valid.
         """
         if not self.is_used:
             return None
@@ -83,20 +84,21 @@ class ConstraintOptions:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The kept cells of a graph, renumbered, and the kept arcs between them."""
+    """The kept cells of a graph, which are renumbered, and the kept arcs between them."""
 
-    n_whole: int  # number of cells of the graph, N
-    cells: Ints  # kept cells, ascending
-    arcs: Longs  # kept arcs, ascending
-    offsets: Longs  # first kept arc of each kept cell
-    neighbors: Ints
+    n_whole: int  # number of cells of the whole graph, N
+    cells: Ints  # (n,) index in the whole graph of each kept cell, ascending
+    arcs: Longs  # (m,) index in the whole graph of each kept arc, ascending
+    offsets: Longs  # (n + 1,) index in `neighbors` of the first arc of each kept cell
+    neighbors: Ints  # (m,) target of each kept arc, as a new cell index
     groups: Ints
-    """Group of each kept cell; empty without barriers. Cells of different groups must not share a
-    region, even across a gap; cells of `ANY_GROUP` may share a region with any cell."""
+    """Group of each kept cell, (n,); empty without barriers. Cells of different groups must not be
+    in the same region, even across a gap. Cells of `ANY_GROUP` may be in a region with any
+    cells."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
-        """Keep these cells and arcs. Both cells of a kept arc must be kept."""
+        """Make a cut from one bool per cell and per arc; kept arcs must join kept cells."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
@@ -111,7 +113,7 @@ class Cut:
         )
 
     def surface_of(self, whole: Surface) -> Surface:
-        """Return the surface of the kept cells, with their measures in the whole graph."""
+        """Return the surface of the kept cells; `whole` is the surface of all cells."""
         handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
         return Surface(
             handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
@@ -119,21 +121,21 @@ class Cut:
         )  # fmt: skip
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Map cells of the graph to kept cells; a ValueError if a cell is not kept.
+        """Convert cells of the whole graph to new indices.
 
-        The error names the index of the cell in the source, which `order` holds.
+        Raises a ValueError if a cell is not kept; its message uses the input index from `order`.
         """
         given = checked_seeds(cells, self.n_whole, name)
-        places = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
-        is_out = self.cells[places] != given
+        found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
+        is_out = self.cells[found] != given
         if is_out.any():
-            place = int(np.argmax(is_out))
-            number = given[place] if order is None else order[given[place]]
-            raise ValueError(f"{name}[{place}] is {number}, which the mask excludes")
-        return places.astype(np.int32)
+            first = int(np.argmax(is_out))
+            cell = given[first] if order is None else order[given[first]]
+            raise ValueError(f"{name}[{first}] is cell {cell}, but the mask excludes this cell")
+        return found.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Return labels of all cells, -1 for cells that are not kept."""
+        """Convert labels of kept cells to labels of all cells; removed cells get -1."""
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
@@ -142,7 +144,7 @@ class Cut:
 def sharp_edges(
     mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
 ) -> Ints:
-    """Return the edges whose faces meet at an angle, for the `barriers` of `segment`.
+    """Return the edges with a large angle between their faces, for `barriers` of `segment`.
 
     With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth face of a CAD part.
 
@@ -151,24 +153,25 @@ def sharp_edges(
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     angle : float, default 30
-        In degrees, above 0 and at most 180. Convex and concave edges that bend by at least this
-        angle are sharp. A flat edge has 0, and the edges of a cube have 90.
+        Angle in degrees between the normals of the faces, above 0 and at most 180. Convex and
+        concave edges with at least this angle are sharp. A flat edge has 0 degrees, and the edges
+        of a cube have 90.
     weld, n_threads
         As for `segment`.
 
     Returns
     -------
     ndarray of int32, shape (E, 2)
-        The two vertices of each edge, the lower first, in ascending order. Vertices at the same
-        position are represented by the lowest. Edges of three faces or more are sharp, too.
-        Boundary edges are not sharp.
+        The two vertices of each edge, the lower vertex first. Edges are in ascending order. Of the
+        vertices at the same position, the lowest vertex is used. Edges of three or more faces are
+        also sharp, and boundary edges are not.
 
     Raises
     ------
     MeshError
         If `mesh` has no faces.
     ValueError, TypeError
-        If `angle` is not above 0 and at most 180.
+        If `angle` is not a number above 0 and at most 180.
 
     Examples
     --------
@@ -183,10 +186,10 @@ def sharp_edges(
     source, threads = as_mesh(mesh), checked_threads(n_threads)
     graph = build_face_graph(source, weld=weld, n_threads=threads)
     angles = arc_measures(source, graph, n_threads=threads).angles
-    assert angles is not None  # faces have them
+    assert angles is not None
     sources, is_sharp = graph.sources, np.abs(angles) >= np.radians(angle) - ANGLE_NOISE
-    # Arcs are sorted by side within a face, so two consecutive arcs with one side have an edge of
-    # three faces or more.
+    # The arcs of a face are sorted by side. Two consecutive arcs cross the same side if its edge
+    # has three or more faces.
     is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     is_sharp[1:] |= is_same
     lowest = lowest_vertices(source.vertices, weld, threads)
@@ -196,7 +199,7 @@ def sharp_edges(
 
 
 def in_order(values: Array, order: Ints | None) -> Array:
-    """Return values so that cell i has the value at `order[i]`, or unchanged if `order` is None."""
+    """Return ``values[order]``, or `values` if `order` is None."""
     return values if order is None else values[order]
 
 
@@ -204,19 +207,19 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
     refuse_mask(mask, "mask")
     is_kept = checked_mask(mask, n_cells, "mask")
     if not is_kept.any():
-        raise ValueError("mask is False everywhere: no cell is left")
+        raise ValueError("mask must be True for at least one cell, but it is False everywhere")
     return is_kept
 
 
 def _checked_sides(barriers: Any, n_cells: int) -> Ints:
-    """Return barriers given per cell, renumbered to 0, 1, 2, ..."""
+    """Check barriers given as one number per cell, and renumber them to 0, 1, 2, ..."""
     given = np.asarray(barriers)
     if given.dtype.kind not in "iub":
-        raise TypeError(f"barriers must be integers, got {given.dtype}")
+        raise TypeError(f"barriers must contain integers, got {given.dtype}")
     if given.shape != (n_cells,):
         raise ValueError(
-            f"barriers must be one label per cell, shape ({n_cells},), or edges of a mesh, shape"
-            f" (E, 2); got shape {given.shape}"
+            f"barriers must have one number per cell, shape ({n_cells},), or be edges of a mesh,"
+            f" shape (E, 2), got shape {given.shape}"
         )
     _, sides = np.unique(given, return_inverse=True)
     return sides.astype(np.int32)
@@ -226,11 +229,12 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Return whether each arc crosses one of these edges; `arcs` is a graph and its sources."""
+    """Whether each arc crosses an edge in `barriers`; `arcs` is the graph and its sources."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
-            "barriers of shape (E, 2) need a mesh: for other cells, give one label per cell"
+            "barriers of shape (E, 2) need a mesh with faces: for other cells, give one number per"
+            " cell"
         )
     given = checked_edges(barriers, source.n_vertices, "barriers")
     lowest = lowest_vertices(source.vertices, weld, n_threads)
@@ -242,28 +246,24 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # candidates
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # a superset of the crossed sides
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
-    is_none = ~np.isin(wanted_keys, keys)
-    if is_none.any():
-        place = int(np.argmax(is_none))
-        raise ValueError(
-            f"barriers[{place}] is {given[place].tolist()}, which is not an edge of the mesh"
-        )
+    refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
     return np.asarray(is_crossed[in_order(starts, order)[sources] + graph.sides])
 
 
 def _keys_of(edges: Ints) -> Longs:
-    """Return one number for each edge, (n, 2), the same for both directions."""
+    """Return one integer per edge, which is the same for both directions of the edge."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Number the pieces of components that barriers divide; other components get `ANY_GROUP`.
+    """Return the group of each cell: the index of its piece if barriers divide its component.
 
-    `before` and `after` mark the arcs that are kept without and with the barriers.
+    Cells of other components get `ANY_GROUP`. `before` and `after` mark the arcs that are kept
+    without and with the barriers.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)

@@ -18,6 +18,7 @@ from .._validate import (
     exact_doubles,
     freeze,
     owned,
+    refuse_first,
     restored,
 )
 from ..adapters.convert import MeshLike, as_mesh
@@ -35,40 +36,40 @@ from .cell_graph import Arcs, CellGraph
 
 
 class EdgeCounts(NamedTuple):
-    """Edges of a mesh by the number of faces on them."""
+    """Numbers of edges of a mesh."""
 
     edges: int
-    """All edges."""
+    """Number of all edges."""
     boundary: int
-    """Edges of one face."""
+    """Number of edges that belong to exactly one face."""
     non_manifold: int
-    """Edges of three faces or more."""
+    """Number of edges that belong to three or more faces."""
     inconsistent: int
-    """Edges that both of their faces traverse in the same direction."""
+    """Number of edges whose two faces traverse the edge in the same direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class FaceGraph(Arcs):
-    """Faces as cells, with arcs between faces that share an edge.
+    """Graph of the faces of a mesh, with arcs between faces that share an edge.
 
     Attributes
     ----------
     positions : ndarray of float64, shape (N, 3)
-        Centroids of the faces.
+        Centroid of each face.
     measures : ndarray of float64, shape (N,)
-        Areas of the faces; 0 for a degenerate face.
+        Area of each face; 0 for a degenerate face.
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        The target of each arc.
+        Target of each arc.
     sides : ndarray of uint8 (int32 for a `PolygonMesh`), shape (M,)
-        The side of the face that each arc crosses. Side s joins corners s and s + 1. The last side
-        joins the last corner to the first.
+        Side of the face that each arc crosses. Side s joins corners s and s + 1, and the last side
+        joins the last corner to the first corner.
     same_turn : ndarray of uint8, shape (M,)
-        1 if the two faces traverse their edge in the same direction, which means that they are
-        inconsistently oriented; else 0.
+        1 if both faces traverse the common edge in the same direction, which means that they are
+        inconsistently oriented, and 0 otherwise.
     bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the bounding box of the vertices that faces use.
+        Minimum and maximum corner of the bounding box of all vertices of faces.
     edge_counts : EdgeCounts
         Numbers of all, boundary, non-manifold and inconsistent edges.
     """
@@ -90,13 +91,19 @@ class FaceGraph(Arcs):
         sides = owned(np.asarray(self.sides), np.int32 if is_wide else np.uint8)
         same_turn = owned(np.asarray(self.same_turn), np.uint8)
         if measures.shape != (len(positions),):
-            raise ValueError("measures must have one number per face")
-        if not sides.shape == same_turn.shape == neighbors.shape:
-            raise ValueError("sides and same_turn must have one entry per arc")
-        if not is_wide and sides.max(initial=0) > 2:
-            raise ValueError("sides must be 0, 1 or 2 (for polygons, pass int32 sides)")
-        if sides.min(initial=0) < 0:
-            raise ValueError("sides must not be negative")
+            raise ValueError(
+                f"measures must have one number per face, shape ({len(positions)},), got shape"
+                f" {measures.shape}"
+            )
+        for name, array in {"sides": sides, "same_turn": same_turn}.items():
+            if array.shape != neighbors.shape:
+                raise ValueError(
+                    f"{name} must have one number per arc, shape {neighbors.shape}, got shape"
+                    f" {array.shape}"
+                )
+        if not is_wide:
+            refuse_first(sides > 2, "sides", sides, "0, 1 or 2 (for polygons, pass int32 sides)")
+        refuse_first(sides < 0, "sides", sides, "not negative")
         freeze(
             self,
             positions=positions,
@@ -109,19 +116,19 @@ class FaceGraph(Arcs):
         )
 
     def __setstate__(self, state: Any) -> None:
-        """Check the fields of a copy or a pickle like those of a new graph."""
+        """Restore a copied or pickled graph, and check its arrays again."""
         FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
-        """Return a graph of new arrays from kernels, without checks."""
+        """Make a graph from new arrays of the core, without checks."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
         object.__setattr__(graph, "edge_counts", edge_counts)
         return graph
 
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
-        """Return the input of the clustering, with one weight per arc (finite, >= 0)."""
+        """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
         return CellGraph._of_arcs(self, weights, n_threads)
 
     def __repr__(self) -> str:
@@ -131,28 +138,29 @@ class FaceGraph(Arcs):
 def build_face_graph(
     mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None
 ) -> FaceGraph:
-    """Return the graph of the faces of a mesh that share an edge.
+    """Return the graph of the faces of a mesh, with arcs between faces that share an edge.
 
     All pairs of faces at a non-manifold edge are neighbors. A boundary edge has no arc. Faces that
-    share two edges have two arcs in each direction. A side whose ends are the same vertex is not an
-    edge, and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor.
-    Time and memory are linear in faces and arcs.
+    share two edges have two arcs in each direction. A side with two equal vertices is not an edge,
+    and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor. Time
+    and memory are linear in the number of faces and arcs.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     weld : bool, default True
-        Treat vertices at exactly the same position as one vertex, so that triangle soup and meshes
-        with seams are connected. If False, only faces with common vertex indices are neighbors.
+        Whether vertices at exactly the same position are treated as one vertex, so that triangle
+        soup and meshes with seams are connected. If False, only faces with common vertex indices
+        are neighbors.
     n_threads : int, optional
         As for `segment`.
 
     Raises
     ------
     MeshError
-        If there are more than 16 arcs per face and more than 2**24 arcs in total, for example if
-        five thousand faces share one edge.
+        If there are more than 16 arcs per face on average and more than 2**24 arcs in total, for
+        example if five thousand faces share one edge.
 
     Examples
     --------
@@ -171,16 +179,16 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Measures of faces that only weights need, separate from the graph to save memory."""
+    """Measures of faces that are only needed for weights, so they are not stored in the graph."""
 
     normals: Floats | None
-    """Unit normals, shape (F, 3), 0 for a degenerate face; None for polygons."""
+    """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
     longest: Floats | None
-    """Squared length of the longest side in each of the core's blocks of triangles."""
+    """Squared length of the longest side in each block of triangles; None for polygons."""
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and shapes of faces measured in the same pass."""
+    """Return the result of `build_face_graph` and the shapes of faces, computed in one pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
@@ -200,19 +208,19 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
-    """Return the graph of the triangles at borders between labels, in CSR form, and their labels.
+    """Return the arcs of the triangles at borders of regions, in CSR form, and their labels.
 
-    This is much faster than the whole graph, because most triangles are not at borders.
+    This is much faster than building the whole graph, because most triangles are not at borders.
     """
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
-    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of any face at each vertex
+    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one of the faces at a vertex
     for vertices in corners.T:
         some_label[vertices] = labels
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)
     is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
     first, second, third = is_shared[corners].T
-    # A face that shares an edge with a face of another label has two such corners.
+    # If the label changes across an edge of a face, two corners of the face are shared.
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]

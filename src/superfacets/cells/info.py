@@ -1,4 +1,4 @@
-"""Facts about a mesh or a cloud."""
+"""Counts and sizes of meshes and point clouds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 
 _VOLUME_NOISE = 4e-16
-"""Fraction of the cubed length of an edge up to which a volume is a rounding error."""
+"""Volumes up to this fraction of the cubed edge length are treated as rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -34,64 +34,64 @@ class MeshInfo:
     """Counts and sizes of a mesh."""
 
     n_faces: int
-    """Faces."""
+    """Number of faces."""
     n_vertices: int
-    """Vertices, used or not."""
+    """Number of vertices, including vertices that no face uses."""
     n_positions: int
-    """Distinct positions of vertices: fewer than vertices in triangle soup and at seams."""
+    """Number of distinct positions of vertices."""
     n_components: int
-    """Connected components of faces."""
+    """Number of connected components of the graph of faces."""
     n_edges: int
-    """Edges."""
+    """Number of edges."""
     n_boundary_edges: int
-    """Edges of one face."""
+    """Number of edges that belong to exactly one face."""
     n_nonmanifold_edges: int
-    """Edges of three faces or more."""
+    """Number of edges that belong to three or more faces."""
     n_inconsistent_edges: int
-    """Edges that both adjacent faces traverse in the same direction."""
+    """Number of edges whose two faces traverse the edge in the same direction."""
     n_degenerate_faces: int
-    """Faces without a normal: two corners coincide, or all corners lie on a line."""
+    """Number of faces whose normal is undefined, such as faces with all corners on a line."""
     is_inside_out: bool
     """Whether the mesh is closed and its normals point inwards."""
     area: float
     """Total area, in the squared unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
-    """Low and high corner of the bounding box of the vertices that faces use."""
+    """Minimum and maximum corner of the bounding box of all vertices of faces."""
     diagonal: float
-    """Length of the diagonal of that box."""
+    """Length of the diagonal of the bounding box."""
     sliver_share: float
-    """Fraction of the area, 0 to 1, in faces that are long and thin compared with 150 regions (or,
-    in a mesh of fewer faces, with one region per face); see `Segmentation`."""
+    """Fraction of the area, 0 to 1, in faces that are long and thin compared with the regions of a
+    default segmentation; see `Segmentation`."""
 
 
 @dataclass(frozen=True)
 class TetInfo:
-    """Counts and sizes of a mesh of tetrahedra."""
+    """Counts and sizes of a tetrahedral mesh."""
 
     n_tets: int
-    """Tetrahedra."""
+    """Number of tetrahedra."""
     n_vertices: int
-    """Vertices, used or not."""
+    """Number of vertices, including vertices that no tetrahedron uses."""
     n_positions: int
-    """Different positions of vertices."""
+    """Number of distinct positions of vertices."""
     n_components: int
-    """Components of tetrahedra that are connected by triangles."""
+    """Number of connected components of the graph of tetrahedra."""
     n_triangles: int
-    """Triangles."""
+    """Number of distinct triangles."""
     n_boundary_triangles: int
-    """Triangles of one tetrahedron."""
+    """Number of triangles that belong to exactly one tetrahedron."""
     n_nonmanifold_triangles: int
-    """Triangles of three tetrahedra or more."""
+    """Number of triangles that belong to three or more tetrahedra."""
     n_flat_tets: int
-    """Tetrahedra whose volume is 0 up to rounding errors."""
+    """Number of tetrahedra whose volume is 0, up to rounding errors."""
     n_turned_tets: int
-    """Tetrahedra with negative orientation: the fourth corner lies below the other three."""
+    """Number of tetrahedra with a negative signed volume, which means that they are inverted."""
     volume: float
     """Total volume, in the cubed unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
-    """Low and high corner of the bounding box of the vertices that tetrahedra use."""
+    """Minimum and maximum corner of the bounding box of all vertices of tetrahedra."""
     diagonal: float
-    """Length of the diagonal of that box."""
+    """Length of the diagonal of the bounding box."""
 
 
 @dataclass(frozen=True)
@@ -99,47 +99,48 @@ class CloudInfo:
     """Counts and sizes of a point cloud."""
 
     n_points: int
-    """Points."""
+    """Number of points."""
     n_positions: int
-    """Different positions of points."""
+    """Number of distinct positions of points."""
     n_components: int
     """Number of connected components of the graph; see `build_point_graph`."""
     n_isolated: int
-    """Points without arcs."""
+    """Number of points without arcs in the graph."""
     has_normals: bool
     """Whether the cloud has normals."""
     knows_turns: bool
-    """Whether concave and convex creases can be distinguished: the cloud has normals or viewpoints,
-    or is closed, so that estimated normals point outwards."""
+    """Whether concave and convex creases can be distinguished. This is the case if the cloud has
+    normals or viewpoints, or if it is closed, so that estimated normals point outward."""
     has_axes: bool
-    """Whether the cloud has axes: normals of unknown sign."""
+    """Whether the cloud has axes, which are normals of unknown sign."""
     has_viewpoints: bool
-    """Whether the cloud has viewpoints: the scanner position of each point."""
+    """Whether the cloud has viewpoints, which are positions of the scanner."""
     has_colors: bool
-    """Whether the cloud has colors that are not all black. Files without real colors have 0."""
+    """Whether the cloud has colors that are not all black; many files store black for no color."""
     are_colors_zero: bool
     """Whether the cloud has colors that are all black."""
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
-    """Median over the points of the square root of the area around the point."""
+    """Typical distance of points: the median of the square roots of the areas around points."""
     area: float
     """Sum of the areas around the points, in the squared unit of the points."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
-    """Low and high corner of the bounding box."""
+    """Minimum and maximum corner of the bounding box."""
     diagonal: float
-    """Length of the diagonal of that box."""
+    """Length of the diagonal of the bounding box."""
 
 
 def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
-    """Return counts and sizes of a mesh: a `TetInfo` for tetrahedra, a `MeshInfo` for faces.
+    """Return counts and sizes of a mesh: a `TetInfo` for tetrahedra, a `MeshInfo` otherwise.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         As for `segment`.
     weld : bool, default True
-        Count vertices at exactly the same position as one when edges are found.
+        Whether vertices at exactly the same position are treated as one vertex when edges are
+        counted.
 
     Examples
     --------
@@ -150,7 +151,7 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     """
     cells = as_cells(mesh)
     if kind_of(cells).are_points:
-        raise MeshError("info needs faces: for a point cloud, use cloud_info")
+        raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
     found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
     return found
 
@@ -173,10 +174,10 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
 
 
 def facts_of(cells: Cells, *, weld: bool = True) -> Any:
-    """Return counts and sizes of cells that `as_cells` has returned."""
+    """Return counts and sizes of a mesh or a point cloud."""
     kind = kind_of(cells)
     if kind.name not in _FACTS:
-        raise MeshError(f"info does not support {kind.plural}")
+        raise MeshError(f"counts and sizes are not available for {kind.plural}")
     return _FACTS[kind.name](cells, weld)
 
 
@@ -261,7 +262,7 @@ _FACTS: dict[str, Callable[[Any, bool], Any]] = {
     "tetrahedra": _tet_info,
     "points": _cloud_info,
 }
-"""Functions by name of the kind."""
+"""Functions that compute counts and sizes, keyed by the name of the kind of cells."""
 
 
 def _count_positions(points: Floats) -> int:

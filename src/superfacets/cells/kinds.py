@@ -1,8 +1,8 @@
-"""The kinds of cells, and all operations that depend on the kind.
+"""Kinds of cells, such as triangles or points, and all operations that depend on the kind.
 
 A new kind needs a class of cells that derives from `Cells`, a subclass of `Kind`, and a call of
-`register`. File formats (`export.cells`) and counts (`cells.info`) of a kind are optional; they are
-in tables by the name of the kind.
+`register`. File formats (`export.cells`) and counts (`cells.info`) of a kind are optional. They are
+in tables that are keyed by the name of the kind.
 """
 
 from __future__ import annotations
@@ -46,59 +46,55 @@ from .tet_graph import TetGraph, build_tet_graph, tet_surface
 from .weights import Weighed, WeightOptions, arc_weights, step_weights
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
+"""Nearest cell to each query point, its distance, and the nearest point of the cell."""
 
 
 class Outside(NamedTuple):
-    """The faces that represent cells in pictures."""
+    """Faces that show cells in pictures."""
 
     mesh: FaceMesh
-    sources: Ints | None  # the cell of each face; None: faces are the cells
+    sources: Ints | None  # (F,) cell of each face; None if the faces are the cells
 
 
 class OrderedCells(NamedTuple):
-    """Cells in the order of stages 1 to 5: the given order, or a sorted order for speed."""
+    """Cells and their graph, in input order or in a sorted order for speed."""
 
-    cells: Any  # of the same class as the source
+    cells: Any  # of the same class as the input
     graph: Any
-    shapes: Any
-    """Measures that only the weights of this kind need."""
-    order: Ints | None
-    """Index of each cell in the source; None: 0 to N - 1."""
+    shapes: Any  # measures that only weights need, or None
+    order: Ints | None  # (N,) input index of each cell; None if cells are in input order
 
 
 class Kind:
     """Operations that depend on the kind of cells.
 
     The methods of this base class work for `CellGraph`, and for each kind whose `build_graph`
-    returns a `CellGraph` with `ArcMeasures`. Such a kind overrides `build_graph` only. `cells` is
-    an object of the class that the kind is registered for.
+    returns a `CellGraph` with `ArcMeasures`. A kind with this property overrides only
+    `build_graph`. The argument `cells` is an object of the class that the kind is registered for.
     """
 
     name: ClassVar[str] = "cells"
     """Key of the kind in tables of other modules."""
     noun: ClassVar[str] = "cell"
-    """Noun for a cell in messages; counts append an "s"."""
+    """Singular noun for a cell in messages. The plural in counts appends an "s"."""
     plural: ClassVar[str] = "cells"
-    """Noun for cells in messages."""
+    """Plural noun for cells in messages without counts."""
     dimension: ClassVar[int] = 2
     """2 if measures are areas, 3 if they are volumes."""
     has_faces: ClassVar[bool] = False
-    """Whether cells are faces of a surface, with normals, and with edges between faces."""
+    """Whether cells are faces of a surface mesh."""
     are_points: ClassVar[bool] = False
-    """Whether each cell is a vertex."""
+    """Whether cells are points of a cloud."""
 
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return the graph of the cells, and measures that only weights need (None for most kinds).
+        """Return the graph of the cells, and measures that only weights need, or None.
 
         The graph has all members of `cell_graph.Arcs`.
         """
         return cells, None
 
     def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
-        """Return cells and graph sorted for speed, or None to keep the order.
-
-        Cells with corners are sorted along a space-filling curve if their order is bad.
-        """
+        """Sort the cells for speed, and build their graph; None if the order is already good."""
         corners = self.corners(cells)
         if corners is None or not is_scattered(cells.vertices, corners):
             return None
@@ -106,31 +102,31 @@ class Kind:
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
-        # If `weld`, the vertices are already welded.
+        # No vertices are welded here, because `sorted_corners` has welded them.
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the cells with their arcs: the input of stages 2 and 5 to 7."""
+        """Return the `Surface` of the cells, which stages 2 and 5 to 7 use."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the surface without arrays that only weights need, to free memory."""
+        """Return the surface without the arrays that only weights need, which saves memory."""
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
-        """Return the options adapted to these cells."""
+        """Return the options with defaults that suit these cells."""
         return options
 
     def weights(
         self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
     ) -> Weighed:
-        """Return one weight per arc, the same in both directions."""
+        """Return one weight per arc, which is the same for both directions."""
         return step_weights(surface, options, self.plural)
 
     def sliver_share(
         self, cells: Any, graph: Any, shapes: Any, radius: float, n_threads: int
     ) -> float:
-        """Return the share of the measure in slivers: cells long and thin compared with regions."""
+        """Return the fraction of the area in faces that are long and thin compared with regions."""
         return 0.0
 
     def measures(self, cells: Any, n_threads: int) -> Floats:
@@ -144,46 +140,46 @@ class Kind:
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return the nearest cell to each query, its distance, and its nearest point.
+        """Return the nearest cell to each query point, its distance, and its nearest point.
 
-        The cell is -1 if all cells are farther than `max_distance`.
+        The index of the cell is -1 if all cells are farther than `max_distance`.
         """
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
     def corners(self, cells: Any) -> Corners | None:
-        """Return the corners as indices of ``vertices``; None for kinds without corners."""
+        """Return the corners as indices of vertices, or None for kinds without corners."""
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
-        """Return chosen cells (ascending) as cells of the same kind, for kinds without corners.
+        """Return the chosen cells, given in ascending order; only for kinds without corners.
 
         Kinds with corners use `with_corners` instead.
         """
-        raise MeshError(f"{self.plural} cannot be split: only their labels can be written")
+        raise MeshError(f"{self.plural} cannot be split into files: write only their labels")
 
     def with_corners(
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Return cells of the same class with these corners; not checked if `bounds` are given."""
+        """Make cells of the same class from corners; not checked if `bounds` are given."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for all cells, or for the cells to keep; None for points."""
+        """Return the faces to draw for the kept cells, or None if cells are drawn as points."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
-        """Return the points to draw for kinds without an outside."""
+        """Return the points to draw for kinds whose `outside` is None."""
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return arcs and labels of some cells, which include all cells at borders."""
+        """Return the arcs and the labels of a subset of the cells with all cells at borders."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
 
 class _Faces(Kind):
-    """Faces of a surface."""
+    """Faces of a surface mesh."""
 
     noun = "face"
     plural = "faces"
@@ -231,7 +227,7 @@ class _Faces(Kind):
 
 
 class _Triangles(_Faces):
-    """Triangles, with faster kernels than polygons."""
+    """Triangles of a surface mesh."""
 
     name = "triangles"
 
@@ -245,7 +241,7 @@ class _Polygons(_Faces):
 
 
 class _Tets(Kind):
-    """Tetrahedra of a volume."""
+    """Tetrahedra of a volume mesh."""
 
     name = "tetrahedra"
     noun = "tet"
@@ -321,7 +317,7 @@ _KINDS: dict[type, Kind] = {}
 
 
 def register(cells: type, kind: Kind) -> None:
-    """Register the kind of a class of cells, so that every stage accepts them."""
+    """Register a kind for a class of cells, so that all stages accept cells of this class."""
     _KINDS[cells] = kind
 
 
@@ -333,34 +329,38 @@ register(PointCloud, _Points())
 
 
 def kind_of(cells: object) -> Kind:
-    """Return the kind of cells that `as_known` has returned."""
+    """Return the kind of cells, which must be a result of `as_known`."""
     try:
         return _KINDS[type(cells)]
     except KeyError:
         raise TypeError(
-            f"{type(cells).__name__} is not a registered class of cells: see cells.kinds.register"
+            f"{type(cells).__name__} is not a registered class of cells: call"
+            " cells.kinds.register first"
         ) from None
 
 
 def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
-    """Return a `CellGraph` unchanged, or the result of `as_cells` for any other source."""
+    """Convert any mesh or cloud with `as_cells`, and return a `CellGraph` unchanged."""
     return source if isinstance(source, CellGraph) else as_cells(source)
 
 
 def as_surface(
     source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None
 ) -> Surface:
-    """Return the surface of a mesh or graph with `ArcMeasures`; arguments as for `segment`."""
+    """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`."""
     return graph_and_surface(as_known(source), weld, checked_threads(n_threads))[1]
 
 
 def graph_and_surface(cells: Cells | CellGraph, weld: bool, n_threads: int) -> tuple[Any, Surface]:
-    """Return the graph of cells that `as_known` has returned, and their surface."""
+    """Return the graph and the `Surface` of cells, which must be a result of `as_known`."""
     kind = kind_of(cells)
     graph, _ = kind.build_graph(cells, weld, n_threads)
     return graph, kind.surface(cells, graph, n_threads)
 
 
 def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
-    """Return the area of each face, volume of each tetrahedron, or area around each point, (N,)."""
+    """Return the measure of each cell: the area or volume of the cell, or the area around a point.
+
+    The result has shape (N,).
+    """
     return kind_of(cells).measures(cells, n_threads)

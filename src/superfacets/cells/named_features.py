@@ -1,4 +1,4 @@
-"""Features by name: attributes in files, and quantities computed from the cells."""
+"""Features that are given by name: attributes in files, and values computed from the mesh."""
 
 from __future__ import annotations
 
@@ -19,24 +19,25 @@ from .texels import FaceTexels, check_texture, colors_of_texture
 _COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
-"""A just visible difference of colors in OKLab. Smaller standard deviations are raised to this
-value, so that the noise of a compressed image of one color has no effect on regions."""
+"""Just noticeable difference of colors in OKLab. Standard deviations are raised to at least this
+value, so that the noise of a compressed image with only one color has no effect on regions."""
 
 _FROM_TEXTURE = ("texture", "texture_spread")
+"""Names of features that always come from the texture."""
 
 
 def features_of(
-    names: Sequence[str],
-    cells: Any,
-    attributes: MeshAttributes | None,
-    n_threads: int,
+    names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FeatureTable | None:
-    """Return the named features as columns of one table, one row per cell; None without names.
+    """Return a table with one row per cell and the columns of all named features, or None.
 
-    ``color`` is red, green and blue in the file or, if the file has no colors, ``texture``: the
-    mean color of the texels of a face in OKLab. ``texture_spread`` is the standard deviation of the
-    texels. ``normals`` and ``height`` (z) are computed. Any other name is a property of the faces,
-    points or vertices in the file. For an unknown name, a MeshError lists all names.
+    - ``"color"`` is red, green and blue from the file. Without colors, it is ``"texture"``.
+    - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
+      their standard deviation.
+    - ``"normals"`` and ``"height"`` (z) are computed from the mesh.
+    - Any other name is a property of the faces, points or vertices in the file.
+
+    For an unknown name, a MeshError lists all available names.
     """
     if not names:
         return None
@@ -60,11 +61,11 @@ def features_of(
 def _texels_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FaceTexels:
-    """Return the colors of the faces from the texture; a MeshError if there is no texture."""
+    """Return the colors of the faces, or raise a MeshError if there is no texture."""
     if attributes is None or attributes.texture is None:
         reasons = () if attributes is None else attributes.left_out
         why = "".join(f" ({reason})" for reason in reasons if reason.startswith("texture: "))
-        raise MeshError(f"features {name}: there is no texture{why}")
+        raise MeshError(f"features {name}: the mesh has no texture{why}")
     check_texture(attributes.texture, cells)
     try:
         return colors_of_texture(cells, attributes.texture, n_threads)
@@ -73,7 +74,7 @@ def _texels_of(
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Return whether cells have colors, or their file has colors of faces or vertices."""
+    """Whether the cells have colors, or their file has colors of faces or vertices."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
     return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
@@ -96,13 +97,13 @@ def _columns_of(
             table = np.concatenate(columns, axis=1).astype(np.float64)
             return table if stored is of_faces else _per_cell(table, cells)
     raise MeshError(
-        f"features {name}: there is no {' '.join(wanted)}; there are"
+        f"features {name}: the mesh has no {' '.join(wanted)}, but it has"
         f" {', '.join(_names_in(cells, of_faces, of_vertices))}"
     )
 
 
 def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
-    """Return all feature names of the cells and of the attributes of their file."""
+    """Return the names of all available features."""
     kind = kind_of(cells)
     fields = {name for table in stored for name in table}
     has_color = fields.issuperset(_COLORS) or (kind.are_points and cells.colors is not None)
@@ -113,7 +114,7 @@ def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
 def _stored(
     attributes: MeshAttributes | None,
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """Return the properties of the faces, and of vertices or points."""
+    """Return the properties of faces, and the properties of vertices or points."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
@@ -134,6 +135,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Return rows per cell: the rows of points, or for faces the mean over the corners."""
+    """Convert rows per vertex to rows per cell, by the mean over the corners of each cell."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

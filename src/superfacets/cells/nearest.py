@@ -1,4 +1,4 @@
-"""Find the nearest cell to a point, for any kind of cells."""
+"""Search for the nearest face of a mesh to each query point."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from .kinds import kind_of
 
 
 class NearestFaces(NamedTuple):
-    """For each of M points, the nearest face of a mesh.
+    """Result of `nearest_faces` for M query points.
 
     Attributes
     ----------
     faces : ndarray of int32, shape (M,)
-        The nearest face; ties go to the lowest face. -1 if all faces are farther than
-        `max_distance`.
+        Nearest face to each query point, or -1 if all faces are farther than `max_distance`. If
+        several faces have the same distance, the lowest index is returned.
     distances : ndarray of float64, shape (M,)
-        Distance to the nearest face, in the unit of the mesh; infinite for face -1.
+        Distance to the nearest face, in the unit of the mesh; infinite if the face is -1.
     points : ndarray of float64, shape (M, 3)
-        The nearest point of the nearest face; NaN for face -1.
+        Nearest point of the nearest face; NaN if the face is -1.
     """
 
     faces: Ints
@@ -39,36 +39,37 @@ def nearest_faces(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> NearestFaces:
-    """Return the nearest face of a mesh to each point, its distance, and its nearest point.
+    """Return the nearest face of a mesh to each query point, its distance and its nearest point.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`. Degenerate faces count, too. A polygon is represented by the triangles of
+        As for `segment`. Degenerate faces are included. A polygon is replaced by the triangles of
         ``PolygonMesh.triangulate()``.
     points : array_like, shape (M, 3), or PointCloud or cloud-like
-        Finite positions, possibly none.
+        Query points with finite coordinates. M may be 0.
     max_distance : float, optional
-        Largest distance, >= 0, in the unit of the mesh.
+        Maximum distance, >= 0, in the unit of the mesh. The default is no limit.
     n_threads : int, optional
-        As for `segment`. The result does not depend on it.
+        As for `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     NearestFaces
-        If the nearest point is on an edge or at a vertex, the result is the lowest face there.
+        If the nearest point is on an edge or at a vertex, the result is the face with the lowest
+        index at this point.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid or has no faces, or the points are not finite or not of shape
-        (M, 3).
+        If the mesh is not valid or has no faces, or if the points are not finite or do not have
+        shape (M, 3).
     ValueError, TypeError
         If another parameter is out of range or of the wrong type.
 
     Notes
     -----
-    Time O(F log F) to build a box tree, and O(log F) per point near the surface.
+    Building a bounding volume hierarchy takes O(F log F). A query near the surface takes O(log F).
 
     Examples
     --------
@@ -86,14 +87,14 @@ def nearest_faces(
 
 
 def checked_distance(max_distance: Any) -> float:
-    """Return a distance >= 0; infinity for None."""
+    """Return the maximum distance as float, or infinity for None."""
     if max_distance is None:
         return math.inf
     return checked_number(max_distance, "max_distance", zero=True)
 
 
 def query_points(points: Any) -> Floats:
-    """Return the valid positions, shape (M, 3), of an array or a cloud; else a MeshError."""
+    """Check query points, given as an array or a cloud, and return their positions (M, 3)."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

@@ -1,7 +1,8 @@
-"""Stage 2: prices of steps between the parts of a shape.
+"""Stage 2: costs of steps between the parts of a shape, such as a finger and the palm.
 
-Parts are far apart in the spectral embedding, which consists of eigenvectors of the Laplacian for
-the smallest eigenvalues, computed on coarse cells and interpolated to finer cells.
+Parts are far apart in the spectral embedding, whose coordinates are eigenvectors of the Laplacian
+for the smallest eigenvalues. The eigenvectors are computed on coarse cells and interpolated to
+finer cells.
 """
 
 from __future__ import annotations
@@ -24,94 +25,97 @@ PART_CREASE_SCALE = 7.0
 """Value of `regions.edit.CREASE_SCALE` for these weights. With 6, compactness is 0.01 higher."""
 
 SPARE = 4.0
-"""Unit of path lengths, in multiples of the unit without prices. Prices lengthen paths by a factor
-of up to 1 + gamma."""
+"""Factor of the unit of path lengths, because costs between parts make paths longer. The factor of
+the path lengths is at most 1 + gamma."""
 
 N_COARSE = 700
-"""Approximate number of coarse cells for the eigenvectors. 1,500 give no better result."""
+"""Approximate number of coarse cells for which eigenvectors are computed. The regions are not
+better with 1,500 coarse cells."""
 
 MOST_COARSE = 8 * N_COARSE
-"""Maximum number of coarse cells for the eigenvectors. Only meshes of thousands of components, such
-as triangle soup, have more coarse cells. Such meshes have no parts."""
+"""Maximum number of coarse cells for which eigenvectors are computed. Only meshes with thousands of
+components, such as triangle soup, have more coarse cells. These meshes get no costs between
+parts."""
 
 MOST_CELLS = 16
-"""Maximum number of cells in a coarse cell, on each level."""
+"""Maximum number of cells that are merged into one cell of the next coarser level."""
 
 LEAST_GROUPED = 96_000
-"""If the loop runs on all cells and there are at least this number, groups of cells are embedded
-instead of cells."""
+"""Minimum number of cells for `groups_to_embed`, if the loop runs on all cells."""
 
 GROUP_SIZE = 8
-"""Number of cells per group."""
+"""Number of cells per group in `groups_to_embed`."""
 
 GROUP_STEP = 0.5
-"""Factor of distances between groups in border costs. The whole distance between two groups is on
-the arcs between them, and this attracts borders of regions: with 1, compactness is 0.1 higher on
-meshes of 200,000 faces."""
+"""Factor of the costs between groups in border costs. The whole distance between two groups is
+assigned to the arcs between them, which attracts borders of regions to borders of groups. With a
+factor of 1, the compactness is 0.1 higher on meshes of 200,000 faces."""
 
 CREASE_STEEPNESS = 20.0
-"""Conductances across creases are multiplied by exp(-20 kappa), kappa = eta theta / pi."""
+"""Conductances across creases are multiplied by exp(-20 kappa), where kappa = eta theta / pi."""
 
 LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
-"""Prices grow from zero to their full value between these two values of `hindered_share`, the
-fraction of the flow that creases stop. A surface without concave creases, such as a plane or a
-convex body, has no parts. All benchmark models have 0.037 or more."""
+"""Costs increase from zero to their full value between these two values of `hindered_share`. A
+surface without concave creases, such as a plane or a convex body, has no parts, and its
+`hindered_share` is 0. All benchmark models have 0.037 or more."""
 
 LEAST_CONDUCTANCE = 1e-6
-"""Smallest conductance, as in the core, so that connected cells stay connected."""
+"""Minimum conductance, which is the same in the core, so that connected cells stay connected."""
 
 N_VECTORS = 8
-"""Number of eigenvectors. On the benchmark models 12 are worse, and 4 are unstable."""
+"""Number of eigenvectors. On the benchmark models, 12 are worse, and results of 4 are unstable."""
 
 N_COMPARED = 15
-"""Number of computed eigenvalues, without the eigenvalues of constant vectors. The last eigenvalue
-is the scale of `LEAST_VALUE`."""
+"""Number of computed eigenvalues, in addition to the eigenvalues of constant vectors."""
 
 LEAST_VALUE = 1e-3
-"""Lower bound of eigenvalues, as a fraction of the last computed eigenvalue. Smaller eigenvalues
-belong to barely connected pieces. Vectors are scaled by the inverse root of their eigenvalues, so
-such pieces would dominate all other parts."""
+"""Minimum of eigenvalues, as a fraction of the last computed eigenvalue. Smaller eigenvalues belong
+to barely connected pieces. Vectors are scaled by the inverse square root of their eigenvalues, so
+these pieces would dominate all other parts."""
 
 EQUAL = 1e-3
-"""Relative difference up to which eigenvalues count as equal. Vectors of equal eigenvalues have an
-arbitrary basis, so either all of them are used or none."""
+"""Maximum relative difference of eigenvalues that are treated as equal. Eigenvectors of equal
+eigenvalues have an arbitrary basis, so they are used together or not at all."""
 
 FAR_STEPS, SHORT_STEPS = 3, 2
-"""Most arcs between the ends of a far arc; and the same for a short loop, where 9 arcs per face in
-place of 20 make regions more compact by 0.4%, on regular grids longer by 5%."""
+"""Maximum number of arcs between the ends of a far arc, in a normal loop and in a short loop. A far
+arc joins two faces that are at least two arcs apart. In a short loop, there are 9 far arcs per face
+instead of 20. The regions are then 0.4 % more compact, but 5 % longer on regular grids."""
 
 NO_GROUPS = np.empty(0, np.int32)
+"""Value of `PartPrices.group_of` if there are no groups."""
 
 
 @dataclass(frozen=True, eq=False)
 class PartPrices:
-    """Prices of steps between the parts of a shape: distances in the spectral embedding."""
+    """Costs of steps between the parts of a shape: distances in the spectral embedding."""
 
     vectors: Singles
-    """Coordinates psi of each group of cells, (G, Q); Q may be 0."""
+    """Coordinates of each group of cells, (G, Q); Q may be 0."""
     group_of: Ints
-    """The group of each cell, (N,); empty if each cell is a group."""
+    """Group of each cell, (N,); empty if each cell is a group."""
     factor: float
-    """Price of a distance of 1 between vectors, in the unit of path lengths."""
+    """Cost of a step by 1 in the embedding, in the unit of path lengths."""
 
     @classmethod
     def of(
         cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
     ) -> PartPrices:  # fmt: skip
-        """Embed the cells of a graph with straight steps, or groups of them.
+        """Embed the cells of a graph with straight steps, or groups of cells.
 
-        `groups` are successively coarser graphs, of which the last is embedded. Without groups, the
-        graph itself is embedded. The factors are gamma, and the price of a crease of angle pi in
-        the unit of the positions. The price of a step is gamma times the distance in the embedding,
-        scaled so that distances and steps have the same sum over all arcs.
+        `groups` are successively coarser graphs, and the cells of the last graph are embedded.
+        Without groups, the cells of the graph itself are embedded. `factors` are gamma, and the
+        cost of a crease of angle pi in the unit of the positions. The cost of a step is gamma times
+        the distance in the embedding. Distances are scaled so that their sum over all arcs equals
+        the sum of the lengths of all steps.
         """
         gamma, crease_price = factors
         embedded = groups[-1].graph if groups else graph
         base = _level_of(embedded, crease_price, n_threads)
         vectors = _embedding(base, embedded, n_threads)
-        share = (base.hindered_share - LEAST_HINDERED) / (ENOUGH_HINDERED - LEAST_HINDERED)
-        gamma *= min(max(share, 0.0), 1.0)
+        strength = (base.hindered_share - LEAST_HINDERED) / (ENOUGH_HINDERED - LEAST_HINDERED)
+        gamma *= min(max(strength, 0.0), 1.0)
         factor = gamma * _scale(base, vectors, n_threads) / graph.straight_unit
         return cls(vectors, _group_of(groups, n_threads), factor)
 
@@ -123,10 +127,11 @@ class PartPrices:
         *,
         far_steps: int,
     ) -> None:
-        """Add far arcs, and the prices of all arcs, to the graph and to coarser graphs.
+        """Add far arcs, and the costs between parts, to the graph and to coarser graphs.
 
-        In the graph itself, far arcs join faces at most `far_steps` arcs apart. With 1 there are
-        none, because far arcs would dominate the run time if regions have thousands of cells.
+        Far arcs join cells that are two or more arcs apart, in the graph itself at most
+        `far_steps`. With `far_steps` 1, the graph itself has no far arcs, because they would
+        dominate the run time if regions have thousands of cells.
         """
         rows = self.vectors
         if len(self.group_of):
@@ -137,30 +142,30 @@ class PartPrices:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
 
     def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
-        """Do the work of `add_to_all` for the embedded graph and for coarser graphs only."""
+        """Like `add_to_all`, but only for the embedded graph and for coarser graphs."""
         rows = self._add_to(coarse[0], self.vectors, n_threads)
         for level in coarse[1:]:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
 
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-        """Add far arcs and prices to one coarse graph with these rows; return the rows."""
+        """Add far arcs and costs to one coarse graph; return `rows`, the vectors of its cells."""
         level.add_far_arcs(n_threads)
         level.add_part_prices(rows, self.factor, n_threads)
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
-        """Return arc lengths with prices, for the costs of borders."""
+        """Return lengths of arcs plus costs between parts, from which border costs are computed."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-    """Return the mean row of the cells in each coarse cell."""
+    """Return the mean of `rows` over the cells in each coarse cell."""
     return level.means_of(rows, n_threads).reshape(-1, rows.shape[1])
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return, for each cell, the cell of the coarsest graph (the last of `groups`) around it."""
+    """Return the cell of the coarsest graph, the last of `groups`, that contains each cell."""
     if not groups:
         return NO_GROUPS
     found = groups[0].coarse_cells(n_threads)
@@ -170,14 +175,14 @@ def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
 
 
 class _Level(NamedTuple):
-    """Cells of one size, and the conductances of the arcs between them."""
+    """Cells of one level of coarseness, and the conductances of the arcs between them."""
 
     arcs: ArcLists
-    steps: Floats
-    conductances: Floats
-    measures: Floats
-    coarse_of: Ints | None = None  # for each cell, its coarse cell on the next level
-    hindered_share: float = 0.0  # fraction of the flow that creases stop
+    steps: Floats  # (M,) length of each arc, without creases
+    conductances: Floats  # (M,)
+    measures: Floats  # (N,) area of each cell
+    coarse_of: Ints | None = None  # (N,) cell of the next level that contains each cell
+    hindered_share: float = 0.0  # fraction of the total flow that is blocked by creases
 
 
 def spectral_embedding(
@@ -189,36 +194,37 @@ def spectral_embedding(
 ) -> Floats:
     r"""Return coordinates of each face in which the parts of a shape are far apart.
 
-    The coordinates are the smallest eigenvectors :math:`L \phi = \lambda A \phi`, with areas A and
-    the Laplacian L of the face graph. The conductance of an arc is
+    The coordinates are the eigenvectors of the smallest eigenvalues of :math:`L \phi = \lambda A
+    \phi`, with areas A and the Laplacian L of the face graph. The conductance of an arc is
 
-    .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa)
+    .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa) + 10^{-6}
 
-    (plus 1e-6), where g is the distance between centroids. The conductance is low across concave
-    creases, with kappa = theta / pi. So fingers have coordinates far from the hand, because creases
-    separate them. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    where g is the distance between centroids, and kappa = theta / pi for concave edges with the
+    angle theta between normals. The conductance across concave creases is low. For example, fingers
+    have coordinates far from the palm, because creases separate them. Vector q is scaled by
+    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
-    Eigenvectors are computed on about 700 coarse cells, interpolated to the faces, and relaxed
-    there. Vectors that are constant on each component are excluded. Eigenvalues below a thousandth
-    of the 15th are raised to that value.
+    Eigenvectors are computed on about 700 coarse cells, interpolated to the faces, and smoothed by
+    relaxation. Vectors that are constant on each component are excluded. Eigenvalues below a
+    thousandth of the 15th eigenvalue are raised to this value.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
-        As for `segment`. Each component has separate vectors.
+        As for `segment`.
     n_vectors : int, default 8
-        Number of coordinates, 1 to 15.
+        Number of coordinates, from 1 to 15.
     weld, n_threads
         As for `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     ndarray of float64, shape (N, n_vectors)
-        Only ratios of distances are meaningful. The coordinate with the largest absolute value in
-        each column is positive. If eigenvalues are equal, as for symmetric shapes, the basis is
-        arbitrary, and only distances between faces are meaningful. Meshes of few faces, and
-        triangle soup of thousands of components, have columns of zeros. Time: about 2 microseconds
-        per face.
+        Coordinates of each face. Only ratios of distances are meaningful. The coordinate with the
+        largest absolute value in each column is positive. If eigenvalues are equal, as for
+        symmetric shapes, their basis is arbitrary. Columns are zero for meshes with few faces, and
+        for triangle soup with thousands of components. The run time is about 2 microseconds per
+        face.
 
     Raises
     ------
@@ -234,7 +240,7 @@ def spectral_embedding(
     >>> superfacets.spectral_embedding(bear).shape
     (4892, 8)
     """
-    n_vectors = checked_count(n_vectors, "n_vectors", N_COMPARED, "vectors that are computed")
+    n_vectors = checked_count(n_vectors, "n_vectors", N_COMPARED)
     threads = checked_threads(n_threads)
     cells = as_cells(mesh)
     kind = kind_of(cells)
@@ -257,15 +263,18 @@ def spectral_embedding(
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Return groups to embed if the loop runs on all cells; none for small or soup meshes."""
+    """Group the cells of a large graph, because embedding groups is faster than embedding cells.
+
+    The result is empty for small graphs, and for triangle soup, where most cells have no neighbors.
+    """
     if graph.n_cells < LEAST_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)
-    return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []  # unless most are alone
+    return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []
 
 
 def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) -> _Level:
-    """Return the level of a graph; `crease_price` is the price of a crease of angle pi."""
+    """Return the level of a graph; `crease_price` is the cost of a crease of angle pi."""
     offsets, neighbors, steps, conductances, share = graph.conducting_arcs(
         crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
@@ -274,9 +283,12 @@ def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) ->
 
 
 def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
-    """Return the sum of all steps divided by the sum of distances in the embedding, or 0."""
-    none, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
-    distances = _core.add_feature_steps(*level.arcs, none, table, 1.0, n_threads)
+    """Return the sum of the lengths of arcs divided by the sum of distances in the embedding.
+
+    The result is 0 if all distances are 0.
+    """
+    zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
+    distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
     return _core.sum_of(level.steps, n_threads) / total if total > 0.0 else 0.0
 
@@ -284,7 +296,7 @@ def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
 def _embedding(
     base: _Level, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return psi on the cells of a graph; `base` is the level of this graph."""
+    """Return the coordinates of the cells of a graph; `base` is the level of this graph."""
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MOST_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
@@ -292,14 +304,14 @@ def _embedding(
 
 
 def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_Level]:
-    """Return the level and successively coarser levels."""
+    """Return the given level, followed by successively coarser levels."""
     levels: list[_Level] = []
-    coarse: list[_core.CoarseGraph] = []  # keeps the finer graphs alive
+    coarse: list[_core.CoarseGraph] = []  # keeps references to all graphs
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
         if 2 * coarse[-1].graph.n_cells > graph.n_cells:
-            break  # most cells have no neighbor to merge with
+            break  # most cells have no neighbors, as in triangle soup
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
         graph = coarse[-1].graph
         offsets, neighbors, _ = coarse[-1].arcs()
@@ -310,20 +322,20 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
 
 
 def _cell_size(ratio: float) -> int:
-    """Return the number of cells per coarse cell so that all levels together reach a ratio."""
+    """Return the number of cells per coarse cell, equal on all levels, for a total ratio."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return conductances between coarse cells, summed over the fine arcs between them."""
+    """Return the conductances between coarse cells, summed over the finer arcs between them."""
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
 
 
 def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
-    """Return psi on the coarse cells, (C, Q)."""
+    """Return the coordinates of the coarsest cells, (C, Q)."""
     n_cells = len(level.measures)
     mean = float(level.measures.mean()) or 1.0
     measures = np.maximum(level.measures / mean, 1e-6)
@@ -340,7 +352,7 @@ def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """Return the number of vectors: `n_vectors`, or more to keep equal eigenvalues together."""
+    """Return `n_vectors`, or a larger number if the next eigenvalues are equal to the last one."""
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:
@@ -350,7 +362,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
-    """Interpolate rows from the last level to the first, level by level."""
+    """Interpolate the rows of the coarsest cells to the finest cells, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None
@@ -359,7 +371,7 @@ def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
 
 
 def _relaxed(rows: Singles, coarse_of: Ints, level: _Level, n_threads: int) -> Singles:
-    """Copy the row of each coarse cell to its cells, and relax the copies."""
+    """Copy the row of each coarse cell to its cells, and smooth the copies by relaxation."""
     n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
     copied = np.take(rows, coarse_of, axis=0)
     relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)

@@ -1,4 +1,4 @@
-"""Stages 1 and 2 for point clouds: neighbors, areas, normals and weights."""
+"""Stages 1 and 2 for point clouds: graphs of points, areas, normals and weights."""
 
 from __future__ import annotations
 
@@ -23,35 +23,36 @@ from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
 N_NEIGHBORS = 6
-"""Number of nearest neighbors with an arc. With reverse arcs, a point has seven on average."""
+"""Number of nearest neighbors to which each point has an arc. With reverse arcs, a point has seven
+arcs on average."""
 
 N_AROUND = 12
-"""Number of nearest neighbors for the estimate of a normal."""
+"""Number of nearest neighbors from which a normal is estimated."""
 
 CUTOFF = 4.0
-"""Longest arc, in square roots of the smaller area at its ends. For uniformly random points, one in
-ten thousand of the six nearest neighbors is farther away than 3.3."""
-
+"""Maximum length of an arc, in units of the square root of the smaller area at its ends. For
+uniformly random points, one in ten thousand of the six nearest neighbors is farther away than 3.3
+of these units."""
 
 OPEN_SHARE = 0.05
-"""A cloud counts as an open surface if the length of its area-weighted mean normal exceeds this
-value. Rooms without a ceiling have 0.2 or more. Of 95 closed benchmark models, none counts as open
-if sampled at 100,000 points. At 5,000 points 14 models count as open, because some normals are
+"""Length of the area-weighted mean normal above which a cloud is treated as an open surface. Rooms
+without a ceiling have 0.2 or more. Of 95 closed benchmark models that were sampled with 100,000
+points, all have less. With 5,000 points, 14 models have more, because some estimated normals are
 wrong."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(Arcs):
-    """Points as cells, with arcs between near points; arrays come from kernels, unchecked."""
+    """Graph of the points of a cloud, with arcs between near points. Arrays are not checked."""
 
     positions: Floats  # (N, 3)
     measures: Floats  # (N,) area around each point
     normals: Floats  # (N, 3)
-    offsets: Longs  # (N + 1,)
-    neighbors: Ints  # (M,) ascending for each point
-    order: Ints  # (N,) all cells along a space-filling curve
-    bounds: Floats  # (2, 3)
-    points: Ints | None = None  # (N,) index of each cell in the cloud; None: 0 to N - 1
+    offsets: Longs  # (N + 1,) index of the first arc of each point
+    neighbors: Ints  # (M,) target of each arc, ascending for each point
+    order: Ints  # (N,) permutation that sorts the points along a space-filling curve
+    bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
+    points: Ints | None = None  # (N,) input index of each point; None if in input order
     knows_turns: bool = True  # whether normals distinguish concave from convex creases
 
 
@@ -63,7 +64,7 @@ def find_point_graph(
     n_around: int = N_AROUND,
     cutoff: float = CUTOFF,
 ) -> PointGraph:
-    """Return the graph of a cloud; a MeshError if all points coincide."""
+    """Return the graph of a cloud in input order, or raise a MeshError if all points coincide."""
     check_spread(cloud.bounds)
     offsets, neighbors, measures, normals, order = _core.build_point_graph(
         cloud.points,
@@ -79,39 +80,42 @@ def find_point_graph(
 
 
 def _axes_of(cloud: PointCloud) -> Floats:
-    """Return the axes of a cloud for the core; empty if the cloud has no axes."""
+    """Return the axes of a cloud, or an empty array if the cloud has no axes."""
     return NO_NORMALS if cloud.axes is None else cloud.axes
 
 
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
-    """Return the graph with the normals of the cloud, or with estimates that face the viewpoint."""
+    """Return the graph with the normals of the cloud, or else with estimated normals.
+
+    If the cloud has viewpoints, estimated normals face the viewpoints.
+    """
     if cloud.normals is not None:
         given = cloud.normals if graph.points is None else cloud.normals[graph.points]
         return replace(graph, normals=given)
     if cloud.viewpoints is not None:
-        places = cloud.viewpoints
-        if places.ndim == 2 and graph.points is not None:
-            places = places[graph.points]
-        normals = _turned_to(places, graph)
+        viewpoints = cloud.viewpoints
+        if viewpoints.ndim == 2 and graph.points is not None:
+            viewpoints = viewpoints[graph.points]
+        normals = _facing(viewpoints, graph)
         return replace(graph, normals=checked_normals(normals, len(normals)))
     normal_sum = np.einsum("i,ij->j", graph.measures, graph.normals)
     return replace(graph, knows_turns=not is_open(normal_sum, graph.measures.sum()))
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether the area-weighted sum of normals shows that a surface is open.
+    """Whether a surface is open, judged by the area-weighted sum of its normals.
 
-    Estimated normals point outwards, which may be wrong on an open surface: in a room seen from
-    within, concave edges then look convex.
+    Estimated normals point outward. On an open surface, this may be wrong: the concave edges of a
+    room that was scanned from inside would be treated as convex.
     """
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
 
 
 def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
-    """Return the graph of a cloud with cells sorted along a space-filling curve.
+    """Return the graph of a cloud with points sorted along a space-filling curve.
 
-    Later stages are two to three times as fast as with points in random order. Raises a MeshError
-    if all points coincide.
+    Sorting makes later stages two to three times as fast as for points in random order. Raises a
+    MeshError if all points coincide.
     """
     check_spread(cloud.bounds)
     has_normals = cloud.normals is not None
@@ -126,12 +130,12 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the points as cells without normals, which saves a tenth of all memory."""
+    """Return the `Surface` of a cloud without normals, which saves a tenth of the memory."""
     return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the points of a cloud as cells."""
+    """Return the `Surface` of a cloud."""
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
@@ -149,45 +153,47 @@ def build_point_graph(
     ridges: float = WEIGHTS["creases"].defaults["ridges"],
     n_threads: int | None = None,
 ) -> CellGraph:
-    r"""Return the points of a cloud as cells, with arcs between near points.
+    r"""Return the graph of a cloud, with arcs between near points.
 
-    Two points are neighbors if one is among the `n_neighbors` nearest points of the other, and
-    their distance is at most `cutoff` times the square root of the smaller of the two areas around
-    them. The graph is symmetric. If points are spread evenly, the components of the graph are the
-    components of the sampled surface. Duplicate points are joined to the lowest point at their
-    position by arcs of length 0, and share its area.
+    Two points are neighbors if one of them is among the `n_neighbors` nearest points of the other,
+    and if their distance is not too large; see `cutoff`. The graph is symmetric. If points are
+    spread evenly, the components of the graph are the components of the sampled surface. Duplicate
+    points are joined to the lowest point at the same position by arcs of length 0, and the area
+    around the position is divided among them.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
         As for `segment`.
     n_neighbors : int, default 6
-        Number of nearest neighbors with an arc. Ties go to the lowest index.
+        Number of nearest neighbors to which each point has an arc. Of points at the same distance,
+        points with lower indices are used first.
     cutoff : float, default 4.0
-        Longest arc, > 0, as a multiple of the square root of the smaller area at both ends. The
-        cutoff keeps outliers, and points across a gap, from becoming neighbors.
+        Maximum length of an arc, > 0, as a multiple of the square root of the smaller of the areas
+        around its two points. It prevents arcs to outliers and across gaps.
     expected_radius : float, default 0.0
-        r = sqrt(A / (pi k)), >= 0, in the unit of the points, for weights like `crease_weights` of
-        meshes. With 0, weights are distances.
+        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points, for
+        weights like `crease_weights` of meshes. With 0, weights are distances.
     alpha, eta_convex
         As for `crease_weights`.
     ridges : float, default 0.35
-        Weight of ridges relative to concave edges, >= 0. No effect if less than `eta_convex`. A
-        ridge is a sharp edge between two flat sides that meet at 40 degrees or more. Where
-        estimated normals blur an edge over more than the expected radius, there is no ridge.
+        Cost of ridges relative to concave edges, >= 0. It has no effect below `eta_convex`. A ridge
+        is a sharp edge between two flat sides that meet at 40 degrees or more. If estimated normals
+        blur an edge over more than the expected radius, the edge is not a ridge.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     CellGraph
-        ``measures`` holds the area around each point, :math:`2 \pi \overline{d^2} / (n + 1)` for
-        the distances d of its n neighbors. This estimate is unbiased for uniformly random points,
-        and 0 for a point without arcs. ``weights`` are in units of the diagonal. ``arc_measures``
-        holds for each arc the length of the border that it crosses, the mean of :math:`\pi a / \sum
-        d` at both points, so that the arcs across a line sum to the length of the line; and the
-        angle between the normals, positive if the points are above each other's tangent planes.
-        Normals are from the cloud, or from `estimate_normals`.
+        ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
+        with n neighbors at distances d. The area is 0 for a point without arcs. The estimate is
+        unbiased for uniformly random points. ``weights`` are in units of the diagonal. In
+        ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d` over its
+        two points with areas a. The border lengths of all arcs across a line sum to the length of
+        the line. The angle of an arc is the angle between the normals of its points. The angle is
+        positive if the points are above each other's tangent planes. Normals are taken from the
+        cloud, or from `estimate_normals`.
 
     Raises
     ------
@@ -198,11 +204,11 @@ def build_point_graph(
 
     Notes
     -----
-    Time O(N log N) in practice. `segment` computes arc measures only near borders, to save memory.
+    Time is O(N log N) in practice.
 
     Examples
     --------
-    Three points on a line, and a distant point:
+    The cloud consists of three points on a line and a distant point:
 
     >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
     >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]
@@ -240,31 +246,32 @@ def estimate_normals(
     viewpoint: npt.ArrayLike | None = None,
     n_threads: int | None = None,
 ) -> Floats:
-    """Return the normal of each point: the direction of least variance of its neighbors.
+    """Estimate the normal of each point: the direction in which its neighbors vary least.
 
     Normals are flipped so that neighbors agree, along a minimum spanning tree of each component of
     the neighbor graph (Hoppe et al. 1992). Without a viewpoint, all normals of a component are then
-    flipped if necessary, so that they point outwards (the enclosed volume is positive). This is
-    right for solids. On an open surface, normals point to the side that bulges out. If this is
-    wrong, as in a room scanned from within, give the viewpoint of the scanner.
+    flipped if necessary, so that the enclosed volume is positive. Normals of solids then point
+    outward, and normals of an open surface point to its convex side. If this is wrong, as in a room
+    that was scanned from inside, give the viewpoint of the scanner.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`. Existing normals are ignored. Existing axes are used as directions.
+        As for `segment`. Normals of the cloud are ignored. If the cloud has axes, they are used as
+        normals of unknown sign.
     n_neighbors : int, default 12
-        Number of nearest neighbors per normal. More neighbors reduce noise, but also smooth edges.
+        Number of nearest neighbors per normal. More neighbors reduce noise, but also blur edges.
     viewpoint : array_like, shape (3,), optional
-        Position of the scanner. The normals of each component are flipped so that most of them, by
-        area, face the scanner. For terrain, give a point far above. By default the viewpoints of
-        the cloud, if it has any.
+        Position of the scanner. The normals of each component are flipped so that most of its area
+        faces the scanner. For terrain, give a point far above. The default is the viewpoints of the
+        cloud, if there are any.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     ndarray of float64, shape (N, 3)
-        Unit vectors; zero if the neighbors lie on a line.
+        Unit normals, or zero for a point whose neighbors lie on a line.
 
     Raises
     ------
@@ -292,37 +299,37 @@ def estimate_normals(
     graph = find_point_graph(
         bare, threads, n_neighbors=min(n_neighbors, N_NEIGHBORS), n_around=n_neighbors
     )
-    return graph.normals if views is None else _turned_to(views, graph)
+    return graph.normals if views is None else _facing(views, graph)
 
 
 def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
-    """Return a viewpoint as three finite numbers; a ValueError for anything else."""
-    place = np.asarray(viewpoint, dtype=np.float64)
-    if place.shape != (3,) or not np.isfinite(place).all():
+    """Return a viewpoint as three finite numbers, or raise a ValueError if it is not valid."""
+    position = np.asarray(viewpoint, dtype=np.float64)
+    if position.shape != (3,) or not np.isfinite(position).all():
         raise ValueError(f"viewpoint must be three finite numbers, got {viewpoint!r}")
-    x, y, z = place.tolist()
+    x, y, z = position.tolist()
     return x, y, z
 
 
-def _turned_to(places: Floats, graph: PointGraph) -> Floats:
-    """Return normals, flipped per component so that most of its area faces the viewpoints."""
+def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
+    """Flip the normals of each component so that most of its area faces the viewpoints."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    facing = facing_areas(places, graph.positions, graph.normals, graph.measures)
+    facing = facing_areas(viewpoints, graph.positions, graph.normals, graph.measures)
     sums: Array = np.bincount(components, weights=facing, minlength=n_components)
     return np.where(sums[components] < 0, -1.0, 1.0)[:, None] * graph.normals
 
 
 def facing_areas(
-    places: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
+    viewpoints: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
 ) -> Floats:
-    """Return the visible area of each point from a place, negative if seen from behind.
+    """Return the projected area of each point as seen from a viewpoint; negative from behind.
 
-    `places` is one position for all points, or one per point.
+    `viewpoints` is one position for all points, (3,), or one per point, (N, 3).
     """
-    toward = np.asarray(places) - positions
+    toward = np.asarray(viewpoints) - positions
     farthest = np.abs(toward).max(axis=1, keepdims=True)
-    np.divide(toward, farthest, out=toward, where=farthest > 0)  # keeps squares from overflowing
+    np.divide(toward, farthest, out=toward, where=farthest > 0)  # avoids overflow of squares
     facing = measures * np.einsum("ij,ij->i", normals, toward)
     lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
     np.divide(facing, lengths, out=facing, where=lengths > 0)

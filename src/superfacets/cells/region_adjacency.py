@@ -1,7 +1,4 @@
-"""Stage 5: the region graph: measures of regions, and of the borders between neighbors.
-
-The module is in this folder because it needs only cells and labels, and `Segmentation` uses it.
-"""
+"""Stage 5: the region graph, with measures of regions and of the borders between them."""
 
 from __future__ import annotations
 
@@ -22,61 +19,61 @@ from .kinds import as_surface
 from .surface import Surface
 
 _ROUNDING = 1e-14
-"""Fraction of the largest variance of a region up to which another variance is a rounding error."""
+"""Variances up to this fraction of the largest variance of a region are treated as 0."""
 
 _NO_NORMAL = 1e-12
-"""Fraction of the area up to which a sum of area vectors is zero, as for a closed surface."""
+"""Sums of area vectors up to this fraction of the area are 0, as for a closed surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
-    """K regions, and E arcs between neighbors, as arrays: the result of `region_graph`.
+    """Result of `region_graph`: K regions, and E pairs of neighboring regions.
 
-    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, areas
-    are volumes, and border lengths are surface areas.
+    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, border
+    lengths are areas.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Region of each cell, 0..K-1; -1 for a cell in no region.
+        Region of each cell, from 0 to K - 1, or -1 for cells in no region.
     measures : ndarray of float64, shape (K,)
-        Area of each region, or volume for tetrahedra, >= 0.
+        Area of each region, or volume for tetrahedra.
     centroids : ndarray of float64, shape (K, 3)
-        Mean position, weighted by area (unweighted if a region has no area).
+        Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
-        Unit vector of the area-weighted mean normal. A cloud without normals gets them from
-        `estimate_normals`. NaN for tetrahedra, a `CellGraph`, regions without area, and closed
-        surfaces, whose mean normal is zero.
+        Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
+        `estimate_normals` is used. NaN if there is no normal: for tetrahedra, cells of a
+        `CellGraph`, regions without area, and closed surfaces.
     deviations : ndarray of float64, shape (K, 3)
-        Standard deviations of a region along its three principal axes, largest first. Triangles,
-        polygons and tetrahedra are integrated exactly, so the result does not depend on how a
-        region is meshed. Points and cells of a graph count at their positions.
+        Standard deviations of each region along its three principal axes, in descending order.
+        Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
+        the resolution of the mesh. Points, and cells of a `CellGraph`, are treated as point masses.
     bounds : ndarray of float64, shape (K, 2, 3)
-        Low and high corner of the box around the vertices of the cells.
+        Minimum and maximum corner of the bounding box of each region.
     perimeters : ndarray of float64, shape (K,)
-        Length of the border, including the boundary of an open mesh.
+        Length of the border of each region, including the boundary of an open mesh.
     open_lengths : ndarray of float64, shape (K,)
-        Length of the border on the boundary of an open mesh. 0 for points.
+        Length of the boundary of an open mesh in each region; 0 for point clouds.
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
-        A representative cell of each region: the given center, or the cell nearest to the centroid
-        (ties go to the lowest cell).
+        Representative cell of each region: the given center, or else the cell nearest to the
+        centroid. If several cells are nearest, the lowest index is used.
     edge_index : ndarray of int32, shape (2, E)
-        The two regions of each arc, the lower one first. Each pair of neighbors is listed once,
-        sorted; `to_pyg` gives both directions.
+        The two regions of each pair of neighbors, the lower region first. Pairs are sorted, and
+        each pair is listed once; `to_pyg` lists both directions.
     border_lengths : ndarray of float64, shape (E,)
-        Length of the common border.
+        Length of the common border of each pair.
     mean_angles : ndarray of float64, shape (E,)
-        Mean over the border of the angle between the normals, 0 (flat) to pi, weighted by length.
+        Mean angle between normals along each border, weighted by length, from 0 (flat) to pi.
     max_angles : ndarray of float64, shape (E,)
-        The angle with the largest absolute value, -pi to pi: positive if concave, negative if
-        convex.
+        Signed angle with the largest absolute value along each border, from -pi to pi, positive if
+        concave and negative if convex.
     concavities : ndarray of float64, shape (E,)
-        Mean of the signed angle, -pi to pi, weighted by length: positive for a groove, negative for
-        a ridge, 0 where the surface is flat.
+        Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
+        border is in a concave crease, negative on a convex edge, and 0 where the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges (triangles in a volume, pairs of points in a cloud) of the border.
+        Number of edges of each border (triangles in a volume, pairs of points in a cloud).
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """
@@ -102,13 +99,13 @@ class RegionGraph:
     ARC_VALUES: ClassVar[tuple[str, ...]] = (
         "border_length", "mean_angle", "max_angle", "concavity", "edge_count",
     )  # fmt: skip
-    """Names of the measures of arcs: the columns of ``edge_attr``, and the values of `to_scipy`."""
+    """Names of the measures of pairs of neighbors, and columns of ``edge_attr`` in `to_pyg`."""
 
     REGION_FEATURES: ClassVar[tuple[str, ...]] = (
         "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
         "normal_x", "normal_y", "normal_z",
     )  # fmt: skip
-    """The columns of ``x`` that `to_pyg` gives."""
+    """Names of the columns of ``x`` in the result of `to_pyg`."""
 
     @property
     def n_regions(self) -> int:
@@ -122,47 +119,49 @@ class RegionGraph:
 
     @property
     def areas(self) -> Floats:
-        """Area of each region; a ValueError for tetrahedra."""
+        """Area of each region, shape (K,). Tetrahedra raise a ValueError."""
         if self.dimension != 2:
-            raise ValueError(
-                "regions of tetrahedra have no areas: use `measures` for their volumes"
-            )
+            raise ValueError("regions of tetrahedra have volumes, not areas: use `measures`")
         return self.measures
 
     @property
     def linearity(self) -> Floats:
-        """(s0 - s1) / s0 for the deviations s, shape (K,): 1 for a line; NaN for a point.
+        """(s0 - s1) / s0 for the deviations s, shape (K,): 1 for a line, NaN for a point.
 
-        The sum of `linearity`, `planarity` and `sphericity` is 1. As in superpoint networks, they
-        are ratios of standard deviations.
+        The sum of `linearity`, `planarity` and `sphericity` is 1. As in superpoint networks, these
+        numbers are computed from standard deviations, not from variances.
         """
         first, second, _ = self.deviations.T
         return _ratio(first - second, first)
 
     @property
     def planarity(self) -> Floats:
-        """(s1 - s2) / s0, shape (K,): 1 for a disk or a square; NaN for a point."""
+        """(s1 - s2) / s0 for the deviations s, shape (K,): 1 for a disk, NaN for a point."""
         first, second, third = self.deviations.T
         return _ratio(second - third, first)
 
     @property
     def sphericity(self) -> Floats:
-        """s2 / s0, shape (K,): 1 for a ball or a cube, 0 for a flat region; NaN for a point.
+        """s2 / s0 for the deviations s, shape (K,): 1 for a ball, 0 if flat, NaN for a point.
 
-        Also called scattering.
+        This number is also called scattering.
         """
         return _ratio(self.deviations[:, 2], self.deviations[:, 0])
 
     @property
     def curvature(self) -> Floats:
-        """s2 / (s0 + s1 + s2), shape (K,): 0 for a flat region, at most 1/3; NaN for a point."""
+        """s2 / (s0 + s1 + s2) for the deviations s, shape (K,).
+
+        The value is 0 for a flat region, at most 1/3, and NaN for a point.
+        """
         return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
 
     @property
     def compactness(self) -> Floats:
-        """Perimeter / sqrt(area), shape (K,), as `metrics.compactness`; NaN without area.
+        """Perimeter / sqrt(area) of each region, shape (K,), as in `metrics.compactness`.
 
-        For tetrahedra, surface / volume^(2/3).
+        For tetrahedra, the value is surface / volume^(2/3). The value is NaN for a region without
+        area or volume.
         """
         return _ratio(self.perimeters, self.measures ** ((self.dimension - 1) / self.dimension))
 
@@ -177,15 +176,15 @@ class RegionGraph:
         return self.open_lengths > 0
 
     def neighbors(self, region: int) -> Ints:
-        """Neighbors of a region, 0 to K - 1, ascending."""
+        """Return the neighbors of a region, from 0 to K - 1, in ascending order."""
         if not 0 <= region < self.n_regions:
-            raise IndexError(f"there is no region {region}: there are {self.n_regions}")
+            raise IndexError(f"region must be 0 to {self.n_regions - 1}, got {region}")
         offsets, targets, _ = self._both_ways
         return targets[offsets[region] : offsets[region + 1]]
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
-        """Return arcs in both directions in CSR form: offsets, target regions, indices of arcs."""
+        """Pairs of neighbors in both directions, as CSR: offsets, targets, indices of pairs."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
         counts = np.bincount(sources, minlength=self.n_regions)
@@ -193,16 +192,16 @@ class RegionGraph:
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
     def arc_values(self, name: str) -> Array:
-        """Return one of `ARC_VALUES` for each arc, shape (E,); a ValueError for other names."""
+        """Return the measure with a name in `ARC_VALUES` for each pair of neighbors, shape (E,)."""
         checked_choice(name, "value", self.ARC_VALUES)
         plural = "concavities" if name == "concavity" else f"{name}s"
         values: Array = getattr(self, plural)
         return values
 
     def table(self) -> dict[str, Array]:
-        """Return the columns of `to_pandas` and of the command by name, K rows each.
+        """Return columns with one value per region, keyed by name.
 
-        ``area`` is named ``volume`` for tetrahedra.
+        The column ``"area"`` is called ``"volume"`` for tetrahedra.
         """
         columns: dict[str, Array] = {
             "region": np.arange(self.n_regions),
@@ -235,8 +234,8 @@ class RegionGraph:
     def to_networkx(self) -> Any:
         """Return a ``networkx.Graph`` of regions, with measures of regions and of borders.
 
-        Nodes are 0..K-1 with the columns of `table`. Edges have `ARC_VALUES`. All values are Python
-        numbers.
+        Nodes are 0 to K - 1. Their attributes are the columns of `table`, and the attributes of
+        edges are `ARC_VALUES`. All values are Python numbers.
 
         Raises
         ------
@@ -252,17 +251,17 @@ class RegionGraph:
         return graph
 
     def to_scipy(self, value: str = "border_length") -> Any:
-        """Return the symmetric adjacency matrix of regions, a sparse ``csr_array`` (K, K).
+        """Return the symmetric adjacency matrix of regions as a sparse ``csr_array`` (K, K).
 
         Parameters
         ----------
         value : str, default "border_length"
-            Name of the entries: one of `ARC_VALUES`. Zeros are stored explicitly.
+            Name of the measure in the matrix, from `ARC_VALUES`. Zeros are stored explicitly.
 
         Raises
         ------
         ValueError
-            If `value` is unknown.
+            If `value` is not in `ARC_VALUES`.
         MissingExtraError
             If SciPy is not installed.
         """
@@ -281,10 +280,13 @@ class RegionGraph:
         Returns
         -------
         dict of str to ndarray
-            ``edge_index`` (2, 2 E) int64, both directions, sorted; ``edge_attr`` (2 E, 5) float32,
-            the columns `ARC_VALUES`; ``pos`` (K, 3) float32, the centroids; ``x`` (K, 10) float32,
-            the columns `REGION_FEATURES`, 0 for missing values; ``super_index`` (N,) int64, the
-            region of each cell (-1: none). Numbers beyond float32 are infinite.
+            - ``edge_index``, (2, 2 E) int64: sorted pairs of neighbors, in both directions.
+            - ``edge_attr``, (2 E, 5) float32: the measures `ARC_VALUES` of each pair.
+            - ``pos``, (K, 3) float32: the centroids.
+            - ``x``, (K, 10) float32: the columns `REGION_FEATURES`, with 0 in place of NaN.
+            - ``super_index``, (N,) int64: the region of each cell, or -1 for cells in no region.
+
+            Numbers that are too large for float32 become infinite.
         """
         offsets, targets, arcs = self._both_ways
         sources = np.repeat(np.arange(self.n_regions), np.diff(offsets))
@@ -323,11 +325,11 @@ def region_graph(
     cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; -1 for cells in no region.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
     centers : array_like of int, shape (K,), optional
-        A representative cell of each region. By default the cell nearest to the centroid.
+        Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
-        As for `segment`. The numbers do not depend on `n_threads`.
+        As for `segment`. The result does not depend on `n_threads`.
 
     Returns
     -------
@@ -338,18 +340,18 @@ def region_graph(
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If labels are not integers >= -1, one per cell, or a label 0..K-1 is missing; if centers are
-        not one cell of each region; or if a graph has no `ArcMeasures`.
+        If labels are not one integer >= -1 per cell, or if a label from 0 to K - 1 is missing; if
+        centers are not one cell of each region; or if a graph has no `ArcMeasures`.
 
     Notes
     -----
-    Time O(N + M + B log B) for B arcs across borders. A border with cells in no region counts in
-    the perimeter but has no arc. An edge of three or more faces counts once for each pair of
-    regions at the edge, with the mean of the angles between their faces.
+    Time is O(N + M + B log B) for B arcs across borders. Borders to cells in no region are part of
+    the perimeter, but not of `edge_index`. An edge of three or more faces is counted once for each
+    pair of regions at the edge, with the mean of the angles between the faces of this pair.
 
     Examples
     --------
-    A square of two triangles, folded along its diagonal to a valley of 90 degrees:
+    A square of two triangles is folded along its diagonal to a valley of 90 degrees:
 
     >>> from superfacets import Mesh
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
@@ -368,7 +370,7 @@ def region_graph(
 def region_graph_of(
     surface: Surface, labels: Ints, n_regions: int, centers: Ints | None = None
 ) -> RegionGraph:
-    """Return the region graph of checked labels and centers."""
+    """Return the region graph for labels and centers that are already checked."""
     handle, n_threads = surface.handle, surface.n_threads
     measures, centroids, squares, products, normal_sums, lows, highs, open_lengths, nearest = (
         _core.measure_regions(handle, labels, n_regions, n_threads)
@@ -399,7 +401,10 @@ def region_graph_of(
 
 
 def _deviations(squares: Floats, products: Floats) -> Floats:
-    """Square roots of the eigenvalues of covariances, largest first, shape (K, 3)."""
+    """Return the square roots of the eigenvalues of covariances, shape (K, 3), descending.
+
+    `squares` are xx, yy and zz, and `products` are xy, xz and yz of each covariance matrix.
+    """
     xx, yy, zz = squares.T
     xy, xz, yz = products.T
     covariances = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
@@ -408,7 +413,7 @@ def _deviations(squares: Floats, products: Floats) -> Floats:
 
 
 def _unit_normals(sums: Floats, measures: Floats) -> Floats:
-    """Return unit vectors of sums of area vectors; NaN if the sum is zero."""
+    """Scale sums of area vectors to unit length; sums that are zero become NaN."""
     lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
     lengths[lengths <= _NO_NORMAL * measures] = np.nan
     normals: Floats = sums / lengths[:, np.newaxis]
@@ -416,7 +421,7 @@ def _unit_normals(sums: Floats, measures: Floats) -> Floats:
 
 
 def _ratio(above: Floats, below: Floats) -> Floats:
-    """Return the quotient; NaN if the divisor is 0."""
+    """Return the quotients `above` / `below`, or NaN where the divisor is 0."""
     quotients: Floats = np.full(len(below), np.nan)
     np.divide(above, below, out=quotients, where=below > 0)
     return quotients
@@ -432,6 +437,6 @@ def _by_axis(name: str, vectors: Floats) -> dict[str, Array]:
 
 
 def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
-    """Return one dict of Python numbers per row."""
+    """Convert columns to a list of rows, which are dicts of Python numbers."""
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in values]

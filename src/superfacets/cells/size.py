@@ -1,4 +1,4 @@
-"""The expected number and radius of regions, and slivers: faces too long and thin for regions."""
+"""Expected number and radius of regions, and the area of faces that are too long and thin."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 
 DEFAULT_N_SEGMENTS = 150
-"""Default number of regions, from the paper, if neither a number nor a radius is given."""
+"""Number of regions, as in the paper, if neither `n_segments` nor `radius` is given."""
 
 
 class RegionSize(NamedTuple):
-    """The expected number and radius of regions."""
+    """Expected number and radius of regions."""
 
     n_segments: int
-    """k: as given, or the total area divided by the area of a disk of radius r."""
+    """Number k of regions: given, or the total area divided by the area of a disk of radius r."""
     radius: float
-    """r in the unit of the positions: as given, or from `radius_of`."""
+    """Radius r in the unit of the positions: given, or computed as by `radius_of`."""
 
 
 def region_size(
     options: SizeOptions, measures: Floats, diagonal: float, n_threads: int, dimension: int = 2
 ) -> RegionSize:
-    """Return the expected number and radius of regions of cells with these measures.
+    """Return the expected number and radius of regions for cells with these measures.
 
     Regions are modeled as disks if measures are areas, and as balls if measures are volumes.
+    `diagonal` is the unit of the radius in `options`.
     """
     total = _core.sum_of(measures, n_threads)
     return size_of_total(options, len(measures), total, diagonal, dimension)
@@ -41,7 +42,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Do the work of `region_size` with the number of cells and the sum of their measures."""
+    """Like `region_size`, from the number of cells and the sum of their measures."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)
@@ -61,16 +62,16 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Return the given number of regions, or the default number, at most the number of cells."""
+    """Check the number of regions; None becomes the default number, at most `n_cells`."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
 
 
 def radius_of(measures: Floats, n_regions: int, n_threads: int, dimension: int = 2) -> float:
-    """Return the radius of a disk with the mean area of k regions, sqrt(A / (pi k)).
+    """Return the radius sqrt(A / (pi k)) of a disk with the mean area of k regions.
 
-    In a volume, return the radius of a ball, the cube root of 3 V / (4 pi k).
+    In a volume, return the radius of a ball instead, the cube root of 3 V / (4 pi k).
     """
     return _radius_of_total(_core.sum_of(measures, n_threads), n_regions, dimension)
 
@@ -82,36 +83,34 @@ def _radius_of_total(total: float, n_regions: int, dimension: int) -> float:
 
 
 MIN_LENGTH = 2.0
-"""Length above which a face is long, in r. The value is the diameter of a region."""
+"""Length above which a face is called long, in radii of a region."""
 
 MAX_HEIGHT = 0.5
-"""Height over the longest side up to which a face is thin, in r. Higher faces make regions coarse,
-but not stripes. Slivers are at least four times as long as high."""
+"""Height, above the longest side, up to which a face is called thin, in radii of a region. Long
+faces with a larger height make regions coarse, but do not turn them into stripes."""
 
 MAX_SHARE = 0.1
-"""Fraction of the area in slivers above which `segment` warns.
-
-The value was chosen on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them
-also with 50 and 500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases,
-subdivision at r / 4 lowers the compactness by a factor of 1.2 or more. The warning finds 26 of
-these cases, including all CAD parts; the largest factor of a missed case is 1.4. The warning also
-appears in seven of the other 158 cases, whose factors are 1.09 to 1.18."""
+"""Fraction of the area in long and thin faces above which `segment` warns. The value was chosen on
+189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and 500),
+and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with a maximum
+edge of r / 4 lowers the compactness by a factor of 1.2 or more. The warning appears in 26 of these
+cases, including all CAD parts. The largest factor of a case without the warning is 1.4. The warning
+also appears in 7 of the other 158 cases, with factors of 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
-"""Longest recommended edge, in r.
-
-The median compactness of 11 CAD parts with 150 regions is 10.7, and after subdivision at r, r / 2
-and r / 4 it is 8.1, 7.5 and 6.6. Each halving triples the number of faces: 1,000 become about
-100,000 at r / 4."""
+"""Longest recommended edge, in radii of a region. The median compactness of 11 CAD parts with 150
+regions is 10.7. After subdivision with a maximum edge of r, r / 2 and r / 4, it is 8.1, 7.5 and
+6.6. Each halving of the edge triples the number of faces: with r / 4, 1,000 faces become about
+100,000."""
 
 
 def sliver_share(
     mesh: FaceMesh, faces: FaceGraph, longest: Floats | None, radius: float, n_threads: int
 ) -> float:
-    """Return the fraction of the area in faces longer than 2 r and thinner than r / 2, 0 to 1.
+    """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    The result is 0 if no face has an area. `longest` of `FaceShapes` serves to skip blocks without
-    long sides.
+    The result is 0 if no face has an area. `longest` is a field of `FaceShapes`, and lets the core
+    skip blocks of faces without long sides.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:
@@ -122,14 +121,14 @@ def sliver_share(
 
 
 def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
-    """Return the area of the faces that `sliver_share` counts."""
+    """Return the total area of the faces longer than 2 r and thinner than r / 2."""
     _, areas, _, longest = measure_shapes(mesh, n_threads)
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
     return sliver_area(mesh, areas, longest, *limits, n_threads)
 
 
 def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:
-    """Return the longest recommended edge for regions of this number or radius."""
+    """Return the longest recommended edge for a given number or radius of regions."""
     threads = checked_threads(None)
     if radius is not None:
         low, high = mesh.bounds
@@ -139,7 +138,7 @@ def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | Non
 
 
 def sliver_note(share: float, advice: str) -> str | None:
-    """Return one line about the effect of slivers on regions; None if there are few."""
+    """Return a warning about long and thin faces, or None if their area is small."""
     if share <= MAX_SHARE:
         return None
     return (

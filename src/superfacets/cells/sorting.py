@@ -1,4 +1,4 @@
-"""Stage 0: sort the cells of a mesh along a space-filling curve, if their order is bad."""
+"""Stage 0: sorting of cells along a space-filling curve if neighbors are far apart in memory."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners
 
 MIN_CELLS = 1 << 17
-"""Smallest number of cells that are sorted. Fewer cells fit into the cache in any order."""
+"""Minimum number of cells for sorting. Smaller meshes fit into the cache in any order."""
 
 MOST_FAR = 1 / 3
-"""Largest fraction of far steps, between cells or vertices, in a good order. For a million faces,
-relative to the run time with sorted faces, the run time is 1.7 with shuffled faces, 1.4 with
-shuffled pairs of faces and 1.3 with shuffled vertices; sorting takes 0.15. Files from scanners and
-subdivision have less than 0.3."""
+"""Value of `far_steps` above which cells are sorted. Compared with sorted faces, the run time for a
+million faces is 1.7 times as long with shuffled faces, 1.4 times with shuffled pairs of faces, and
+1.3 times with shuffled vertices. Sorting takes 0.15 of the run time. Meshes from scanners and from
+subdivision have values below 0.3."""
 
 N_STEPS = 512
-"""Number of sampled steps; the standard error of the fraction is below 0.023."""
+"""Number of sampled steps. The standard error of `far_steps` is then below 0.023."""
 
 GOLDEN = 0.6180339887498949
-"""Golden ratio. Its multiples modulo 1 are spread evenly and do not align with patterns."""
+"""Golden ratio. Its multiples modulo 1 are evenly spread and do not align with regular patterns."""
 
 
 class SortedCorners(NamedTuple):
-    """Vertices and corners of cells, both sorted along a space-filling curve."""
+    """Vertices and corners of a mesh, both sorted along a space-filling curve."""
 
-    vertices: Floats  # welded
-    corners: Ints  # flat
-    offsets: Longs  # first corner of each cell; empty if all cells have equally many corners
-    order: Ints  # (N,) index of each cell in the input
+    vertices: Floats  # (V', 3) positions, without duplicates if vertices were welded
+    corners: Ints  # (C,) vertices at the corners, grouped by cell
+    offsets: Longs  # index of the first corner of each cell; empty if all cells have equal size
+    order: Ints  # (N,) input index of each cell
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Return whether consecutive cells or vertices are far apart; False for small meshes."""
+    """Whether consecutive cells or vertices are far apart; always False for small meshes."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
@@ -47,24 +47,24 @@ def is_scattered(vertices: Floats, corners: Corners) -> bool:
 
 
 def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: int) -> SortedCorners:
-    """Sort the cells of a mesh; `weld` its vertices first.
+    """Sort the cells and the vertices of a mesh; with `weld`, vertices are welded first.
 
-    The corners of a cell keep their order. Expected time O(V + C).
+    The corners of a cell keep their order. The expected time is O(V + C).
     """
     lowest = lowest_vertices(vertices, weld, n_threads)
     return SortedCorners(*_core.sort_mesh(vertices, lowest, *corners.lists, n_threads))
 
 
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
-    """Estimate the fraction of far steps between consecutive elements, 0 to 1, from a sample.
+    """Estimate the fraction, 0 to 1, of consecutive elements that are far apart.
 
-    A step is far if it is longer than a quarter of the median distance of two random elements.
+    Far apart means farther than a quarter of the median distance between two random elements.
     """
     firsts = (np.arange(N_STEPS) * GOLDEN % 1.0 * (n - 1)).astype(np.int64)
     here = positions_of(firsts)
     steps = _squared_lengths(positions_of(firsts + 1) - here)
     anywhere = _squared_lengths(here[::-1] - here)
-    median = np.sort(anywhere)[N_STEPS // 2]  # np.median imports numpy.ma
+    median = np.sort(anywhere)[N_STEPS // 2]  # avoids np.median, which imports numpy.ma
     return float(np.mean(steps > median / 4**2))
 
 

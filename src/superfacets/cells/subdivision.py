@@ -1,4 +1,4 @@
-"""Stage 0, optional: bisect the faces of a mesh until no edge is too long."""
+"""Stage 0, optional: bisection of faces until no edge is too long."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ from ..mesh.triangle_mesh import Mesh
 from .sums import weighted_majority
 
 MAX_FACES = 10_000_000
-"""Default limit of the number of new faces. Ten million faces take about 600 MB."""
+"""Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
 
 MAX_GROWTH = 4
-"""Default limit of the number of new faces of larger meshes, in multiples of the old number."""
+"""Default maximum number of new faces per old face, if this allows more than `MAX_FACES`."""
 
 RESOLUTION = 1e-12
-"""Smallest `max_edge`, as a fraction of the largest coordinate. This is 4,500 steps of float64.
-Midpoints of shorter edges have such large rounding errors that bisection may not end."""
+"""Minimum of `max_edge`, as a fraction of the largest coordinate: 4,500 times the float64 epsilon.
+The midpoints of shorter edges have large rounding errors, so bisection might not end."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subdivision:
-    """A subdivided mesh, with the old face of each new face.
+    """Result of `subdivide`: a subdivided mesh, and the old face of each new face.
 
     Attributes
     ----------
     mesh : Mesh
-        Vertices are the old vertices, in their order, then midpoints. Faces are the parts of old
-        face 0, of old face 1, and so on, with the orientation of the old face.
+        Vertices are the old vertices in their order, followed by midpoints. Faces are the parts of
+        old face 0, of old face 1, and so on, with the orientation of the old face.
     sources : ndarray of int32, shape (F,)
-        The old face that contains each new face, ascending.
+        Index of the old face that contains each new face, in ascending order.
     depths : ndarray of uint8, shape (F,)
-        Number of bisections. A new face has ``2.0**-depth`` of the area of its old face. Polygons
-        are triangulated first, and the depth counts from the triangle.
+        Number of bisections that made each new face. The area of a new face is ``2.0**-depth``
+        times the area of its old face or, for polygons, of the triangle that was bisected.
     cut_areas : ndarray of float64, shape (F,), optional
         Area of the triangle that contains each new face, if the old mesh has polygons.
     """
@@ -69,16 +69,16 @@ class Subdivision:
         return int(self.sources[-1]) + 1
 
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
-        """Return the label of each old face: the label with the largest area in it.
+        """Convert labels of new faces to labels of old faces, by the largest area in each face.
 
-        Ties go to the lower label; areas of parts of a triangle are compared exactly. A label
-        without the largest area in any old face is missing in the result. For the other direction,
-        ``labels[subdivision.sources]`` maps labels, or any values, of old faces to new faces.
+        If two labels have the same area in an old face, the lower label is used. Some labels may
+        not occur in the result. For the opposite direction, ``labels[subdivision.sources]``
+        converts labels, or any values, of old faces to new faces.
 
         Parameters
         ----------
         labels : array_like of integers, shape (F,)
-            Label of each new face: any integers.
+            Label of each new face, which may be any integer.
 
         Returns
         -------
@@ -87,7 +87,7 @@ class Subdivision:
         Raises
         ------
         ValueError, TypeError
-            If there is not one integer label per new face.
+            If `labels` is not one integer per new face.
 
         Examples
         --------
@@ -103,14 +103,14 @@ class Subdivision:
         is_mixed = np.minimum.reduceat(given, starts) != np.maximum.reduceat(given, starts)
         if is_mixed.any():
             chosen = is_mixed[self.sources]
-            shares = np.exp2(-self.depths[chosen].astype(np.float64))
+            areas = np.exp2(-self.depths[chosen].astype(np.float64))
             if self.cut_areas is not None:
-                shares *= self.cut_areas[chosen]
+                areas *= self.cut_areas[chosen]
             groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
             names, codes = np.unique(given[chosen], return_inverse=True)
-            # Sums of powers of two are exact, so ties are detected.
+            # Sums of powers of two are exact, so equal areas are detected.
             winners = weighted_majority(
-                groups, codes.astype(np.int32), shares, int(np.count_nonzero(is_mixed))
+                groups, codes.astype(np.int32), areas, int(np.count_nonzero(is_mixed))
             ).winners
             back[is_mixed] = names[winners]
         return back
@@ -124,26 +124,27 @@ def subdivide(
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
-    Use `subdivide` for meshes with long thin triangles, which CAD programs make for flat faces and
-    cylinders. A region cannot be rounder than its faces.
+    Use `subdivide` for meshes with long and thin triangles, which CAD programs make for flat faces
+    and cylinders. Regions of such triangles cannot be compact.
 
-    An edge that is too long is bisected at its midpoint in all of its faces. So there are no
-    T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. The choice of
-    edges depends only on positions, so seams of duplicate vertices get no gaps. The angles of new
-    faces are at least half the smallest angle of the old face, and the areas of new faces sum to
-    the area of the old face. Boundary edges and degenerate faces are bisected, too. The result does
-    not depend on the number of threads. Subdividing the result again changes nothing.
+    An edge that is too long is bisected at its midpoint in all faces at the edge. Therefore there
+    are no T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. The
+    choice of edges depends only on positions, so seams of duplicate vertices get no gaps. The
+    angles of new faces are at least half the smallest angle of the old face, and the areas of new
+    faces sum to the area of the old face. Boundary edges and degenerate faces are also bisected.
+    The result does not depend on the number of threads. Subdividing the result again changes
+    nothing.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`. Polygons are triangulated first.
     max_edge : float
-        Longest edge in the unit of the vertices, > 0, and at least 1e-12 of the largest coordinate.
-        With infinity the mesh does not change.
+        Maximum edge length in the unit of the vertices, > 0, and at least 1e-12 times the largest
+        coordinate. With infinity, the mesh does not change.
     max_faces : int, optional
-        Largest number of new faces. The default is ten million, or four times the number of old
-        faces if that is more.
+        Maximum number of new faces. The default is ten million, or four times the number of old
+        faces if this is more than ten million.
     n_threads : int, optional
         As for `segment`.
 
@@ -157,13 +158,13 @@ def subdivide(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type, or there would be more than `max_faces`
-        faces (checked before memory is allocated).
+        If a parameter is out of range or of the wrong type, or if there would be more than
+        `max_faces` faces, which is checked before memory is allocated.
 
     Notes
     -----
-    Time is linear in the number of new faces. A fat triangle becomes about
-    ``3 * area / max_edge**2`` faces, a thin one about ``2 * length / max_edge``.
+    Time is linear in the number of new faces. A triangle with three sides of similar length becomes
+    about ``3 * area / max_edge**2`` faces, and a thin triangle about ``2 * length / max_edge``.
 
     References
     ----------
@@ -195,8 +196,8 @@ def subdivide(
         )
     except ValueError:  # std::length_error
         raise ValueError(
-            f"max_edge={length:g} would make more than {most} faces: use a larger max_edge (or, in"
-            " Python, a larger max_faces)"
+            f"max_edge={length:g} would make more than {most} faces: use a larger max_edge or, in"
+            " Python, a larger max_faces"
         ) from None
     if polygons is None:
         return Subdivision(Mesh(vertices, faces), sources, depths)
@@ -215,6 +216,6 @@ def _check_resolution(mesh: FaceMesh, max_edge: float) -> None:
     largest = float(np.abs(mesh.bounds).max())
     if max_edge < RESOLUTION * largest:
         raise ValueError(
-            f"max_edge={max_edge:g} is too small for coordinates of {largest:g}:"
-            " use a larger one, or move the mesh to the origin"
+            f"max_edge must be at least {RESOLUTION * largest:g} for coordinates of {largest:g},"
+            f" got {max_edge:g}: use a larger max_edge, or move the mesh to the origin"
         )

@@ -1,4 +1,4 @@
-"""Sums and majorities by label."""
+"""Sums of values for each label, and majority votes."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from .._validate import exact_array
 
 
 def positive_total(areas: Floats) -> float:
-    """Return the sum of areas; a ValueError if the sum is 0."""
+    """Return the sum of areas, or raise a ValueError if the sum is 0."""
     total = float(areas.sum())
     if not total > 0:
-        raise ValueError("the total area is 0")
+        raise ValueError("the total area must be positive, but all cells have area 0")
     return total
 
 
 def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int) -> Floats:
-    """Return the sum of the values of each label, shape (n_labels,)."""
+    """Return the sum of the values with each label, shape (n_labels,)."""
     sums = np.bincount(labels, weights=values, minlength=n_labels)
     return np.asarray(sums, dtype=np.float64)
 
 
 class Majority(NamedTuple):
-    """The label with the largest weight in each group."""
+    """Result of `weighted_majority` for each group."""
 
-    winners: Ints  # -1 for a group without members
-    is_divided: Bools  # whether members have different labels
+    winners: Ints  # label with the largest sum of weights; -1 for a group without members
+    is_divided: Bools  # whether the members of the group have different labels
 
 
 def weighted_majority(
@@ -38,8 +38,9 @@ def weighted_majority(
 ) -> Majority:
     """Return the label with the largest sum of weights in each group, shape (n_groups,).
 
-    Labels are >= -1, and -1 counts as a label. Weights are finite and >= 0. Ties go to the lowest
-    label. A group without members gets -1. Time is linear in groups and members.
+    Labels are >= -1, and -1 is treated like any other label. Weights are finite and >= 0. If sums
+    are equal, the lowest label wins. A group without members gets -1. Time is linear in the number
+    of groups and members.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Input of stages 2 and 5 to 7: cells of any kind, their arcs, and measures of the arcs."""
+"""The class `Surface`: cells of any kind, their arcs, and measures of the arcs."""
 
 from __future__ import annotations
 
@@ -16,28 +16,30 @@ from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph
 
 VOLUME_NOISE = 1e-12
-"""Fraction of the cubed diagonal up to which a volume is a rounding error, as for a double
-sheet."""
+"""Volumes up to this fraction of the cubed diagonal are rounding errors, as for a double sheet."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """Checked cells, their arcs, and the handle for the kernels of these stages."""
+    """Cells and arcs with an object of the core that computes measures of arcs when needed.
 
-    handle: _core.Surface  # provides border lengths, and arcs around a corner
-    offsets: Longs  # (N + 1,)
-    neighbors: Ints  # (M,)
-    bounds: Floats  # (2, 3)
-    weight_unit: float  # unit of arc weights, in the unit of the positions
+    It is the input of stage 2 (weights) and of stages 5 to 7 (regions, metrics and export).
+    """
+
+    handle: _core.Surface  # object of the core
+    offsets: Longs  # (N + 1,) index of the first arc of each cell
+    neighbors: Ints  # (M,) target of each arc
+    bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
+    weight_unit: float  # length of one unit of weight, in the unit of the positions
     n_threads: int
-    mesh: FaceMesh | None = None  # None: cells are not faces
-    weights: Floats | None = None  # arc weights; None: computed from angles
-    volume: float = 0.0  # enclosed volume; 0 for an open mesh, or if unknown
-    dimension: int = 2  # 3: measures are volumes, and border lengths are areas
+    mesh: FaceMesh | None = None  # None if cells are not faces
+    weights: Floats | None = None  # (M,) given weights; None if a formula computes the weights
+    volume: float = 0.0  # enclosed volume; 0 if the mesh is open or the volume is unknown
+    dimension: int = 2  # 2 if measures are areas, 3 if they are volumes
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
-        """Return the faces of a mesh as cells; a ValueError if the graph is of another mesh."""
+        """Make the surface of a mesh; a graph of another mesh raises a ValueError."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
         handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
@@ -45,11 +47,11 @@ class Surface(CsrArcs):
         return cls._of_handle(handle, mesh, graph, n_threads, volume)
 
     @classmethod
-    def of_turned_faces(
-        cls, mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
+    def of_part_of_faces(
+        cls, mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
     ) -> Surface:
-        """Do the work of `of_faces` for a part of a mesh; `is_turned`: normals point inwards."""
-        handle = _face_handle(mesh, graph, is_turned, n_threads)
+        """Make the surface of a part of a mesh; `is_inside_out` is a property of the whole mesh."""
+        handle = _face_handle(mesh, graph, is_inside_out, n_threads)
         return cls._of_handle(handle, mesh, graph, n_threads)
 
     @classmethod
@@ -64,11 +66,11 @@ class Surface(CsrArcs):
 
     @classmethod
     def of_graph(cls, graph: CellGraph, n_threads: int) -> Surface:
-        """Return the cells of a graph; a ValueError if it has no measures of arcs."""
+        """Make the surface of a graph, or raise a ValueError if the graph has no `ArcMeasures`."""
         given = graph.arc_measures
         if given is None:
             raise ValueError(
-                "the CellGraph has no border lengths: pass arc_measures=ArcMeasures(...)"
+                "the CellGraph must have border lengths: make it with arc_measures=ArcMeasures(...)"
             )
         handle = _core.GraphSurface(
             graph.positions,
@@ -93,7 +95,7 @@ class Surface(CsrArcs):
 
     @property
     def measures(self) -> Floats:
-        """Area (or volume) of each cell, shape (N,)."""
+        """Area or volume of each cell, shape (N,)."""
         return self._cells[1]
 
     @cached_property
@@ -108,30 +110,30 @@ class Surface(CsrArcs):
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Return the handle of faces for kernels; a ValueError if the graph is of another mesh."""
+    """Make the surface object of the core; a graph of another mesh raises a ValueError."""
     _check_of_mesh(mesh, graph)
-    is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
-    return _face_handle(mesh, graph, is_turned, n_threads)
+    return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
 
 
 def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
     if graph.n_cells != mesh.n_faces:
         raise ValueError(
-            f"the graph has {graph.n_cells} cells but the mesh has {mesh.n_faces} faces"
+            f"the graph has {graph.n_cells} cells but the mesh has {mesh.n_faces} faces: build the"
+            " graph from this mesh"
         )
 
 
 def _face_handle(
-    mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
+    mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
     arcs = FoundArcs(
         graph.offsets, graph.neighbors, graph.sides, graph.same_turn, graph.edge_counts
     )
-    return surface_of_faces(mesh, arcs, is_turned, n_threads)
+    return surface_of_faces(mesh, arcs, is_inside_out, n_threads)
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
-    """Return the measures of the arcs of a face graph, for a custom `CellGraph`.
+    """Return the measures of the arcs of a face graph, for a `CellGraph` with your own weights.
 
     Parameters
     ----------
@@ -145,18 +147,19 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     Returns
     -------
     ArcMeasures
-        ``border_lengths`` are lengths of edges. ``step_lengths`` are distances from centroid to
-        centroid via the midpoint of the edge (eq. 1). ``angles`` are signed, in radians, positive
-        for a concave edge. ``open_lengths`` are the lengths of boundary edges per face.
+        ``border_lengths`` are the lengths of edges. ``step_lengths`` are the distances from
+        centroid to centroid through the midpoint of the edge (equation 1 of the paper). ``angles``
+        are in radians, positive for concave edges. ``open_lengths`` are, for each face, the total
+        lengths of its boundary edges.
 
     Raises
     ------
     ValueError
-        If the graph is of another mesh.
+        If the graph was built from another mesh.
 
     Examples
     --------
-    A valley with a right angle:
+    Two faces form a valley with a right angle:
 
     >>> from superfacets import Mesh, build_face_graph
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
@@ -170,29 +173,29 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
-    """Return whether the mesh is closed and its normals point inwards (negative volume)."""
+    """Whether the mesh is closed and its normals point inward, so that its volume is negative."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
     return is_negative(volume, graph.diagonal)
 
 
 def enclosed(volume: float, diagonal: float) -> float:
-    """Return the absolute value of a signed volume; 0 if it is a rounding error."""
+    """Return the absolute value of a volume, or 0 if the volume is only a rounding error."""
     return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
 
 
 def is_negative(volume: float, diagonal: float) -> bool:
-    """Return whether a signed volume is below zero by more than rounding errors."""
+    """Whether a volume is negative, and not only because of rounding errors."""
     return volume < -VOLUME_NOISE * diagonal**3
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
-    """Return the volume of a mesh, negative if normals point inwards; 0 if it is open."""
+    """Return the volume of a mesh, negative if normals point inward; 0 if the mesh is open."""
     if graph.edge_counts.boundary:
         return 0.0
     positions, measures = graph.positions, graph.measures
-    # If faces are inconsistently oriented, the volume depends on the origin. The centroid as origin
-    # makes the volume invariant under rigid motion. einsum replaces measures @ positions, because
-    # the threads of a BLAS would keep spinning afterwards.
+    # If faces are inconsistently oriented, the volume depends on the origin. With the centroid as
+    # origin, the volume does not change under rigid motion. einsum is used instead of
+    # measures @ positions, because idle BLAS threads would slow down the following stages.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()

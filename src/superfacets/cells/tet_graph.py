@@ -1,4 +1,4 @@
-"""Stages 1 and 2 for tetrahedra: the graph of tetrahedra that share a triangle."""
+"""Stages 1 and 2 for tetrahedral meshes: the graph of tetrahedra that share a triangle."""
 
 from __future__ import annotations
 
@@ -19,36 +19,37 @@ from .surface import Surface
 
 
 class TriangleCounts(NamedTuple):
-    """Triangles of a mesh by the number of tetrahedra on them."""
+    """Numbers of triangles of a tetrahedral mesh."""
 
     triangles: int
-    """All triangles."""
+    """Number of all triangles."""
     boundary: int
-    """Triangles of one tetrahedron."""
+    """Number of triangles that belong to exactly one tetrahedron."""
     non_manifold: int
-    """Triangles of three tetrahedra or more."""
+    """Number of triangles that belong to three or more tetrahedra."""
 
 
 @dataclass(frozen=True, eq=False)
 class TetGraph(Arcs):
-    """Tetrahedra as cells, with arcs across shared triangles; see `build_tet_graph`.
+    """Graph of the tetrahedra of a mesh, with arcs across shared triangles.
 
     Attributes
     ----------
     positions : ndarray of float64, shape (N, 3)
-        Centroids.
+        Centroid of each tetrahedron.
     measures : ndarray of float64, shape (N,)
-        Volumes, >= 0 for either orientation; 0 for a flat tetrahedron.
+        Volume of each tetrahedron, which is not negative for inverted tetrahedra.
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        The target of each arc.
+        Target of each arc.
     bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the bounding box of the vertices that tetrahedra use.
+        Minimum and maximum corner of the bounding box of all vertices of tetrahedra.
     arc_measures : ArcMeasures
-        ``border_lengths`` are areas of triangles. ``step_lengths`` are distances from centroid to
-        centroid via the centroid of the triangle. ``sides`` are the corners opposite to the
-        triangle. ``open_lengths`` are the boundary areas of the tetrahedra.
+        ``border_lengths`` are the areas of shared triangles. ``step_lengths`` are the distances
+        from centroid to centroid through the centroid of the triangle. ``sides`` are the corners
+        opposite to the triangle. ``open_lengths`` are, for each tetrahedron, the total areas of its
+        boundary triangles.
     triangle_counts : TriangleCounts
         Numbers of all, boundary and non-manifold triangles.
     """
@@ -64,7 +65,7 @@ class TetGraph(Arcs):
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
-        """Return the input of the clustering; default weights are step lengths / diagonal."""
+        """Return a `CellGraph`; the default weights are step lengths divided by the diagonal."""
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights
@@ -75,26 +76,26 @@ class TetGraph(Arcs):
 
 
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
-    """Return the graph of the tetrahedra of a mesh that share a triangle.
+    """Return the graph of the tetrahedra of a mesh, with arcs between those that share a triangle.
 
-    All pairs of tetrahedra at a triangle are neighbors, so two equal tetrahedra are neighbors
-    across all four triangles. Triangles with a repeated vertex are ignored. Time and memory are
-    linear in tetrahedra and arcs.
+    All pairs of tetrahedra at a triangle are neighbors. Therefore a tetrahedron and its duplicate
+    have four arcs in each direction. Triangles with a repeated vertex are ignored. Time and memory
+    are linear in the number of tetrahedra and arcs.
 
     Parameters
     ----------
     mesh : TetMesh or mesh-like
         As for `segment`.
     weld : bool, default True
-        Treat vertices at exactly the same position as one vertex.
+        Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
         As for `segment`.
 
     Raises
     ------
     MeshError
-        If the mesh has no tetrahedra, or there are more than 16 arcs per tetrahedron and more than
-        2**24 arcs in total.
+        If the mesh has no tetrahedra, or if there are more than 16 arcs per tetrahedron on average
+        and more than 2**24 arcs in total.
 
     Examples
     --------
@@ -126,7 +127,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return the surface of a graph of tetrahedra."""
+    """Return the `Surface` of a tetrahedral mesh and its graph."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

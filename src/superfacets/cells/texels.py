@@ -1,4 +1,4 @@
-"""Colors of faces from the texels of a texture, and images of region ids in the same layout."""
+"""Colors of faces from a texture, and images of region ids in the layout of a texture."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from ..io.textures import WRAPS, Texture
 from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 
 LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
-"""Linear light, 0 to 65,535, of each 8-bit sRGB value."""
+"""Lookup table from 8-bit sRGB values to linear light, from 0 to 65,535."""
 
 BLEED = 2
-"""Number of texels by which ids extend beyond charts, for viewers that sample across borders."""
+"""Number of texels by which ids extend beyond charts, because viewers interpolate at borders."""
 
 
 @dataclass(frozen=True, eq=False)
 class FaceTexels:
-    """Colors of the texels of faces.
+    """Result of `texture_colors`: colors of faces.
 
     Parameters
     ----------
     linear : ndarray of float64, shape (F, 3)
-        Mean red, green and blue in linear light, 0 to 1.
+        Mean red, green and blue of each face in linear light, from 0 to 1.
     spread : ndarray of float64, shape (F,)
-        Standard deviation of the color within the face, in linear light, 0 to 1; 0 without an
-        image.
+        Standard deviation of the color within each face in linear light, from 0 to 1; 0 if the
+        color does not come from an image.
     is_textured : ndarray of bool, shape (F,)
-        Whether the color comes from an image.
+        Whether the color of each face comes from an image.
     """
 
     linear: Floats
@@ -47,34 +47,34 @@ class FaceTexels:
 
     @property
     def oklab(self) -> Floats:
-        """The mean colors in OKLab, (F, 3): Euclidean distances are close to perceived ones."""
+        """Mean colors in OKLab, (F, 3), where Euclidean distances are perceived distances."""
         return oklab_of_linear(self.linear)
 
     @property
     def srgb(self) -> Bytes:
-        """The mean colors in sRGB, (F, 3), 0 to 255."""
+        """Mean colors in sRGB, (F, 3), from 0 to 255."""
         return srgb_of_linear(self.linear)
 
 
 def texture_colors(
     mesh: MeshLike, texture: Texture | None = None, *, n_threads: int | None = None
 ) -> FaceTexels:
-    """Return the color of each face: the mean of the texels that it covers.
+    """Return the color of each face: the mean of the texels that the face covers.
 
-    Faces that contain no texel center are sampled between texels. Faces with more than 16,384
-    texels are sampled in every n-th row and column. Coordinates outside [0, 1] repeat, clamp or
-    mirror the image, as the material specifies. Faces without an image have the color of their
-    material, and faces without a material are white. The same holds for faces whose coordinates are
-    missing, not finite or larger than 2**20.
+    Small faces that contain no texel center are sampled between texels. In faces with more than
+    16,384 texels, only every n-th row and column is sampled. Coordinates outside [0, 1] repeat,
+    clamp or mirror the image, as specified by the material. Faces without an image have the color
+    of their material, and faces without a material are white. Faces whose coordinates are missing,
+    not finite or larger than 2**20 are treated like faces without an image.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     texture : Texture, optional
-        From `read_attributes`. By default it is read from the file if `mesh` is a path.
+        Texture from `read_attributes`. If `mesh` is a path, the default is the texture of the file.
     n_threads : int, optional
-        As for `segment`. Colors do not depend on it.
+        As for `segment`. The colors do not depend on the number of threads.
 
     Returns
     -------
@@ -83,15 +83,15 @@ def texture_colors(
     Raises
     ------
     MeshError
-        If there is no texture, its number of faces or corners differs from the mesh, or an image is
-        missing, damaged or too large.
+        If there is no texture, if the numbers of faces or corners of the texture and of the mesh
+        differ, or if an image is missing, damaged or too large.
     MissingExtraError
-        If Pillow is missing; the extra ``texture`` installs it.
+        If Pillow is not installed. The extra ``texture`` installs Pillow.
 
     Notes
     -----
-    One image is in memory at a time. A million faces that cover an image of 8192 x 8192 texels take
-    about half a second on two cores, plus the time to decode the image.
+    Images are loaded one after the other. A million faces that cover an image of 8192 x 8192 texels
+    take about half a second on two cores, plus the time to decode the image.
 
     Examples
     --------
@@ -108,49 +108,50 @@ def texture_colors(
         texture = None if attributes is None else attributes.texture
     cells = as_mesh(source)
     if texture is None:
-        raise MeshError("there is no texture")
+        raise MeshError("the mesh has no texture: pass the path of a file with a texture")
     check_texture(texture, cells)
     return colors_of_texture(cells, texture, checked_threads(n_threads))
 
 
 def check_texture(texture: Texture, mesh: FaceMesh) -> None:
-    """Raise a MeshError if the numbers of faces and corners of texture and mesh differ."""
+    """Raise a MeshError unless texture and mesh have equal numbers of faces and corners."""
     n_corners = len(corners_of(mesh).vertices)
     if len(texture.corners) != n_corners or len(texture.face_materials) != mesh.n_faces:
         raise MeshError(
-            f"the texture has {len(texture.corners)} corners of {len(texture.face_materials)} faces"
-            f" but the mesh has {n_corners} corners of {mesh.n_faces} faces"
+            f"the texture must have {n_corners} corners of {mesh.n_faces} faces, like the mesh, got"
+            f" {len(texture.corners)} corners of {len(texture.face_materials)} faces"
         )
 
 
 def colors_of_texture(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
-    """Return the colors of all faces; see `texture_colors`."""
-    places, sources = corner_triangles(mesh)
+    """Return the colors of all faces of a mesh with a checked texture."""
+    triangles, sources = corner_triangles(mesh)
     faces = np.arange(mesh.n_faces, dtype=np.int32) if sources is None else sources
     factors = np.array([material.color for material in texture.materials] + [(1.0, 1.0, 1.0)])
     linear = factors[texture.face_materials]
-    means = np.full((len(places), 3), np.nan)
-    spreads = np.zeros(len(places))
+    means = np.full((len(triangles), 3), np.nan)
+    spreads = np.zeros(len(triangles))
     for image, numbers in _materials_by_image(texture).items():
         is_here = np.isin(texture.face_materials, numbers)[faces]
         if not is_here.any():
             continue
-        found = _texels_under(image, texture, texture.corners[places[is_here]], n_threads)
+        found = _texels_under(image, texture, texture.corners[triangles[is_here]], n_threads)
         means[is_here], spreads[is_here] = found
     is_found = np.isfinite(means[:, 0])
     of_faces, spread, is_textured = _means_by_face(
-        means[is_found], spreads[is_found], _uv_areas(texture, places[is_found]), faces[is_found],
-        mesh.n_faces,
+        means[is_found], spreads[is_found], _uv_areas(texture, triangles[is_found]),
+        faces[is_found], mesh.n_faces,
     )  # fmt: skip
     linear[is_textured] *= of_faces[is_textured]
     return FaceTexels(linear, spread, is_textured)
 
 
 _Sampled = tuple[TextureImage, tuple[str, str]]
+"""An image and the wrap modes of its two coordinates."""
 
 
 def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
-    """Group materials by image and wrap mode, so that each image is decoded once."""
+    """Return the indices of materials, grouped by image, so that each image is decoded once."""
     numbers: dict[_Sampled, list[int]] = {}
     for number, material in enumerate(texture.materials):
         if material.image is not None:
@@ -161,7 +162,7 @@ def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
 def _texels_under(
     sampled: _Sampled, texture: Texture, corners: Ints, n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Return mean and spread of the texels of one image per triangle."""
+    """Return the mean color and the spread of the texels of an image in each triangle."""
     image, wrap = sampled
     pixels = image.pixels()
     height, width = pixels.shape[:2]
@@ -173,9 +174,9 @@ def _texels_under(
     return means, spreads
 
 
-def _uv_areas(texture: Texture, places: Array) -> Floats:
-    """Return the areas of triangles in the image, with a small minimum."""
-    a, b, c = texture.coordinates[texture.corners[places]].swapaxes(0, 1)
+def _uv_areas(texture: Texture, triangles: Array) -> Floats:
+    """Return the areas of triangles in texture coordinates, increased to a small minimum."""
+    a, b, c = texture.coordinates[texture.corners[triangles]].swapaxes(0, 1)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     return np.asarray(np.abs(ux * vy - uy * vx) + 1e-12)
 
@@ -183,7 +184,7 @@ def _uv_areas(texture: Texture, places: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Return area-weighted means and spreads per face, and whether each face has triangles."""
+    """Combine triangles to faces: return means, spreads, and whether a face has triangles."""
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)
@@ -200,18 +201,18 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Return an image of the labels of some faces, (height, width); -1 for no label.
+    """Return an image of the labels of the faces with `is_here`, (height, width).
 
-    Labels extend by `BLEED` texels into texels without a label.
+    Texels without a label are -1. Labels extend by `BLEED` texels into texels without a label.
     """
     width, height = size
-    places, sources = corner_triangles(mesh)
+    triangles, sources = corner_triangles(mesh)
     faces = np.arange(mesh.n_faces) if sources is None else sources
     is_drawn = is_here[faces] & (labels[faces] >= 0)
     wrap_u, wrap_v = map(WRAPS.index, wrap)
     painted: Ints = _core.paint_ids(
         width, height, wrap_u, wrap_v, texture.coordinates.reshape(-1),
-        texture.corners[places[is_drawn]].reshape(-1), labels[faces[is_drawn]], BLEED,
+        texture.corners[triangles[is_drawn]].reshape(-1), labels[faces[is_drawn]], BLEED,
         checked_threads(None),
     )  # fmt: skip
     return painted.reshape(height, width)
@@ -220,9 +221,10 @@ def ids_in_layout(
 def texture_of_parts(
     texture: Texture, mesh: FaceMesh, parts: FaceMesh, sources: Ints
 ) -> Texture | None:
-    """Return the texture of triangles that are parts of triangles of a mesh, given by `sources`.
+    """Return the texture of a mesh whose triangles are parts of the triangles of another mesh.
 
-    Coordinates are interpolated. Returns None if the mesh has polygons of more than 3 corners.
+    `sources` are the triangles of `mesh` that contain the triangles of `parts`. Coordinates are
+    interpolated. Returns None if `mesh` is not a triangle mesh.
     """
     corners = corners_of(mesh)
     if corners.size != 3:
@@ -234,8 +236,8 @@ def texture_of_parts(
     given = texture.corners.reshape(-1, 3)[sources]
     pairs = texture.coordinates[given] if len(texture.coordinates) else np.zeros((*given.shape, 2))
     found = []
-    for place in corners_of(parts).vertices.reshape(-1, 3).T:
-        offset = parts.vertices[place] - a
+    for vertices in corners_of(parts).vertices.reshape(-1, 3).T:
+        offset = parts.vertices[vertices] - a
         s = (np.cross(offset, aside) * normal).sum(axis=1, keepdims=True) / scale
         t = (np.cross(along, offset) * normal).sum(axis=1, keepdims=True) / scale
         found.append((1 - s - t) * pairs[:, 0] + s * pairs[:, 1] + t * pairs[:, 2])

@@ -1,4 +1,4 @@
-"""The shape diameter function: the thickness of a solid under its surface, measured by rays."""
+"""The shape diameter function: the thickness of a solid below its surface, measured with rays."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .kinds import graph_and_surface, kind_of
 from .surface import is_inside_out
 
 N_RAYS = 30
-"""Number of rays per face, as in the paper of Shapira et al."""
+"""Default number of rays per face, as in the paper of Shapira et al."""
 
 MOST_RAYS = 10_000
-"""Largest number of rays per face; 10,000 rays take about ten milliseconds."""
+"""Maximum number of rays per face. Casting 10,000 rays takes about ten milliseconds."""
 
 LEAST_DISTANCE = 1e-6
-"""Smallest distance of a hit, as a fraction of the diagonal. Nearer hits are ignored, because they
-are on the face itself, or on the back of a double sheet."""
+"""Minimum distance of a hit, as a fraction of the diagonal of the bounding box. Nearer hits are
+ignored, because they are on the face itself or on the back of a double sheet."""
 
 
 def shape_diameter(
@@ -35,37 +35,37 @@ def shape_diameter(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return the thickness of the solid under each face: small at a finger, large at the palm.
+    r"""Return the thickness of the solid below each face; fingers are thinner than the palm.
 
     Rays start at the centroid of a face, in a cone of half-angle 60 degrees about the inward
-    normal. A ray counts if the first face that it hits is seen from inside. Ray lengths within one
-    standard deviation of the median are averaged, with weights 1 / (angle + 0.2). The logarithm is
-    then smoothed along the surface by solving :math:`(A + t^2 L)\,x = A \log s`, with areas A and
-    the Laplacian L of the face graph. Arcs have the conductance :math:`\sqrt{A_i + A_j} / g`, where
-    g is the step between centroids.
+    normal. A ray is valid if it hits its first face from inside. The lengths of valid rays within
+    one standard deviation of the median are averaged, with weights 1 / (angle + 0.2). The logarithm
+    of the mean length s is then smoothed along the surface by solving :math:`(A + t^2 L)\,x = A
+    \log s`, with areas A and the Laplacian L of the face graph. Arcs have the conductance
+    :math:`\sqrt{A_i + A_j} / g`, where g is the distance between centroids.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, or mesh-like
-        As for `segment`. In an open mesh, a face has a thickness if at least a quarter of its rays
-        count. The normals of a closed mesh may point inwards.
+        As for `segment`. The normals of a closed mesh may point inward. In an open mesh, a face has
+        a thickness only if at least a quarter of its rays are valid.
     smoothing : float, default 0.01
-        The length t, >= 0, as a fraction of the diagonal of the bounding box. With 0, nothing is
-        smoothed.
+        Smoothing length t, >= 0, as a fraction of the diagonal of the bounding box. With 0, the
+        thickness is not smoothed.
     n_rays : int, default 30
-        Number of rays per face, 1 to 10,000.
+        Number of rays per face, from 1 to 10,000.
     weld : bool, default True
-        As for `segment`: faces connected after welding are smoothed together.
+        As for `segment`. The thickness is smoothed across welded edges.
     n_threads : int, optional
-        As for `segment`. The result does not depend on it.
+        As for `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     ndarray of float64, shape (N,)
-        In the unit of the vertices, > 0. Faces without a thickness get values from their neighbors
-        by smoothing. Without smoothing they are NaN. Components in which no face has a thickness,
-        such as single sheets and most triangle soup, are NaN, too. Time: about a microsecond per
-        ray.
+        Thickness below each face, > 0, in the unit of the vertices. With smoothing, faces without
+        valid rays get values from their neighbors; without smoothing, they are NaN. All values are
+        NaN in components in which no face has a thickness, such as single sheets and most triangle
+        soup. The run time is about a microsecond per ray.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def shape_diameter(
 
     Examples
     --------
-    The upper side of a slab of 20 x 20 x 1:
+    The thickness below the upper side of a slab of 20 x 20 x 1 is:
 
     >>> from superfacets import PolygonMesh
     >>> corners = [[x, y, z] for z in (0, 1) for y in (-10, 10) for x in (-10, 10)]
@@ -91,7 +91,7 @@ def shape_diameter(
     1.26
     """
     t = checked_number(smoothing, "smoothing", zero=True)
-    n_rays = checked_count(n_rays, "n_rays", MOST_RAYS, "that are allowed")
+    n_rays = checked_count(n_rays, "n_rays", MOST_RAYS)
     threads = checked_threads(n_threads)
     cells: Any = as_cells(mesh)
     graph, surface = graph_and_surface(cells, weld, threads)
@@ -102,9 +102,9 @@ def shape_diameter(
         return thickness
     conductances = _core.step_conductances(surface.handle, graph.measures, threads)
     length = t * graph.diagonal
-    # In units of the diagonal, so that results do not depend on the unit of length.
-    shares = thickness / graph.diagonal
-    logs = smoothed(surface.arcs, conductances, graph.measures, shares, length, threads)
+    # Results do not depend on the unit of length, because lengths are divided by the diagonal.
+    relative = thickness / graph.diagonal
+    logs = smoothed(surface.arcs, conductances, graph.measures, relative, length, threads)
     return np.asarray(graph.diagonal * np.exp(logs))
 
 
@@ -115,20 +115,20 @@ def rays_from(
     n_rays: int,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness under the given faces; NaN for faces without a thickness."""
+    """Return the thickness below the given faces, or NaN if too few rays are valid."""
     triangles, _ = cut_into_triangles(mesh)
     outward = area_vectors(mesh, n_threads)[faces]
     sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
     inward = -outward / np.where(sizes > 0, sizes, 1.0)[:, np.newaxis]
-    is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
+    points_inward = is_inside_out(mesh, graph, n_threads=n_threads)
     return _core.ray_thickness(
         mesh.vertices,
         triangles,
         np.ascontiguousarray(graph.positions[faces]),
-        -inward if is_turned else inward,
+        -inward if points_inward else inward,
         n_rays,
         LEAST_DISTANCE * graph.diagonal,
-        is_turned,
+        points_inward,
         n_threads,
     )
 
@@ -141,9 +141,9 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return smoothed logarithms of the thickness; NaN in components without a thickness.
+    """Return smoothed logarithms of the thickness; NaN in components without any thickness.
 
-    The result does not depend on the number of threads or the C library.
+    The result depends neither on the number of threads nor on the C library.
     """
     is_known = np.isfinite(thickness)
     logs = _core.logarithms(np.where(is_known, thickness, 1.0))

@@ -1,1 +1,1 @@
-"""Stages 3 and 4: seeds, and the loop of classification and update."""
+"""Stages 3 and 4: seeding, and the clustering loop of classification and update."""

@@ -1,9 +1,10 @@
-"""Stage 4: regions of given sizes, by shortest paths with an additive weight (offset) per center.
+"""Stage 4: regions of given sizes, by shortest paths with an additive offset for each center.
 
-After the loop, centers jump from regions that are too small to regions that are too large. Then the
-offset of each region grows while the region is larger than its goal, and shrinks while the region
-is smaller. Centers keep moving. Regions stay connected, and their borders stay in creases. Stage 5
-moves single cells to remove the remaining error.
+After the loop, centers of regions that are too small move into regions that are too large. Then
+there are several rounds. In each round, centers move to the centroids of their regions, and the
+offset of a region increases if the region is larger than its target size, and decreases if it is
+smaller. Regions stay connected, and their borders stay in creases. Stage 5 moves single cells to
+reach the target sizes.
 """
 
 from __future__ import annotations
@@ -31,55 +32,55 @@ from .seeding import CORE_ISLANDS
 Offsets: TypeAlias = npt.NDArray[np.uint64]
 
 JUMP_ROUNDS = 6
-"""Largest number of rounds of jumps."""
+"""Maximum number of rounds in which centers move from small regions into large regions."""
 
 ITERATIONS_PER_JUMP = 4
-"""Iterations after each round of jumps."""
+"""Number of iterations of the loop after each of these rounds."""
 
 MOST_JUMPING = 0.15
-"""Largest fraction of the centers of a component that jump in a round; at least one may jump."""
+"""Maximum fraction of the centers of a component that move per round, but at least one center."""
 
 SMALL, LARGE = 0.6, 1.5
-"""Centers jump from regions smaller than SMALL to regions larger than LARGE goals."""
+"""Centers of regions below SMALL times the mean size move into regions above LARGE times it."""
 
 ROUNDS = 20
-"""Rounds in which offsets and centers move. With 40 rounds the result is not better."""
+"""Number of rounds in which offsets change. The result is not better with 40 rounds."""
 
 ROUNDS_ON_ALL = 6
-"""Further rounds on all cells, after the rounds on coarse cells."""
+"""Number of additional rounds on all cells, after rounds on coarse cells."""
 
 GAIN = 0.35
-"""Change of an offset per round for an excess of 100 % in size, in mean path lengths to a
-border."""
+"""Change of an offset per round, in mean path lengths to a border, if a region is twice as large
+as its target size."""
 
 MOST_OFFSET = 0.5
-"""Largest offset, in mean path lengths to a border. Regions with larger offsets flow around their
-neighbors into other parts of the shape: with 1, the undersegmentation error is 0.01 higher."""
+"""Maximum offset, in mean path lengths to a border. With larger offsets, regions extend around
+their neighbors into other parts. With 1, the undersegmentation error is 0.01 higher."""
 
 RESCUES = 10
-"""Largest number of final rounds that restore regions whose center is in another region."""
+"""Maximum number of final rounds, which move centers that are in other regions."""
 
 ISLAND = 0.5
 """Components smaller than this fraction of the mean size of a region are islands, as in seeding."""
 
 
 MAX_TOTAL = 1e150
-"""Largest sum of the sizes of all cells, and inverse of the smallest sum. Keeps ratios finite."""
+"""Maximum sum of the sizes of all cells, and inverse of the minimum, so that ratios are finite."""
 
 
 @dataclass(frozen=True, eq=False)
 class SizeRules:
-    """Target sizes of regions and their bounds; the size of a region is the sum over its cells."""
+    """Rules for the sizes of regions. The size of a region is the sum of the sizes of its cells."""
 
     options: BalanceOptions
-    sizes: Floats  # (n,) sizes of the kept cells
+    sizes: Floats  # (n,) size of each kept cell
     components: Ints  # (n,) component of each kept cell
 
     @classmethod
     def of(
         cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None
     ) -> SizeRules | None:
-        """Return the rules for the kept cells of a graph; None if sizes are free."""
+        """Return the rules for the kept cells of a graph, or None if sizes are not restricted."""
         if not options.is_used:
             return None
         sizes = graph.measures
@@ -94,13 +95,16 @@ class SizeRules:
         with np.errstate(over="ignore"):
             total = float(sizes.sum())
         if not total > 0:
-            raise MeshError("regions cannot be balanced: the size of every cell is 0")
+            raise MeshError("at least one cell must have a size above 0 to balance regions")
         if not 1 / MAX_TOTAL < total < MAX_TOTAL:
-            raise MeshError(f"the sum of cell sizes is {total:g}, out of range: scale cell_weights")
+            raise MeshError(
+                f"the sum of cell_weights must be {1 / MAX_TOTAL:g} to {MAX_TOTAL:g}, got"
+                f" {total:g}: rescale cell_weights"
+            )
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return the options with the number of regions that follows from `cells_per_region`."""
+        """Return the options with the number of regions computed from `cells_per_region`."""
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -108,29 +112,33 @@ class SizeRules:
         return replace(size, n_segments=n_segments)
 
     def check(self, n_segments: int) -> None:
-        """Raise a MeshError if this number of regions cannot satisfy the bounds."""
+        """Raise a MeshError if regions of this number cannot have sizes within the limits."""
         low, high = self.options.bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
             raise MeshError(
-                f"max_measure is {high:g}, but the largest cell has measure {largest:g}"
+                f"max_measure must be at least {largest:g}, the size of the largest cell, got"
+                f" {high:g}"
             )
         slack = 1e-9 * total
         if n_segments * high < total - slack:
             raise MeshError(
-                f"{n_segments} regions of at most max_measure={high:g} hold {n_segments * high:g}"
-                f" of {total:g}: at least {math.ceil(total / high)} are needed"
+                f"{n_segments} regions of at most max_measure={high:g} cover only"
+                f" {n_segments * high:g} of {total:g}: use at least {math.ceil(total / high)}"
+                " regions"
             )
         if low > total + slack:
-            raise MeshError(f"min_measure is {low:g}, more than the whole mesh has: {total:g}")
+            raise MeshError(
+                f"min_measure must be at most {total:g}, the size of the mesh, got {low:g}"
+            )
         if n_segments * low > total + slack:
             raise MeshError(
-                f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g}"
-                f" of {total:g}: at most {math.floor(total / low)} are possible"
+                f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g},"
+                f" but the mesh has {total:g}: use at most {math.floor(total / low)} regions"
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the target number of regions of each component, given the current numbers."""
+        """Return the target number of regions of each component; `found` are current numbers."""
         totals = sums_by_label(self.components, self.sizes, len(found))
         if self.options.cells_per_region is not None:
             return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
@@ -146,14 +154,14 @@ class SizeRules:
         if n_least > n:
             n_regions = int(found.sum())
             raise MeshError(
-                f"max_measure={high:g} needs {n_regions + n_least - n} regions because none spans"
-                f" two components of the mesh, but there are {n_regions}"
+                f"max_measure={high:g} needs at least {n_regions + n_least - n} regions, because no"
+                f" region extends over two components of the mesh, got {n_regions}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts
 
     def goals(self, found: Floats, components: Ints) -> Floats:
-        """Return the target sizes of regions, given their current sizes and components."""
+        """Return the target sizes of regions; `found` are current sizes."""
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
         if self.options.cells_per_region is not None:
@@ -167,7 +175,10 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Apportion n by Sainte-Lague's method, with `least` to `most` (and at least 1) for each."""
+    """Divide n regions among components in proportion to `totals`, by Sainte-Lague's method.
+
+    Each component gets `least` to `most` regions, but at least one.
+    """
     counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
     rest = n - int(counts.sum())
     queue = [(-totals[i] / (counts[i] + 0.5), i) for i in range(len(counts)) if counts[i] < most[i]]
@@ -182,7 +193,10 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return `per_region` for each region; the smallest region of a component gets the rest."""
+    """Return `per_region` for all regions except the smallest region of each component.
+
+    The smallest region gets the remaining cells of the component.
+    """
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
     is_first = np.ones(len(order), bool)
@@ -196,9 +210,9 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Scale the goals of each component toward their mean until all are within bounds.
+    """Scale the goals of each component toward their mean until all goals are within bounds.
 
-    Goals whose mean is out of bounds become the mean.
+    If the mean itself is out of bounds, all goals of the component become the mean.
     """
     low, high = bounds
     spread = goals - means
@@ -212,34 +226,34 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """Balances regions on each level of the loop, and stores their current goals and offsets."""
+    """Balances the sizes of regions on each level of the loop."""
 
     rules: SizeRules
-    sizes: list[Floats]  # sizes of the cells of each level, all cells first
-    components: list[Ints]  # component of each cell, per level
+    sizes: list[Floats]  # for each level, the size of each cell; the first level is all cells
+    components: list[Ints]  # for each level, the component of each cell
     n_threads: int
     islands: _core.Islands
-    may_jump: bool  # False if the user gives the centers
-    goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) empty before the first run
-    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,)
+    may_jump: bool  # whether centers may move to other regions; False for given centers
+    goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) target sizes; empty at first
+    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,) offsets of paths
 
     @classmethod
     def of(
         cls, rules: SizeRules, coarse: list[CoarseCells], plan: Plan, loop: LoopOptions
     ) -> Balancer:
-        """Return a balancer for all cells and for coarse levels, the finest first."""
+        """Make a balancer for all cells and for coarse levels, where `coarse` starts finest."""
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
         may_jump = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
-            assert isinstance(level, _core.CoarseGraph)  # tiles have no balance
+            assert isinstance(level, _core.CoarseGraph)  # regions of tiles are never balanced
             cells = level.coarse_cells(n_threads)
             sizes.append(sums_by_label(cells, sizes[-1], level.graph.n_cells))
             components.append(components[-1][level.centers()])
         return cls(rules, sizes, components, n_threads, islands, may_jump)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Balance regions after the loop on a level: 0 is all cells, 1 the first coarse cells."""
+        """Balance regions after the loop on a level; level 0 is all cells, 1 the finest coarse."""
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
             clustering.classify(clustering.centers(), self.paths_from())
@@ -262,10 +276,7 @@ class Balancer:
     def _counted(
         self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
     ) -> Clustering:
-        """Add and remove centers until each component has its number of regions.
-
-        Each round adds at most one center per region.
-        """
+        """Add and remove centers until each component has its target number of regions."""
         n_components = int(cells[1].max()) + 1
         while self.may_jump:
             found = _Regions.of(clustering, *cells)
@@ -290,8 +301,9 @@ class Balancer:
         strength = self.rules.options.strength
         for _ in range(JUMP_ROUNDS if strength > 0 else 0):
             found = _Regions.of(clustering, *cells)
-            share = found.sizes / found.means
-            pairs = found.matched(share < SMALL * strength, share > LARGE / strength, MOST_JUMPING)
+            ratios = found.sizes / found.means
+            are_small, are_large = ratios < SMALL * strength, ratios > LARGE / strength
+            pairs = found.matched(are_small, are_large, MOST_JUMPING)
             if not len(pairs):
                 break
             centers = found.centers.copy()
@@ -305,8 +317,7 @@ class Balancer:
     def _move_offsets(
         self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
     ) -> None:
-        # The mean path length to the border is 3/2 of the mean path length of all cells, as in a
-        # disk.
+        # In a disk, the radius is 3/2 of the mean distance from the center.
         scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
         goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
         for n in range(n_rounds + RESCUES):
@@ -316,7 +327,7 @@ class Balancer:
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
                 moved = clustering.update()
-                is_taken = np.isin(moved, centers[found.are_lost])  # lost centers keep their cells
+                is_taken = np.isin(moved, centers[found.are_lost])  # two centers must differ
                 centers = np.where(is_taken, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
@@ -331,7 +342,7 @@ class Balancer:
     def _rescued(
         self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
     ) -> tuple[Ints, Longs]:
-        """Move centers that are in other regions to new cells in the largest regions."""
+        """Move centers that are in other regions to the farthest cells of the largest regions."""
         pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
         lost, large = pairs[:, 0], pairs[:, 1]
         at = found.farthest(lengths)[large]
@@ -346,19 +357,19 @@ class Balancer:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    """The regions of a clustering, and their sizes."""
+    """Regions of a clustering, with their sizes and components."""
 
-    labels: Ints  # (n,)
-    centers: Ints  # (K,)
-    sizes: Floats  # (K,)
-    components: Ints  # (K,)
+    labels: Ints  # (n,) region of each cell
+    centers: Ints  # (K,) center of each region
+    sizes: Floats  # (K,) size of each region
+    components: Ints  # (K,) component of each region
 
     @classmethod
     def of(cls, clustering: Clustering, sizes: Floats, components: Ints) -> _Regions:
         labels, centers = clustering.labels(), clustering.centers()
         if labels.min() >= 0:
             found = sums_by_label(labels, sizes, len(centers))
-        else:  # islands
+        else:  # cells of islands have no label
             has_label = labels >= 0
             found = sums_by_label(labels[has_label], sizes[has_label], len(centers))
         return cls(labels, centers, found, components[centers])
@@ -370,19 +381,19 @@ class _Regions:
 
     @property
     def means(self) -> Floats:
-        """For each region, the mean size of the regions of its component."""
+        """Mean size of the regions in the component of each region, (K,)."""
         counts = np.bincount(self.components)
         totals = sums_by_label(self.components, self.sizes, len(counts))
         means = np.asarray((totals / np.maximum(counts, 1))[self.components])
         return np.maximum(means, np.finfo(np.float64).tiny)
 
     def ranks(self, keys: Floats) -> Ints:
-        """Return the rank of each region among the regions of its component, by keys."""
+        """Return the rank of each region in its component, in the ascending order of keys."""
         order = np.lexsort((keys, self.components))
-        return _places_in_groups(order, self.components)
+        return _ranks_in_groups(order, self.components)
 
     def farthest(self, lengths: Offsets) -> Ints:
-        """Return the cell with the longest path in each region; the center of an empty region."""
+        """Return the cell with the longest path in each region; its center if it has no cells."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
@@ -392,8 +403,9 @@ class _Regions:
     def matched(self, are_small: Bools, are_large: Bools, most: float) -> Longs:
         """Return pairs of a small and a large region of the same component, (P, 2).
 
-        In each component, the smallest region is paired with the largest, the second smallest with
-        the second largest, and so on. At most a fraction `most` of the regions, or one, are paired.
+        In each component, the smallest region is paired with the largest region, the second
+        smallest with the second largest, and so on. The number of pairs is at most the fraction
+        `most` of the number of regions, but at least one pair is possible.
         """
         limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
@@ -404,16 +416,16 @@ class _Regions:
             groups = self.components[chosen].astype(np.int64)
             starts = np.searchsorted(groups, groups)
             ranks = np.arange(len(groups)) - starts
-            ranks[ranks >= limits[groups]] = len(self.centers)  # matches none
+            ranks[ranks >= limits[groups]] = len(self.centers)  # marks regions beyond the limit
             keys.append(groups * (len(self.centers) + 1) + ranks)
             keys[-1][ranks == len(self.centers)] = -len(keys)
         _, first, second = np.intersect1d(keys[0], keys[1], return_indices=True)
         return np.stack([small[first], large[second]], axis=1)
 
 
-def _places_in_groups(order: Array, groups: Ints) -> Ints:
-    """Return the position of each element within its group in `order`, which sorts by group."""
+def _ranks_in_groups(order: Array, groups: Ints) -> Ints:
+    """Return the rank of each element within its group; `order` sorts elements by group first."""
     sorted_groups = groups[order]
-    places = np.empty(len(order), np.int32)
-    places[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)
-    return places
+    ranks = np.empty(len(order), np.int32)
+    ranks[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)
+    return ranks

@@ -1,4 +1,4 @@
-"""Stage 4a: label cells by their nearest center."""
+"""Stage 4a: classification, which labels each cell with its nearest center."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..cells.cell_graph import CellGraph, checked_graph
 
 
 class Classification(NamedTuple):
-    """Labels of all cells, and their centers.
+    """Result of `classify`.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        For each cell, the index of its center in ``centers``, 0..K-1.
+        Index in ``centers`` of the center of each cell, from 0 to K - 1.
     centers : ndarray of int32, shape (K,)
-        The given centers, then unreached cells that became centers.
+        The given centers, followed by unreached cells that became centers.
     distances : ndarray of float64, shape (N,)
-        Length of the shortest path to each cell from its center, in the unit of the weights.
+        Length of the shortest path from its center to each cell, in the unit of the weights.
     """
 
     labels: Ints
@@ -39,7 +39,7 @@ def classify(
     reach: float | None = None,
     n_threads: int | None = None,
 ) -> Classification:
-    """Return the label of each cell: the center with the shortest path to it.
+    """Label each cell with the center that has the shortest path to the cell.
 
     Parameters
     ----------
@@ -47,25 +47,25 @@ def classify(
     centers : array_like of int, shape (K,)
         Distinct cells.
     reach : float, optional
-        By default the classification is *exact*: each cell gets the center with the shortest path,
-        by one expansion from all centers at once. Regions are connected. Time O((N + M) log N) at
-        worst. With a reach the classification is *halted*, as in the paper: Dijkstra's algorithm
-        runs from each center separately. It labels but does not expand cells farther from the
-        center than `reach` (Euclidean, in the unit of the positions). Regions may be disconnected.
+        By default, the classification is *exact*: a single run of Dijkstra's algorithm starts from
+        all centers simultaneously. Regions are connected. Time is at most O((N + M) log N). With
+        `reach`, the classification is *halted*, as in the paper: Dijkstra's algorithm runs from
+        each center separately. Cells whose Euclidean distance from the center is larger than
+        `reach` are labeled but not expanded. Regions may be disconnected.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     Classification
-        Ties go to the lower label. While some cells are unreached (in other components, or out of
-        reach), the unreached cell with the lowest index becomes a center and expands in the same
+        If two centers have equally short paths, the lower label is used. While there are unreached
+        cells, the one with the lowest index becomes an additional center and expands in the same
         way.
 
     Raises
     ------
     ValueError, TypeError
-        If centers are out of range, repeated or not integers, or `reach` is negative.
+        If centers are out of range, repeated or not integers, or if `reach` is negative.
 
     References
     ----------

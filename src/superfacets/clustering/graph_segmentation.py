@@ -1,4 +1,4 @@
-"""Stages 3 and 4 for a graph of cells: place seeds, run the loop, and collect the result."""
+"""Stages 3 and 4 for a graph of cells: seeding, and the clustering loop."""
 
 from __future__ import annotations
 
@@ -16,13 +16,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
-from .graphs import (
-    AnyGraph,
-    Levels,
-    can_be_coarse,
-    in_memory,
-    join_islands,
-)
+from .graphs import AnyGraph, Levels, can_be_coarse, in_memory, join_islands
 from .iteration import Iteration
 from .plan import Plan, Start
 from .seeding import run_seeding
@@ -50,22 +44,22 @@ def segment_graph(
 ) -> Segmentation:
     """Divide the cells of a graph into k compact regions.
 
-    This is the clustering of `segment` without a mesh: cells have positions, measures and weighted
-    arcs.
+    This is the clustering of `segment` for cells of any kind, which have positions, measures and
+    weighted arcs.
 
     Parameters
     ----------
     graph : CellGraph
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
         As for `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. In a graph
-        with one-way arcs, cells without a path from any center are islands, too.
+        with one-way arcs, cells without a path from any center are treated like components without
+        a seed.
     relocate : bool, default False
         As for `segment`.
     mask, barriers
         As for `segment`. Barriers are one number per cell, because a graph has no edges.
     features, feature_weight, scale_features
-        As for `segment`, with one row of features per cell. Prices of differences have the unit of
-        the weights, ``graph.weight_unit``.
+        As for `segment`, with one row of features per cell.
 
     Returns
     -------
@@ -83,7 +77,7 @@ def segment_graph(
     >>> segment_graph(line, 2)
     Segmentation(5 cells, 2 regions, 1 iterations, converged)
 
-    A pair of cells, and a single cell:
+    A graph with two components, a pair of cells and a single cell:
 
     >>> apart = CellGraph([[0, 0, 0], [1, 0, 0], [5, 0, 0]], [1, 1, 1], [0, 1, 2, 2], [1, 0],
     ...                   [1, 1])
@@ -117,7 +111,7 @@ def segment_graph(
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """Return the graph with weights plus prices for differences of features."""
+    """Return the graph with the costs of feature differences added to its weights."""
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -130,7 +124,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 
 def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
-    """Return the coarse graphs of the loop, and add the time to `timings`."""
+    """Build the coarse graphs for the loop, and add the time to `timings`."""
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Levels([])
     with timed(timings, "coarsen", loop.on_stage):
@@ -146,11 +140,11 @@ def segment_cells(
     join_pieces: Callable[[Ints, Ints], Ints] | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
-    """Segment a checked graph of kept cells by a plan.
+    """Run stages 3 and 4 on a checked graph of the kept cells.
 
-    `levels` come from `coarsened`; the function empties their list. `join_pieces` takes labels and
-    centers, and returns labels of connected regions. A balancer brings regions close to given
-    sizes.
+    `levels` is the result of `coarsened`; its graphs are removed after use. `join_pieces` is called
+    with labels and centers, and returns labels of connected regions. `balancer` changes the sizes
+    of regions to their target sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
     if init is None:
@@ -161,11 +155,11 @@ def segment_cells(
         first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
-        del first  # the loop frees each coarse graph after use
+        del first  # otherwise the loop could not free this graph after its last use
     is_short = levels.is_short and bool(loop.relocate)
     run = Iteration(size.radius, loop, timings, balancer=balancer, is_short=is_short)
     labels, centers = run.run(levels, graph, seeds)
-    n_unreached = max(0, len(centers) - len(seeds))  # balance may remove centers
+    n_unreached = max(0, len(centers) - len(seeds))  # the balancer may have removed centers
     if join_pieces is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
             labels = join_pieces(labels, centers)

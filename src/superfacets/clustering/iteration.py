@@ -1,4 +1,4 @@
-"""Stages 4a and 4b in turn: label cells and move centers, first on coarse cells."""
+"""The clustering loop, which repeats stages 4a (label cells) and 4b (move centers)."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
-RELOCATED_SHARES: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
-"""Largest fraction of centers that move, for each round of relocation; at least one may move."""
+RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
+"""Maximum fraction of centers that move in each round of relocation, but at least one center."""
 
 ITERATIONS_PER_ROUND = 8
-"""Largest number of iterations after each round of relocation."""
+"""Maximum number of iterations after each round of relocation."""
 
-SHORT_SHARES, SHORT_ITERATIONS = (0.13,), 3
-"""Both for a short loop, which has as many iterations before relocation. Without relocation,
-distances to the centroid are 0.02 larger. Later iterations move one center in 300."""
+SHORT_FRACTIONS, SHORT_ITERATIONS = (0.13,), 3
+"""Values of RELOCATED_FRACTIONS and ITERATIONS_PER_ROUND for a short loop. There are also at most
+SHORT_ITERATIONS iterations before this round. More iterations would move only one center in 300."""
 
 
 @dataclass
 class Iteration:
-    """The loop, with a record of each level on which it has run."""
+    """State of the clustering loop."""
 
     radius: float  # expected radius of a region
     options: LoopOptions
-    timings: dict[str, float]  # seconds of "classify" and "update" are added
-    levels: list[Level] = field(default_factory=list)
-    is_cancelled: bool = False  # `progress` returned False
-    balancer: Balancer | None = None  # only if sizes of regions are given
-    is_short: bool = False  # as in `Levels`; only with relocation
+    timings: dict[str, float]  # seconds, keyed by stage
+    levels: list[Level] = field(default_factory=list)  # records of finished levels
+    is_cancelled: bool = False  # whether `progress` returned False
+    balancer: Balancer | None = None  # balances the sizes of regions, if this is requested
+    is_short: bool = False  # whether the loop is short (see `Levels`); only with relocation
 
     @property
     def stop_reason(self) -> StopReason:
-        """Why the iterations on the last level ended."""
+        """Why the loop stopped on the last finished level."""
         return self.levels[-1].stop_reason
 
     def run(self, levels: Levels, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
-        """Run on the coarse graphs, coarsest first, then on all cells; return labels and centers.
+        """Run on the coarse graphs, the coarsest first, and then on all cells.
 
-        `centers` are cells of the coarsest graph. The labels belong to the returned centers,
-        because the last step is a classification.
+        `centers` are the initial centers, as cells of the coarsest graph. Returns labels and
+        centers of all cells. The last step is a classification, so labels and centers agree.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -70,25 +70,25 @@ class Iteration:
         assert isinstance(clustering, Clustering)
         paths = clustering.lengths(), _labels_and_centers(clustering)[0]
         coarse.append(level)
-        del level, clustering  # frees each graph after use
+        del level, clustering  # otherwise `_spread` could not free the graph after its last use
         return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
-        """Balance the sizes of regions, if target sizes are given."""
+        """Balance the sizes of regions if there is a balancer."""
         if self.balancer is None:
             return clustering
         assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # tiles have no balance
+        assert isinstance(clustering, Clustering)  # regions of tiles are never balanced
         with timed(self.timings, "balance"):
             return self.balancer.run(graph, clustering, level)
 
     def _spread(
         self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
-        """Label all cells by extending paths from the last of these graphs to all cells.
+        """Label all cells by extending paths from the last graph in `coarse` to all cells.
 
-        These paths give rounder regions. `centers` are cells of the next finer graph. The method
-        empties the list of graphs.
+        These paths give rounder regions than paths on all cells. `centers` are cells of the next
+        finer graph. The list `coarse` is emptied.
         """
         while coarse:
             start = time.perf_counter()
@@ -107,14 +107,14 @@ class Iteration:
     ) -> tuple[Array, Ints]:
         if self.balancer is None:
             return level.spread(*paths, centers, self.options.n_threads)
-        assert isinstance(level, CoarseGraph)  # tiles have no balance
+        assert isinstance(level, CoarseGraph)  # regions of tiles are never balanced
         offsets = self.balancer.paths_from()
         lengths, labels = level.spread(*paths, centers, self.options.n_threads, offsets)
-        labels[centers] = np.arange(len(centers))  # a path of another region may be shorter
+        labels[centers] = np.arange(len(centers))  # with offsets, another region may be nearer
         return lengths, labels
 
     def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
-        """Classify by these centers, and iterate until a stop rule applies."""
+        """Run the loop on one level, starting from the given centers."""
         start = time.perf_counter()
         reach = math.inf
         if self.options.radius_factor is not None:
@@ -127,10 +127,10 @@ class Iteration:
         if self.is_short:
             most = min(most, SHORT_ITERATIONS)
         elif relocates:
-            most -= most // 3  # the rest is for relocation, even if the loop does not settle
+            most -= most // 3  # reserves a third of the iterations for relocation
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
         if relocates:
-            assert isinstance(clustering, Clustering)  # tiles have coarse cells first
+            assert isinstance(clustering, Clustering)  # relocation only runs on coarse tiles
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
@@ -138,20 +138,21 @@ class Iteration:
     def _relocate(
         self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Relocate centers to regions with large errors and iterate, until no center moves.
+        """Repeatedly move centers into regions with large distances, and iterate.
 
-        The number of iterations on this level and the stop reason are arguments, and are updated.
+        `n_iter` and `reason` describe the iterations so far on this level. The result is their new
+        values.
         """
-        shares, most = RELOCATED_SHARES, ITERATIONS_PER_ROUND
+        fractions, most = RELOCATED_FRACTIONS, ITERATIONS_PER_ROUND
         if self.is_short:
-            shares, most = SHORT_SHARES, SHORT_ITERATIONS
-        for share in shares:
+            fractions, most = SHORT_FRACTIONS, SHORT_ITERATIONS
+        for fraction in fractions:
             max_num_iter = min(self.options.max_num_iter - n_iter, most)
             if self.is_cancelled or max_num_iter <= 0:
                 break
             centers = clustering.centers()
             with timed(self.timings, "update"):
-                n_moves = max(1, round(share * len(centers)))
+                n_moves = max(1, round(fraction * len(centers)))
                 moved_to = clustering.relocate(n_moves, self.options.n_threads)
             if np.array_equal(moved_to, centers):
                 break
@@ -172,10 +173,10 @@ class Iteration:
         max_num_iter: int | None = None,
         n_before: int = 0,
     ) -> tuple[int, StopReason]:
-        """Return the number of iterations and the stop reason.
+        """Repeat update and classification, and return the number of iterations and stop reason.
 
-        `n_before` is the number of earlier iterations on this level. With `must_stay`, no iteration
-        runs, and the result is the stop reason of the previous level.
+        `n_before` is the number of earlier iterations on this level. With `must_stay`, centers do
+        not move, and the stop reason of the previous level is returned.
         """
         if self.is_cancelled:
             return 1, "cancelled"
@@ -193,7 +194,7 @@ class Iteration:
                 moved_to = clustering.update()
             seen.add(_fingerprint(centers))
             n_moved = int(np.count_nonzero(moved_to != centers))
-            self._tell(n_before + n_iter, n_moved)
+            self._report(n_before + n_iter, n_moved)
             move = _root_mean_square_move(graph, centers, moved_to)
             if n_moved == 0 or move <= self.options.tol * self.radius:
                 return n_iter, "converged"
@@ -206,7 +207,7 @@ class Iteration:
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
 
-    def _tell(self, n_iter: int, n_moved: int) -> None:
+    def _report(self, n_iter: int, n_moved: int) -> None:
         answer = None if self.options.progress is None else self.options.progress(n_iter, n_moved)
         if isinstance(answer, (bool, np.bool_)) and not answer:
             self.is_cancelled = True
@@ -215,7 +216,7 @@ class Iteration:
 def _labels_and_centers(clustering: Regions) -> tuple[Ints, Ints]:
     """Return labels and centers of a clustering, with each center in its own region.
 
-    With offsets, a center may be in another region. Such a center becomes a region of one cell.
+    With offsets, a center may be in another region. This center becomes a region of one cell.
     """
     labels, centers = clustering.labels(), clustering.centers()
     labels[centers] = np.arange(len(centers), dtype=labels.dtype)
@@ -228,5 +229,5 @@ def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -
 
 
 def _fingerprint(centers: Ints) -> bytes:
-    """Return a 128-bit hash of a set of centers, which needs less memory than the set."""
+    """Return a 128-bit hash of the set of centers, to detect repeated states with less memory."""
     return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

@@ -1,7 +1,4 @@
-"""The plan of a run: kept cells, size of regions, and initial centers.
-
-The initial centers come from a seeding method, a segmentation, labels, or an array.
-"""
+"""The plan of a segmentation: kept cells, size of regions, and initial centers."""
 
 from __future__ import annotations
 
@@ -19,31 +16,31 @@ from ..cells.size import RegionSize, region_size
 from .segmentation import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation
-"""Initial centers, one label per cell, or a segmentation."""
+"""Start of the loop: initial centers, one label per cell, or an earlier segmentation."""
 
 ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
-"""Offsets, neighbors and lengths of arcs."""
+"""Offsets (N + 1,), neighbors (M,) and lengths (M,) of arcs in CSR form."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The cells to segment, the size of their regions, and the initial centers."""
+    """Kept cells, expected size of regions, and initial centers."""
 
-    cut: Cut | None  # kept cells and arcs; None: all
+    cut: Cut | None  # kept cells and arcs; None if all cells and arcs are kept
     size: RegionSize
-    asked: SizeOptions  # size options of the user, including seeds in `init`
+    asked: SizeOptions  # options of the caller, with seeds as indices of kept cells
     init: Init | Seeds | None
-    """A seeding method, None for the default, or the initial centers among kept cells."""
+    """Seeding method, initial centers as indices of kept cells, or None for the default method."""
 
     @classmethod
     def of(
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
         n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Return the plan for a graph, or raise the errors of `segment`.
+        """Make the plan for a graph.
 
-        `order` holds the index of each cell in the source, if the graph has another order. Seeds
-        and labels in `start` refer to the source.
+        If the cells of the graph are sorted, `order` is the input index of each cell. Centers and
+        labels in `start` refer to the input order.
         """
         asked, given = start
         kept, measures = None, graph.measures
@@ -59,20 +56,20 @@ class Plan:
 
     @property
     def has_seeds(self) -> bool:
-        """Whether the initial centers are given."""
+        """Whether the caller gave the initial centers."""
         return self.init is not None and not isinstance(self.init, str)
 
     @property
     def groups(self) -> Ints:
-        """Group of each kept cell (see `Cut`); empty without groups."""
+        """Group of each kept cell, as in `Cut`; empty without barriers."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
         self, graph: Any, lengths: Singles, n_threads: int, placed: _core.PlacedCells | None = None
     ) -> tuple[_core.PlacedCells, ArcLengths]:
-        """Return the kept cells in their final order, and their arcs.
+        """Return the kept cells, sorted along a space-filling curve, and their arcs.
 
-        `placed` holds all cells if an earlier stage has already ordered them.
+        If an earlier stage has already sorted all cells, they are given as `placed`.
         """
         cut = self.cut
         if cut is None:
@@ -83,7 +80,7 @@ class Plan:
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
 
     def whole(self, result: Segmentation) -> Segmentation:
-        """Return the result for all cells; cells that are not kept are labeled -1."""
+        """Convert a result for kept cells to all cells; removed cells are labeled -1."""
         if self.cut is None:
             return result
         labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]
@@ -98,11 +95,10 @@ def _first_centers(
     n_threads: int,
     order: Ints | None = None,
 ) -> Init | Seeds | None:
-    """Return the seeding method as given, or the initial centers as indices of positions.
+    """Return the seeding method, or the initial centers as indices of `positions`.
 
-    A segmentation gives its centers. One label per cell gives the kept cell nearest to the centroid
-    of each region (`kept` is None if all cells are kept). Labels and centers in `init` refer to the
-    source; `order` holds the index of each cell in the source.
+    From labels, the initial center of a region is the kept cell nearest to its centroid. `kept` is
+    None if all cells are kept. If the cells are sorted, `order` is the input index of each cell.
     """
     if init is None or isinstance(init, str):
         return init
@@ -111,7 +107,7 @@ def _first_centers(
     is_result = isinstance(init, Segmentation)
     if is_result or given.shape != (n_cells,) or _are_all_different(given):
         centers = checked_seeds(given, n_cells, "init")
-        return centers if order is None else _places_of(centers, order)
+        return centers if order is None else _sorted_indices(centers, order)
     labels = in_order(_labels_of(given, n_cells), order)
     if kept is not None:
         named = np.full(len(labels), -1, np.int32)
@@ -125,19 +121,21 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
         refuse_mask(init, "init")
         return np.asarray(init)
     if len(init.labels) != n_cells:
-        raise ValueError(f"init is a segmentation of {len(init.labels)} cells, not of {n_cells}")
+        raise ValueError(
+            f"init must be a segmentation of {n_cells} cells, got one of {len(init.labels)} cells"
+        )
     return init.centers
 
 
-def _places_of(cells: Ints, order: Ints) -> Ints:
-    """Return the positions of these cells in an order, by its inverse permutation."""
-    places = np.empty_like(order)
-    places[order] = np.arange(len(order), dtype=order.dtype)
-    return places[cells]
+def _sorted_indices(cells: Ints, order: Ints) -> Ints:
+    """Convert input indices of cells to sorted indices; `order` is the inverse permutation."""
+    inverse = np.empty_like(order)
+    inverse[order] = np.arange(len(order), dtype=order.dtype)
+    return inverse[cells]
 
 
 def _are_all_different(given: Array) -> bool:
-    """Return whether the array is a permutation of 0..N-1, so that each cell is a center."""
+    """Whether the array is a permutation of 0 to N - 1, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 
@@ -145,14 +143,14 @@ def _labels_of(given: Array, n_cells: int) -> Ints:
     try:
         return checked_partial_labels(given, n_cells)[0]
     except ValueError as error:
-        raise ValueError(f"init has one label per cell, but {error}") from None
+        raise ValueError(f"init is not valid as one label per cell: {error}") from None
 
 
 def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
-    """Return the center of each region by label; cells labeled -1 are in no region."""
+    """Return the cell nearest to the centroid of each region; cells labeled -1 are ignored."""
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):
-        raise ValueError("init has one label per cell, but all kept cells are labeled -1")
+        raise ValueError("labels in init must be >= 0 for at least one kept cell, got only -1")
     values, compact = np.unique(labels[kept], return_inverse=True)
     placed = _core.PlacedCells(positions[kept], measures[kept], n_threads)
     no_arcs = (np.zeros(len(kept) + 1, np.int64), np.empty(0, np.int32), np.empty(0, np.float32))

@@ -1,4 +1,4 @@
-"""Stage 3: place seeds, the initial centers."""
+"""Stage 3: seeding, which places the initial centers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Reach of a flooded region, and edge length of a grid cube, in expected radii."""
+"""Extent of a flooded region, and edge length of a grid cube, in expected radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
-"""Enumerators of the core by public name."""
+"""Enumerators of the core, keyed by public names."""
 
 
 def place_seeds(
@@ -25,61 +25,62 @@ def place_seeds(
     islands: Islands = "keep",
     n_threads: int | None = None,
 ) -> Ints:
-    """Return the initial centers.
+    """Return seeds, which are the initial centers of regions.
 
     Parameters
     ----------
     graph : CellGraph
     n_segments : int, optional
-        Number of regions k, 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A is
-        the sum of all measures. The default is 150, or N if N is less, unless `radius` is given.
+        Number of regions k, from 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A
+        is the sum of all measures. The default is 150, or N for smaller graphs, unless `radius` is
+        given.
     radius : float, optional
-        r as a fraction of the diagonal of the graph's bounds, > 0. Then k is A / (pi r^2), rounded.
+        Expected radius r, > 0, as a fraction of the diagonal of ``graph.bounds``. The number k is
+        then A / (pi r^2), rounded.
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
-        How to place seeds.
+        Seeding method, or the seeds.
 
-        - ``"geodesic"``: start with the central cell, which is nearest to the centroid; then
+        - ``"geodesic"``: Start with the central cell, which is nearest to the centroid. Then
           repeatedly add the cell with the longest path from its nearest seed. Seeds are denser
-          near creases. Exactly k seeds; O(N log N log k) in practice. With several components,
-          start with the central cells of all components except islands, the largest first.
-        - ``"farthest"``: like ``"geodesic"``, with Euclidean distances. Exactly k seeds;
-          O((N + k) log N) in practice.
-        - ``"curve"``: divide the Morton curve through all cells into equal parts, and take the
-          middle cell of each part as a seed, for three fifths of the k seeds; then continue as
-          ``"geodesic"``. The weight of a cell is its measure times the square root of its mean arc
-          length per distance. Exactly k seeds; O(N + k log N) in practice.
-        - ``"flood"``: visit cells in the order of their path length from the central cell. A cell
-          that no region has reached starts a new region, which expands to 2 r. Each further
-          component is flooded from its lowest cell.
-        - ``"grid"``: divide the bounds into cubes of edge 2 r; take the center of the cells in each
-          cube.
-        - an array of cells.
-
-        The number of seeds of ``"flood"`` and ``"grid"`` is only close to k.
+          near creases. There are exactly k seeds, and time is O(N log N log k) in practice. With
+          several components, start with the central cells of all components except islands, the
+          largest component first.
+        - ``"farthest"``: Like ``"geodesic"``, but with Euclidean distances. There are exactly k
+          seeds, and time is O((N + k) log N) in practice.
+        - ``"curve"``: Divide the Morton curve through all cells into 0.6 k equal parts, and use the
+          middle cell of each part as a seed. Place the other seeds as by ``"geodesic"``. The weight
+          of a cell on the curve is its measure times the square root of its mean arc length per
+          distance. There are exactly k seeds, and time is O(N + k log N) in practice.
+        - ``"flood"``: Visit cells in the order of their path length from the central cell. A cell
+          that no region has reached starts a new region, which expands to 2 r. In each further
+          component, start from the cell with the lowest index. The number of seeds is close to k.
+        - ``"grid"``: Divide the bounds into cubes of edge 2 r, and use the central cell of the
+          cells in each cube. The number of seeds is close to k.
+        - An array of cells.
     islands : {"keep", "nearest"}
-        A component is an island if it is not among the k largest, or has less than half of the mean
-        measure of a region (A / k), provided that the other components have k cells. Islands get no
-        seeds of ``"geodesic"`` and ``"curve"``. With ``"nearest"`` they get no seeds of
-        ``"farthest"`` and ``"flood"`` either, and ``"farthest"`` starts with the same central cells
-        as ``"geodesic"``.
+        A component is an island if it is not among the k largest components, or if its measure is
+        less than A / (2 k), provided that the other components have at least k cells. Islands get
+        no seeds with ``"geodesic"`` and ``"curve"``. If `islands` is ``"nearest"``, they also get
+        no seeds with ``"farthest"`` and ``"flood"``, and ``"farthest"`` starts with the same
+        central cells as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     ndarray of int32, shape (K,)
-        Distinct cells. Ties go to the lowest index.
+        Distinct cells. If several cells are equally good, the lowest index is used.
 
     Notes
     -----
-    One-way arcs connect components like all other arcs. Cells without a path from any seed count as
-    the farthest by path length, and ``"flood"`` visits them last in their component.
+    One-way arcs connect components like other arcs. Cells without a path from any seed have an
+    infinite path length, and ``"flood"`` visits them last in their component.
 
     Raises
     ------
     ValueError
-        If an argument is out of range, `n_segments` differs from the number of given seeds, or
-        flood or grid has no radius because all measures are 0.
+        If an argument is out of range, if `n_segments` differs from the number of given seeds, or
+        if ``"flood"`` or ``"grid"`` has no radius because all measures are 0.
     TypeError
         If an argument has the wrong type.
 
@@ -103,7 +104,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Place seeds with checked options, for regions of a known size."""
+    """Do the work of `place_seeds` for checked options and a given size of regions."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)
@@ -126,11 +127,16 @@ def run_seeding(
 def _given_seeds(options: SizeOptions, n_cells: int) -> Ints:
     array = checked_seeds(options.seeds, n_cells, "init")
     if options.n_segments is not None and options.n_segments != len(array):
-        raise ValueError(f"n_segments is {options.n_segments} but {len(array)} seeds are given")
+        raise ValueError(
+            f"n_segments must be the number of seeds in init, {len(array)}, got"
+            f" {options.n_segments}: leave n_segments out"
+        )
     return array
 
 
 def _positive_radius(size: RegionSize, init: str) -> float:
     if size.radius > 0:
         return size.radius
-    raise ValueError(f"init={init!r} needs a radius, but the total area of the faces is 0")
+    raise ValueError(
+        f"init={init!r} needs the radius of a region, but all cells have area 0: use another method"
+    )

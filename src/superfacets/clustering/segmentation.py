@@ -1,4 +1,4 @@
-"""The result of a segmentation: labels, centers, and a record of the run."""
+"""The class `Segmentation`: the result of `segment`."""
 
 from __future__ import annotations
 
@@ -25,19 +25,18 @@ StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
 @dataclass(frozen=True)
 class Level:
-    """Record of the loop on one level: on all cells, or on coarse cells.
+    """Record of the loop on one level, which is either all cells or coarse cells.
 
     Attributes
     ----------
     n_cells : int
         Number of cells of the level.
     n_iter : int
-        Number of iterations. The classification of all faces after coarse levels counts as an
-        iteration.
+        Number of iterations. If all faces are only classified once after coarse levels, it is 1.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Why the iterations ended; see `Segmentation`.
+        Why the iterations stopped; see `Segmentation`.
     seconds : float
-        Wall time.
+        Wall time in seconds.
     """
 
     n_cells: int
@@ -48,57 +47,59 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """The result of `segment`: one label per face, and a record of the run.
+    """The result of `segment`: one label per face, and information about the segmentation.
 
-    ``np.asarray(segmentation)`` is ``labels``. A notebook shows the regions as a picture if the
-    extra `viz` is installed and there are at most 200,000 faces or 50,000 points.
+    ``np.asarray(segmentation)`` is ``labels``. Notebooks show a picture of the regions if the extra
+    `viz` is installed and there are at most 200,000 faces or 50,000 points.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Region of each face, 0..K-1, in the order of the input; -1 for faces outside the mask.
+        Region of each face, from 0 to K - 1, in input order; -1 for faces outside the mask.
     centers : ndarray of int32, shape (K,)
-        One face that represents each region. Each face has the label of the center with the
-        shortest path (large regions use paths on coarse cells), unless the clean-up of stage 5
-        changed the label.
+        Representative face of each region. Each face has the label of the center with the shortest
+        path, unless the clean-up of stage 5 changed the label. For large regions, shortest paths
+        are computed on coarse cells.
     n_segments : int
         Number of regions, K.
     n_iter : int
         Total number of iterations on all levels; see ``levels``.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Why the loop ended. ``"converged"``: the centers moved less than `tol`. ``"settled"``: the
-        centers alternate between a few equally good states. ``"max_num_iter"``: the limit of the
-        user, of a round of relocation, or of a short loop was reached. ``"cancelled"``: `progress`
-        returned False. With several levels, the reason on the finest coarse level; with `relocate`,
-        the reason of its last round.
+        Why the loop stopped, on the finest level on which it ran:
+
+        - ``"converged"``: The centers moved by at most `tol`.
+        - ``"settled"``: The centers alternate between a few equally good states.
+        - ``"max_num_iter"``: The maximum number of iterations was reached.
+        - ``"cancelled"``: The callable `progress` returned False.
     n_unreached : int
-        Number of islands that no center reached: components without a seed and, with
-        `radius_factor`, faces out of reach. With ``islands="keep"`` each island is a region and
-        counts in K. With ``"nearest"`` each island joined the nearest region, unless barriers
-        enclose the island.
+        Number of components that no center reached because they have no seed. With `radius_factor`,
+        faces beyond the maximum distance from all centers are included. With ``islands="keep"``,
+        each component becomes a region. With ``"nearest"``, it joins the nearest region, unless it
+        is enclosed by barriers.
     n_joined : int
-        Number of pieces of regions that joined a neighbor, with ``enforce_connectivity``.
+        Number of pieces of regions that joined a neighbor because of ``enforce_connectivity``.
     n_merged : int
-        Number of small regions merged into others, with ``min_size``. They do not count in K.
+        Number of small regions that were merged into others because of ``min_size``. They are not
+        included in K.
     n_islands : int
         Number of small regions that were kept because they have no neighbor.
     n_extra_pieces : int
-        Number of connected pieces minus K. It is above 0 only with ``cells_per_region``, if no
+        Number of connected pieces minus K. It can only be above 0 with ``cells_per_region``, if no
         connected regions of these sizes were found.
     sliver_share : float or None
-        Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
-        expected radius r. With more than 0.1, regions become stripes, and `segment` warns. None for
-        a `CellGraph`, whose cells have no shape.
+        Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, where r is
+        the expected radius. If it is above 0.1, regions become stripes, and `segment` warns. None
+        for a `CellGraph`, whose cells have no shape.
     levels : tuple of Level
         Record of the loop on each level, from the coarsest cells to all faces.
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
-        The parameters used. ``expected_radius`` is r in the unit of the vertices. ``radius`` is the
-        parameter, a fraction of the diagonal, or None.
+        Parameters of the segmentation. ``expected_radius`` is r in the unit of the vertices.
+        ``radius`` is the argument, as a fraction of the diagonal, or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
-        The segmented mesh, cloud or graph, not copied. `regions`, `plot` and `view` need it. None
-        for a `Segmentation` made by hand.
+        The segmented mesh, cloud or graph, which `regions`, `plot` and `view` need. It is not
+        copied. None if the object was made without it.
     """
 
     labels: Ints
@@ -123,17 +124,17 @@ class Segmentation:
 
     @cached_property
     def patches(self) -> Ints:
-        """The cells of each region, shape (K, size of the largest region), padded with -1.
+        """Cells of each region, shape (K, size of the largest region), padded with -1.
 
-        With ``cells_per_region=64`` the rows are batches for networks over patches: each row has 64
-        cells, except one row per component. The cells of a region are in the order of a depth-first
-        walk that starts at its narrowest end: each cell is a neighbor of the previous cell, unless
-        the walk has to backtrack.
+        With ``cells_per_region=64``, the rows are batches for neural networks that process patches:
+        each row has 64 cells, except one row per component. The cells of a region are in the order
+        of a depth-first search that starts at the narrowest end of the region. Each cell is a
+        neighbor of the previous cell, unless the search backtracks.
 
         Raises
         ------
         ValueError
-            As for `regions`.
+            If ``cells`` is None, or a `CellGraph` without `ArcMeasures`.
 
         Examples
         --------
@@ -151,9 +152,9 @@ class Segmentation:
 
     @cached_property
     def regions(self) -> RegionGraph:
-        """The region graph: areas, centroids, neighbors and borders; see `region_graph`.
+        """Graph of the regions, with areas, centroids, neighbors and borders; see `region_graph`.
 
-        The graph is computed on first use, and has the centers of the segmentation.
+        The graph is computed on first use.
 
         Raises
         ------
@@ -163,7 +164,7 @@ class Segmentation:
         return region_graph_of(self._surface, self.labels, self.n_segments, self.centers)
 
     def plot(self, **options: Any) -> Plot:
-        """Draw the regions: ``superfacets.plot(cells, labels)``.
+        """Draw the regions with ``superfacets.plot(cells, labels)``.
 
         Raises
         ------
@@ -175,7 +176,7 @@ class Segmentation:
         return plot(self._known_cells("plot"), self.labels, **options)
 
     def view(self, **options: Any) -> Page:
-        """Return an interactive page of the regions: ``superfacets.view(cells, labels)``.
+        """Return an interactive page of the regions from ``superfacets.view(cells, labels)``.
 
         Raises
         ------
@@ -192,15 +193,15 @@ class Segmentation:
         return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
 
     def _known_cells(self, instead: str) -> Any:
-        """Return the cells, or raise an error that names the function that takes cells."""
+        """Return the cells, or raise an error that suggests the function `instead`."""
         if self.cells is None:
             raise ValueError(
-                f"this segmentation does not store its cells: call {instead}(mesh, labels) instead"
+                f"this segmentation does not store its mesh: call {instead}(mesh, labels) instead"
             )
         return self.cells
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        if copy is None:  # numpy 1 refuses `array(copy=None)`
+        if copy is None:  # NumPy 1 does not accept `np.array(copy=None)`
             return np.asarray(self.labels, dtype=dtype)
         return np.array(self.labels, dtype=dtype, copy=copy)
 
@@ -211,13 +212,13 @@ class Segmentation:
         )
 
     def _repr_html_(self) -> str:
-        """Return HTML for notebooks: a picture if possible, counts, and the sizes of regions."""
+        """Return HTML for notebooks, with a picture if possible, and sizes of regions."""
         from ..pictures.notebook import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
-        """Return the picture alone, for notebooks that do not show HTML."""
+        """Return the picture as PNG, for notebooks that do not show HTML."""
         from ..pictures.notebook import png_of
 
         return png_of(self)

@@ -1,4 +1,4 @@
-"""Stage 4b: find the central cell of each region."""
+"""Stage 4b: update of the centers of regions."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def update_centers(
 ) -> Ints:
     """Return the center of each region: the cell nearest to the centroid of the region.
 
-    The centroid is the mean position of the cells weighted by their measures (unweighted if all
-    measures are 0). Ties go to the lowest index. Time O(N + K).
+    The centroid is the mean position of the cells, weighted by their measures (unweighted if all
+    measures are 0). If several cells are nearest, the lowest index is used. Time is O(N + K).
 
     Parameters
     ----------
     graph : CellGraph
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once.
+        Labels of regions. Each label from 0 to K - 1 must occur.
     n_threads : int, optional
         As for `segment`.
 
@@ -33,7 +33,7 @@ def update_centers(
     Raises
     ------
     ValueError, TypeError
-        If the labels are not integers, not one per cell, negative or with gaps.
+        If labels are not one integer >= 0 per cell, or if a label from 0 to K - 1 is missing.
 
     References
     ----------

@@ -1,1 +1,1 @@
-"""Interoperation with other tools: output to their objects, and replacements of their functions."""
+"""Interoperation with other tools: storage in their objects, and replacements of functions."""

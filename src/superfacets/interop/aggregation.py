@@ -1,4 +1,4 @@
-"""Transfer of ScanNet's objects to other segments of the same mesh."""
+"""Transfer of objects in ScanNet format to other segments of the same mesh."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..io.guards import known_ending, read_json
 
 
 class RegroupedObject(NamedTuple):
-    """Change of an object of an aggregation.
+    """Change of the vertices of an object in `regroup_segments`.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class RegroupedObject(NamedTuple):
     n_vertices : int
         Number of vertices of the object with the old segments.
     n_lost : int
-        Number of these vertices that are not in the new segments of the object.
+        Number of vertices that the object loses with the new segments.
     n_gained : int
-        Number of vertices in the new segments that were not in the object.
+        Number of vertices that the object gains with the new segments.
     """
 
     object_id: int
@@ -47,7 +47,7 @@ def regroup_segments(
     segments: StrPath | None = None,
     force: bool = False,
 ) -> list[RegroupedObject]:
-    """Write an ``.aggregation.json`` of the same objects for other segments of the same mesh.
+    """Write an ``.aggregation.json`` file with the same objects for other segments of a mesh.
 
     Each new segment gets the object of most of its vertices, or no object if most of its vertices
     have no object. If a new segment crosses the border of an object, the object changes there.
@@ -55,28 +55,29 @@ def regroup_segments(
     Parameters
     ----------
     aggregation : path-like
-        Ends in ``.aggregation.json``: groups of the old segments.
+        File ``.aggregation.json`` with objects, which are groups of old segments.
     new_segments : path-like
-        Ends in ``.segs.json``.
+        File ``.segs.json`` with the new segments.
     output : path-like
-        Ends in ``.aggregation.json``. All other data of `aggregation` are kept, and
-        ``segmentsFile`` is the name of `new_segments`. Objects without a segment are left out.
+        New file ``.aggregation.json``. ``segmentsFile`` is the name of `new_segments`, and objects
+        without a segment are left out. All other data are copied from `aggregation`.
     segments : path-like, optional
-        The old ``.segs.json``; by default the ``segmentsFile`` of `aggregation`, in its folder.
+        File ``.segs.json`` with the old segments. The default is the ``segmentsFile`` of
+        `aggregation`, in the same folder.
     force : bool, default False
-        Whether to replace an `output` that exists. `aggregation` itself is never replaced.
+        Whether an existing `output` is overwritten. `aggregation` itself is never overwritten.
 
     Returns
     -------
     list of RegroupedObject
-        In the order of `aggregation`.
+        Changes of the objects, in the order of `aggregation`.
 
     Raises
     ------
     MeshError
-        If a file is damaged, or if the files do not belong together.
+        If a file is damaged, or if the files belong to different meshes.
     ValueError
-        If `output` is `aggregation`.
+        If `output` and `aggregation` are the same file.
     FileExistsError
         If `output` exists and `force` is False.
     OSError
@@ -84,12 +85,12 @@ def regroup_segments(
 
     Notes
     -----
-    Time is O(V log V) for V vertices. A segment in several objects belongs to the first of them.
+    Time is O(V log V) for V vertices. If a segment is in several objects, the first one is used.
     """
     for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
         known_ending(Path(path), (ending,))
     if Path(output).resolve() == Path(aggregation).resolve():
-        raise ValueError(f"{output}: the output would overwrite the input aggregation")
+        raise ValueError(f"{output}: output must differ from aggregation, which is never replaced")
     if not force:
         check_truth_stays([output])
     groups = _Groups.read(Path(aggregation))
@@ -97,7 +98,9 @@ def regroup_segments(
     known_ending(source, (SEGMENTS,))
     old, new = read_segments(source), read_segments(Path(new_segments))
     if len(old) != len(new):
-        raise MeshError(f"{new_segments}: has {len(new)} vertices, and {source} has {len(old)}")
+        raise MeshError(
+            f"{new_segments}: must have {len(old)} vertices like {source}, got {len(new)}"
+        )
     before = groups.objects_of(old, source)
     ids, of_vertices = np.unique(new, return_inverse=True)
     votes = np.ones(len(before))
@@ -106,64 +109,72 @@ def regroup_segments(
     groups.write(Path(output), ids, of_segments, Path(new_segments))
     return [
         RegroupedObject(
-            int(entry["objectId"]), str(entry.get("label", "")), int((before == place).sum()),
-            int(((before == place) & (after != place)).sum()),
-            int(((before != place) & (after == place)).sum()),
+            int(entry["objectId"]), str(entry.get("label", "")), int((before == i).sum()),
+            int(((before == i) & (after != i)).sum()), int(((before != i) & (after == i)).sum()),
         )
-        for place, entry in enumerate(groups.entries)
+        for i, entry in enumerate(groups.entries)
     ]  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Groups:
-    """The content of an ``.aggregation.json``."""
+    """Content of an ``.aggregation.json`` file."""
 
     path: Path
-    document: dict[str, Any]
-    entries: list[dict[str, Any]]  # of the objects
+    document: dict[str, Any]  # the whole file
+    entries: list[dict[str, Any]]  # the list "segGroups", with one entry per object
 
     @classmethod
     def read(cls, path: Path) -> _Groups:
         document = read_json(path)
         entries = document.get("segGroups") if isinstance(document, dict) else None
         if not isinstance(entries, list) or not all(map(_is_group, entries)):
-            raise MeshError(f"{path}: has no segGroups with objectId and a list of segments")
+            raise MeshError(
+                f"{path}: must have a list segGroups, whose entries have objectId and segments"
+            )
         return cls(path, document, entries)
 
     def named_segments(self) -> Path:
-        """Return the path of the ``segmentsFile`` of this file, in the same folder."""
+        """Return the path of the ``segmentsFile``, which is in the same folder."""
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
             raise MeshError(
-                f"{self.path}: has no segmentsFile entry: name the file (segments=, --segments)"
+                f"{self.path}: has no segmentsFile: give the path of the file of old segments"
+                " (segments=, --segments)"
             )
         for text in (name, name.removeprefix("scannet.")):
             path = self.path.with_name(Path(text).name)
             if path.exists():
                 return path
-        raise MeshError(f"{self.path}: its segments file {name} is not in the same folder")
+        raise MeshError(
+            f"{self.path}: the segmentsFile {name} is not in the same folder: give its path"
+            " (segments=, --segments)"
+        )
 
     def objects_of(self, segments: Longs, source: Path) -> Longs:
-        """Return the index of the object of each vertex, or -1; a MeshError if segments miss."""
+        """Return the index of the object of each vertex, or -1 for vertices without an object.
+
+        Raises a MeshError if an object has a segment that is not in `segments`.
+        """
         ids, of_vertices = np.unique(segments, return_inverse=True)
         objects = np.full(len(ids), -1, np.int64)
-        for place in range(len(self.entries) - 1, -1, -1):
-            wanted = np.array(self.entries[place]["segments"], np.int64)
+        for i in range(len(self.entries) - 1, -1, -1):
+            wanted = np.array(self.entries[i]["segments"], np.int64)
             at = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
             is_missing = ids[at] != wanted
             if is_missing.any():
                 raise MeshError(
-                    f"{self.path}: groups segment {wanted[np.argmax(is_missing)]}, which is not in"
-                    f" {source.name}: the two files do not belong together"
+                    f"{self.path}: has segment {wanted[np.argmax(is_missing)]}, which is not in"
+                    f" {source.name}: use the files of the same mesh"
                 )
-            objects[at] = place
+            objects[at] = i
         return objects[of_vertices]
 
     def write(self, path: Path, ids: Longs, of_segments: Ints, segments: Path) -> None:
-        """Write the groups with the new segments."""
+        """Write the objects with the new segments; `of_segments` is the object of each segment."""
         entries = []
-        for place, entry in enumerate(self.entries):
-            own = ids[of_segments == place].tolist()
+        for i, entry in enumerate(self.entries):
+            own = ids[of_segments == i].tolist()
             if own:
                 entries.append({**entry, "segments": own})
         name = f"scannet.{segments.name}"
@@ -182,7 +193,7 @@ def _is_group(entry: object) -> bool:
 
 
 def read_segments(path: Path) -> Longs:
-    """Read the segment of each vertex; a MeshError if the file is damaged."""
+    """Read the segment of each vertex, or raise a MeshError if the file is damaged."""
     document = read_json(path)
     values = document.get("segIndices") if isinstance(document, dict) else None
     try:
@@ -190,5 +201,5 @@ def read_segments(path: Path) -> Longs:
     except ValueError:  # lists of different lengths
         array = np.empty(0)
     if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
-        raise MeshError(f"{path}: has no segIndices, a list of integers of 0 or more")
+        raise MeshError(f"{path}: must have segIndices, a list of integers >= 0")
     return array.astype(np.int64)

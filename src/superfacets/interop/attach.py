@@ -1,4 +1,4 @@
-"""Attach labels and colors to meshes and point clouds of other libraries."""
+"""Storage of labels and colors in meshes and point clouds of other libraries."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 
 DEFAULT_NAME = "superfacets"
-"""Default name of arrays of labels in objects of other libraries."""
+"""Default name of the array of labels in objects of other libraries."""
 
 Location = Literal["cells", "points"]
 
@@ -30,42 +30,40 @@ def attach_labels(
     location: Location = "cells",
     colors: bool | npt.ArrayLike = False,
 ) -> None:
-    """Write labels to a mesh or point cloud of another library, in place.
+    """Store labels in a mesh or point cloud of another library, in place.
 
-    Labels are stored as int32, with the name `name`. Labels and colors are written to:
+    Labels are stored as int32 under the name `name`. Labels and colors are stored in:
 
-    - trimesh: ``face_attributes`` and ``visual.face_colors``; for vertices ``vertex_attributes``
-      and ``visual.vertex_colors``; for a ``PointCloud``, which has no attributes, ``metadata`` and
-      ``colors``;
-    - PyVista: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``;
-    - Open3D (``open3d.t.geometry``): attributes of ``triangle``, ``vertex`` or ``point``, colors as
-      ``"colors"``, from 0 to 1. Legacy classes of Open3D cannot store labels;
-    - meshio: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``.
+    - trimesh: ``face_attributes`` and ``visual.face_colors``; for vertices, ``vertex_attributes``
+      and ``visual.vertex_colors``; for a ``PointCloud``, ``metadata`` and ``colors``.
+    - PyVista and meshio: ``cell_data`` or ``point_data``, with colors under ``f"{name}_colors"``.
+    - Open3D (``open3d.t.geometry``): attributes of ``triangle``, ``vertex`` or ``point``, with
+      colors from 0 to 1 under ``"colors"``. Legacy classes of Open3D cannot store labels.
 
-    An existing array with the name is replaced. Cells that are not segmented get the label -1 and
-    the color gray: lines of a ``PolyData``, or triangles in a meshio mesh of tetrahedra.
+    An existing array with this name is replaced. Cells that are not segmented, such as lines of a
+    ``PolyData`` or triangles in a meshio mesh of tetrahedra, get the label -1 and a gray color.
 
     Parameters
     ----------
     target : mesh or point cloud of trimesh, PyVista, Open3D or meshio
-        An object that `segment` accepts. None of these libraries is imported.
+        An object that `segment` accepts. These libraries are not imported.
     labels : Segmentation, or array_like of integers, shape (N,)
-        A label per face, tetrahedron or point, in the order of the target; -1 means no label.
+        Label of each face, tetrahedron or point, in the order of the target, or -1 for no label.
     name : str, default "superfacets"
-        Name of the array.
+        Name of the array of labels.
     location : {"cells", "points"}
-        Owners of the labels: the cells that `segment` labels, or the vertices of a mesh. For a
-        point cloud, both mean the points.
+        Whether labels belong to the cells that `segment` labels, or to the vertices of a mesh. For
+        a point cloud, both mean the points.
     colors : bool or array_like of uint8, shape (N, 3), default False
-        Colors to write with the labels. True means `face_colors`, which exist only for cells.
+        Colors to store with the labels. True computes colors of cells with `face_colors`.
 
     Raises
     ------
     MeshError
         If the target is not a valid mesh.
     ValueError
-        If there is not one label or color per cell or point, or `colors` is True for the vertices
-        of a mesh.
+        If labels or colors do not have one row per cell or point, or if `colors` is True for the
+        vertices of a mesh.
     TypeError
         If the target cannot store labels, if labels are not integers, or if another argument has
         the wrong type.
@@ -96,20 +94,21 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
     array = checked_any_labels(labels, n_rows)
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
-        raise ValueError("labels must fit in int32")
+        extreme = array.min() if array.min() < limits.min else array.max()
+        raise ValueError(f"labels must be {limits.min} to {limits.max}, got {extreme}")
     return array.astype(np.int32)
 
 
 def _checked_colors(
     cells: Cells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
 ) -> Bytes | None:
-    """The given colors, or colors of the regions of cells if `colors` is True."""
+    """Return the given colors, colors of regions if `colors` is True, or None if it is False."""
     if colors is False:
         return None
     if colors is not True:
         return checked_colors(colors, len(labels))
     if of_vertices:
-        raise ValueError("colors=True is only for cells: pass colors of vertices as an array")
+        raise ValueError("colors=True needs location='cells': pass colors of vertices as an array")
     shades = face_colors(cells, labels)
     shades[labels < 0] = NO_COLOR
     return shades

@@ -1,4 +1,4 @@
-"""Files of masks of images, as image segmenters write them."""
+"""Reading of mask files that image segmenters write."""
 
 from __future__ import annotations
 
@@ -18,33 +18,35 @@ from ..pictures.backend import import_pillow
 
 
 def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest") -> dict[str, Ints]:
-    """Read the masks of images, as an id per pixel, by the names of their files without endings.
+    """Read the masks of images from a folder, and return images of mask ids, keyed by image name.
 
     Parameters
     ----------
     folder : path-like
-        Contains one of these for each image, with the name of the image:
+        Folder that contains one of the following for each image, with the name of the image. Other
+        files are ignored.
 
-        - ``.png``: gray or with a palette, 8 or 16 bits; ids of 1 or more, 0 for no mask;
-        - ``.npy``: integers of shape (height, width), or bools of shape (n, height, width);
-        - a folder with a ``.png`` per mask, as SAM's ``amg.py`` writes: pixels above 0 are in the
-          mask.
-
-        Other files are ignored.
+        - A ``.png`` file, gray or with a palette, with 8 or 16 bits. Pixels are mask ids, or 0
+          outside all masks.
+        - A ``.npy`` file with integers of shape (height, width) or bools of shape
+          (n, height, width).
+        - A folder with one ``.png`` file per mask, as written by ``amg.py`` of SAM. Pixels above 0
+          are in the mask.
     overlap : {"smallest", "largest"}
         As for `lift`.
 
     Returns
     -------
     dict of str to ndarray of int32, shape (height, width)
-        Ids in alphabetical order of the names. `read_cameras` accepts the dict as `names`.
+        Mask id of each pixel, in alphabetical order of the names of images. `read_cameras` accepts
+        the dict as `names`.
 
     Raises
     ------
     MeshError
         If a file is damaged or has no ids, if an image has two files, or if there are no files.
     MissingExtraError
-        If there is a ``.png`` but Pillow is not installed.
+        If there is a ``.png`` file, but Pillow is not installed.
     OSError
         If a file cannot be read.
     """
@@ -56,22 +58,22 @@ def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest")
         if found is None:
             continue
         if path.stem in masks:
-            raise MeshError(f"{path}: image {path.stem} has two files of masks")
+            raise MeshError(f"{path}: image {path.stem} has two files of masks: remove one of them")
         masks[path.stem] = found
     if not masks:
         raise MeshError(
-            f"{folder}: contains no masks: expected a .png, a .npy or a folder per image"
+            f"{folder}: contains no masks, expected a .png file, a .npy file or a folder per image"
         )
     return masks
 
 
 def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
-    """The ids in a file, or in the files of a folder; None for files of other kinds."""
+    """Return the mask ids in a file or in the files of a folder; None for other files."""
     if path.is_dir():
         parts = sorted(path.glob("*.png"), key=lambda part: (len(part.stem), part.stem))
         planes = [_picture(part) > 0 for part in parts]
         if len({plane.shape for plane in planes}) > 1:
-            raise MeshError(f"{path}: masks of one image differ in size")
+            raise MeshError(f"{path}: all masks of an image must have the same size")
         return flattened(np.stack(planes), overlap) if planes else None
     if path.suffix.lower() == ".png":
         return _picture(path).astype(np.int32)
@@ -83,14 +85,14 @@ def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
 
 
 def _picture(path: Path) -> Array:
-    """The numbers of a picture with one channel."""
+    """Read the pixels of a picture, which must have one channel."""
     check_regular(path)
     library = import_pillow("Image", "reading masks")
     try:
         with library.open(path, formats=["PNG"]) as image:
             if len(image.getbands()) != 1:
                 raise MeshError(
-                    f"{path}: has colors ({image.mode}), but masks must be gray: one id per pixel"
+                    f"{path}: masks must be gray, with one id per pixel, got colors ({image.mode})"
                 )
             return np.array(image)
     except (OSError, SyntaxError, ValueError, library.DecompressionBombError) as error:

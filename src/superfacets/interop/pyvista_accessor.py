@@ -1,4 +1,4 @@
-"""The methods ``dataset.superfacets`` of PyVista, which imports this module by its entry point."""
+"""Methods ``dataset.superfacets`` for PyVista, which finds this module by an entry point."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from .attach import DEFAULT_NAME, attach_labels
 
 
 class SuperfacetsAccessor:
-    """Methods ``dataset.superfacets`` on every dataset of PyVista 0.48 or newer.
+    """Methods ``dataset.superfacets`` for all datasets of PyVista 0.48 or newer.
 
-    Import only PyVista: it finds this class by the entry point of the installed package. If the
-    package is on the path but not installed, import this module.
+    It is enough to import PyVista, which finds this class by an entry point of the installed
+    package. If the package is on the path but not installed, import this module.
 
     Parameters
     ----------
     dataset : pyvista.DataSet
-        A ``PolyData`` with faces or only points, or an ``UnstructuredGrid`` of tetrahedra. The
-        methods of other datasets raise a TypeError; ``extract_surface()`` converts such datasets.
+        A ``PolyData`` with faces or only points, or an ``UnstructuredGrid`` of tetrahedra. Methods
+        raise a TypeError for other datasets; convert them with ``extract_surface()``.
 
     Examples
     --------
@@ -50,7 +50,7 @@ class SuperfacetsAccessor:
         colors: bool = False,
         **options: Any,
     ) -> Segmentation:
-        """Segment the dataset, write the labels to it, and return the result.
+        """Segment the dataset, store the labels in the dataset, and return the result.
 
         Parameters
         ----------
@@ -59,10 +59,10 @@ class SuperfacetsAccessor:
         name : str, default "superfacets"
             Name of the array in ``cell_data``, or in ``point_data`` if there are only points.
         colors : bool, default False
-            Whether to write also colors, as ``f"{name}_colors"``, for
+            Whether colors are also stored, under ``f"{name}_colors"``. Show them with
             ``dataset.plot(scalars=f"{name}_colors", rgb=True)``.
         **options
-            All other arguments of `superfacets.segment`.
+            Further arguments of `superfacets.segment`.
         """
         result = segment(self._dataset, n_segments, **options)
         self.attach(result, name=name, colors=colors)
@@ -71,23 +71,23 @@ class SuperfacetsAccessor:
     def attach(
         self, labels: npt.ArrayLike, *, name: str = DEFAULT_NAME, colors: bool = False
     ) -> None:
-        """Write labels of the faces, tetrahedra or points; see `superfacets.attach_labels`."""
+        """Store labels of faces, tetrahedra or points; see `superfacets.attach_labels`."""
         attach_labels(self._dataset, labels, name=name, colors=colors)
 
     def borders(self, name: str = DEFAULT_NAME) -> Any:
-        """Return the edges between regions of faces as lines of a new ``PolyData``.
+        """Return the edges between regions as lines of a new ``PolyData``.
 
         Parameters
         ----------
         name : str, default "superfacets"
-            Name of the labels in ``cell_data``.
+            Name of the array of labels in ``cell_data``.
 
         Raises
         ------
         MeshError
             If the dataset has no faces.
         KeyError
-            If ``cell_data`` has no such array.
+            If ``cell_data`` has no array with this name.
         """
         mesh = as_mesh(self._dataset)
         first = first_face(self._dataset)

@@ -1,13 +1,13 @@
-"""Superfacets with the function names of the package `segmentator`.
+"""Replacement of the package `segmentator`, with the same function names.
 
-Scripts that prepare scans such as ScanNet for networks such as SPFormer, MAFT and OneFormer3D
-import ``segmentator``, an extension that must be compiled against torch. After the import line is
-changed to
+Scripts that prepare scans, such as ScanNet, for neural networks, such as SPFormer, MAFT and
+OneFormer3D, import ``segmentator``, an extension that must be compiled against torch. To use this
+module instead, change the import line to
 
     from superfacets import segmentator
 
-such a script runs. It gets about the same number of regions, which are connected and compact, with
-borders on creases.
+The number of regions is about the same. Regions are connected and compact, and their borders follow
+creases.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from .._validate import (
     checked_threads,
     owned,
     ranked_labels,
+    refuse_first,
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
@@ -53,42 +54,44 @@ def segment_mesh(
     *,
     n_segments: int | None = None,
 ) -> Any:
-    r"""Return a region for each vertex of a mesh: a replacement of ``segmentator.segment_mesh``.
+    r"""Segment the vertices of a mesh: a replacement of ``segmentator.segment_mesh``.
 
-    The mesh is segmented by `superfacets.segment`, and vertices get labels by
-    `superfacets.vertex_labels` with ``method="creases"``. Regions smaller than `segMinVerts` grow.
-    Regions that cannot grow are merged with others.
+    The mesh is segmented with `superfacets.segment`, and the labels are converted to vertices with
+    `superfacets.vertex_labels` and ``method="creases"``. Regions with fewer than `segMinVerts`
+    vertices grow, or are merged with other regions if they cannot grow.
 
-    The number of regions is the number of segments that the original package finds with the same
-    parameters. It uses the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The
-    weight of an edge is 1 - n_i . n_j, where n is the mean of the unit normals of the faces around
-    a vertex. The weight is squared if n_j points forward along the edge, as on a convex surface. In
-    order of ascending weight, an edge joins the segments at its ends if its weight is at most the
-    threshold of both segments. The threshold of a segment is `kThresh` divided by its number of
-    vertices, plus the weight of the edge that last joined it. Then edges join segments of fewer
-    than `segMinVerts` vertices to others. Components of fewer than `segMinVerts` vertices are not
-    counted: they become additional regions. Vertices at one position are one vertex.
+    The number of regions equals the number of segments that the original package finds with the
+    same parameters. The original package uses the method of Felzenszwalb and Huttenlocher on the
+    edges of the mesh. The weight of an edge is 1 - n_i . n_j, where n is the mean of the unit
+    normals of the faces around a vertex. The weight is squared if n_j points forward along the
+    edge, as on a convex surface. In the order of ascending weight, an edge joins the segments at
+    its ends if its weight is at most the threshold of both segments. The threshold of a segment is
+    `kThresh` divided by its number of vertices, plus the weight of the last edge that was joined.
+    Then segments with fewer than `segMinVerts` vertices are joined to others along edges.
+    Components with fewer than `segMinVerts` vertices are not counted, and become additional
+    regions. Vertices at the same position are treated as one vertex.
 
     Parameters
     ----------
     vertices : array_like or torch tensor, shape (V, 3)
-        Positions.
+        Positions of vertices.
     faces : array_like or torch tensor of integers, shape (F, 3)
-        Triangles.
+        Vertex indices of triangles.
     kThresh : float, default 0.01
-        >= 0. A larger value gives fewer and larger regions.
+        Threshold of the method, >= 0. Larger values give fewer and larger regions.
     segMinVerts : int, default 20
-        >= 1. Minimum number of vertices of a region, except for smaller components and vertices
+        Minimum number of vertices of a region, >= 1, except for smaller components and vertices
         without faces.
     n_segments : int, optional
-        Number of regions. If given, `kThresh` has no effect, and regions are not merged: regions
-        that cannot grow stay smaller than `segMinVerts`.
+        Number of regions. If it is given, `kThresh` has no effect, and regions are not merged.
+        Regions that cannot grow then have fewer than `segMinVerts` vertices.
 
     Returns
     -------
     ndarray of int64, shape (V,), or torch tensor on the device of `faces` if `faces` is a tensor
-        Regions, numbered from 0 without gaps, each connected by edges. As in the original, each
-        vertex without faces is a region; these regions have the highest numbers.
+        Region of each vertex. Regions are numbered from 0 without gaps, and are connected by edges.
+        As in the original package, each vertex without faces is a region. These regions have the
+        highest numbers.
 
     Raises
     ------
@@ -121,7 +124,7 @@ def segment_mesh(
         number = _number_in_mesh(mesh, threshold, least, threads)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
-    with warnings.catch_warnings():  # small components become additional regions
+    with warnings.catch_warnings():  # additional regions for small components are expected
         warnings.simplefilter("ignore", IslandWarning)
         of_faces = segment(mesh, min(number, mesh.n_faces)).labels
     names = np.arange(of_faces.max() + 1)
@@ -140,38 +143,38 @@ def segment_point(
     *,
     n_segments: int | None = None,
 ) -> Any:
-    r"""Return a region for each point of a cloud: a replacement of ``segmentator.segment_point``.
+    r"""Segment the points of a cloud: a replacement of ``segmentator.segment_point``.
 
-    The points are the cells of a `superfacets.CellGraph`, and the edges are its arcs. The graph is
-    segmented by `superfacets.segment_graph`. The weight of an edge is its length plus a cost for
-    the crease, from the angle between the normals, as in `superfacets.crease_weights`. The area of
-    a point is computed from the lengths of its edges, as in `superfacets.build_point_graph`.
+    The graph of points and edges is segmented with `superfacets.segment_graph`. The weight of an
+    edge is its length plus a cost of creases, which is computed from the angle between the normals
+    as in `superfacets.crease_weights`. The area of a point is computed from the lengths of its
+    edges, as in `superfacets.build_point_graph`.
 
     Parameters
     ----------
     points, normals : array_like or torch tensor, shape (N, 3)
-        Positions, and normals of any length on one side of the surface.
+        Positions of points, and normals of any length that point to the same side of the surface.
     edges : array_like or torch tensor of integers, shape (E, 2)
-        Pairs of neighboring points, each in one direction or both.
+        Pairs of neighboring points, in one direction or in both directions.
     kThresh, segMinVerts, n_segments
-        As for `segment_mesh`; the number of segments is computed from these edges and normals.
+        As for `segment_mesh`. The default number of regions is computed from `edges` and `normals`.
 
     Returns
     -------
     ndarray of int64, shape (N,), or torch tensor on the device of `edges` if `edges` is a tensor
-        Regions, numbered from 0 without gaps, each connected by edges. Each point without an edge
-        is a region.
+        Region of each point. Regions are numbered from 0 without gaps, and are connected by edges.
+        Each point without an edge is a region.
 
     Raises
     ------
     MeshError
-        If the points are not valid, or an edge refers to a point that does not exist.
+        If the points are not valid, or if an index in `edges` is out of range.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
     Examples
     --------
-    A row of points around a corner:
+    A row of points goes around a corner:
 
     >>> from superfacets import segmentator
     >>> points = [[x, 0, 0] for x in range(4)] + [[4, 0, z] for z in range(1, 5)]
@@ -203,7 +206,7 @@ def segment_point(
 
 
 def compute_vn(mesh: MeshLike) -> Floats:
-    """Return vertex normals for `segment_point`: a replacement of ``segmentator.compute_vn``.
+    """Compute vertex normals for `segment_point`: a replacement of ``segmentator.compute_vn``.
 
     Parameters
     ----------
@@ -213,9 +216,9 @@ def compute_vn(mesh: MeshLike) -> Floats:
     Returns
     -------
     ndarray of float64, shape (V, 3)
-        Mean of the unit normals of the faces around each vertex; zero at a vertex without faces. As
-        in the original, the mean is not normalized, and vertices are not welded. The normal of a
-        face without area counts as zero; the original returns NaN.
+        Mean of the unit normals of the faces around each vertex, or zero for a vertex without
+        faces. As in the original package, the mean is not normalized, and vertices are not welded.
+        Faces without area have a zero normal here, and NaN in the original package.
 
     Raises
     ------
@@ -239,17 +242,17 @@ def _checked(threshold: Any, least: Any) -> tuple[float, int]:
 
 
 def _array_of(values: Any) -> Array:
-    """Convert to an array; a tensor is copied to the CPU."""
+    """Convert values to an array; a tensor on another device is copied to the CPU."""
     return np.asarray(values.detach().cpu().numpy() if _is_tensor(values) else values)
 
 
 def _is_tensor(values: Any) -> bool:
-    """Whether the value is a torch tensor, without importing torch."""
+    """Whether the value is a torch tensor. This function does not import torch."""
     return all(hasattr(values, name) for name in ("detach", "cpu", "new_tensor"))
 
 
 def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
-    """The labels without gaps, as a tensor or an array like the input."""
+    """Renumber labels without gaps; return a tensor if `indices` is a tensor, or an array."""
     ids = ranked_labels(labels)[0].astype(np.int64)
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
@@ -259,21 +262,21 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
     if edges.ndim != 2 or edges.shape[1] != 2:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")
     if edges.dtype.kind not in "iu":
-        raise TypeError(f"edges must be integers, got {edges.dtype}")
-    if edges.size and not 0 <= edges.min() <= edges.max() < n_points:
-        raise MeshError(f"edges must be indices of points, 0 to {n_points - 1}")
+        raise TypeError(f"edges must contain integers, got {edges.dtype}")
+    is_wrong = np.any((edges < 0) | (edges >= n_points), axis=1, keepdims=True)[:, 0]
+    refuse_first(is_wrong, "edges", edges, f"points from 0 to {n_points - 1}", MeshError)
     return owned(edges, np.int32)
 
 
 def _distinct(steps: Ints, n_nodes: int) -> Longs:
-    """Unique directed pairs of different nodes, in ascending order, shape (E, 2)."""
+    """Return distinct directed pairs of different nodes, in ascending order, shape (E, 2)."""
     first, second = steps.T.astype(np.int64)
     keys = np.unique((first * n_nodes + second)[first != second])
     return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
 
 
 def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Number of segments of at least `least` vertices in the original, at least 1."""
+    """Count the segments of the original package with `least` or more vertices; at least 1."""
     lowest = lowest_vertices(mesh.vertices, True, n_threads)
     normals = mean_normals(mesh, lowest)
     number = _core.count_mesh_segments(
@@ -283,7 +286,7 @@ def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) ->
 
 
 def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
-    """Graph of points as cells, with both directions of each edge as arcs."""
+    """Build the graph of points, with two arcs for each edge, for regions of a given number."""
     check_spread(cloud.bounds)
     n = cloud.n_points
     sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T

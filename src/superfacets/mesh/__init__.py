@@ -1,1 +1,1 @@
-"""Stage 0: checked meshes and point clouds."""
+"""Stage 0: classes for checked meshes and point clouds."""

@@ -1,4 +1,4 @@
-"""The base classes of all kinds of cells."""
+"""Base classes of meshes and point clouds."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .._validate import restored
 
 
 class Cells:
-    """Checked cells: the input of `segment` after reading.
+    """Base class of the meshes and point clouds that `segment` accepts; arrays are checked.
 
     To add a kind of cells, derive a dataclass with `n_cells` and `bounds`, and register it with
     `cells.kinds.register`.
     """
 
     bounds: Floats
-    """Low and high corner of the bounding box, shape (2, 3)."""
+    """Minimum and maximum corner of the bounding box, shape (2, 3)."""
 
     @property
     def n_cells(self) -> int:
@@ -28,13 +28,13 @@ class Cells:
         raise NotImplementedError
 
     def __setstate__(self, state: Any) -> None:
-        """Restore a copy or a pickle with the checks of a new object."""
+        """Restore a copied or pickled object, and check its arrays again."""
         names = [each.name for each in fields(self) if each.init]  # type: ignore[arg-type]
         self.__init__(*restored(state, names))  # type: ignore[misc]
 
 
 class CellsOfVertices(Cells):
-    """Cells whose corners are vertices."""
+    """Base class of meshes, whose cells have corners at vertices."""
 
     vertices: Floats
 
@@ -45,7 +45,10 @@ class CellsOfVertices(Cells):
 
 
 def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
-    """Return the lowest vertex at the position of each vertex, or `arange(V)` without `weld`."""
+    """For each vertex, return the lowest index of the vertices at the same position.
+
+    Without `weld`, each vertex gets its own index.
+    """
     if weld:
         return _core.weld_vertices(vertices, n_threads)
     return np.arange(len(vertices), dtype=np.int32)

@@ -24,24 +24,27 @@ from .faces import (
 Denoise = int | Literal["auto"] | None
 
 AUTO_STEPS = 5
-"""Number of steps on noisy meshes. In synthetic rooms, 5 steps are better than 2, 8 and 20."""
+"""Number of smoothing steps that ``"auto"`` uses for noisy meshes. In synthetic rooms, borders are
+better with 5 steps than with 2, 8 or 20 steps."""
 
 NOISE_LIMIT = 0.05
-"""Least noise at which ``"auto"`` smooths, in edge lengths. On 32 benchmark models, the estimate is
-at most 0.03, and at least 0.08 after noise of 0.1 is added."""
+"""Estimated noise, in mean edge lengths, from which ``"auto"`` smooths a mesh. On 32 benchmark
+models, the estimate is at most 0.03. With added noise of 0.1, it is at least 0.08."""
 
-ESTIMATE_OF_NOISE = 0.118
-"""Value of the estimate per unit of noise, on closed meshes of equal triangles."""
+NOISE_SCALE = 0.118
+"""Ratio of the square root of the median product in `estimated_noise` to the noise. Measured on
+closed meshes of equal triangles."""
 
 STEPS_WITH_SLACK = 10
-"""Number of steps from which there is a slack; more than `AUTO_STEPS`."""
+"""Minimum number of smoothing steps for which `slack_of` is not 0."""
 
 LEAST_SLACK, SLACK_PER_STEP = 2.25, 0.1
-"""Degrees. On height fields with noise of 0.05 to 0.5 edge lengths, 3 standard deviations of the
-angles that are left after 200 steps per unit of noise."""
+"""Minimum of `slack_of`, and its increase per step, in degrees. They exceed three standard
+deviations of the angles that remain on smoothed height fields. The fields had noise of 0.05 to 0.5
+edge lengths, and 200 steps per edge length of noise."""
 
 MOST_STEPS = 1000
-"""Largest number of steps: far fewer steps remove all details of a shape."""
+"""Maximum number of smoothing steps. Far fewer steps already remove all details of a shape."""
 
 
 def checked_denoise(denoise: object) -> Denoise:
@@ -52,17 +55,17 @@ def checked_denoise(denoise: object) -> Denoise:
         raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
     n_steps = checked_count(denoise, "denoise", low=0)
     if n_steps > MOST_STEPS:
-        raise ValueError(f"denoise must be at most {MOST_STEPS} steps, got {n_steps}")
+        raise ValueError(f"denoise must be at most {MOST_STEPS}, got {n_steps}")
     return n_steps
 
 
 def denoised(
     mesh: FaceMesh, denoise: int | Literal["auto"], *, weld: bool, n_threads: int
 ) -> tuple[FaceMesh, int]:
-    """Return the mesh with smoothed positions, and the number of steps.
+    """Return the mesh with smoothed vertex positions, and the number of smoothing steps.
 
     With ``"auto"``, the number of steps is 0 if the noise is below `NOISE_LIMIT`, else
-    `AUTO_STEPS`. With `weld`, vertices at one position stay at one position.
+    `AUTO_STEPS`. With `weld`, vertices at the same position stay at the same position.
     """
     if denoise == 0:
         return mesh, 0
@@ -90,20 +93,20 @@ def denoised(
 
 
 def slack_of(n_steps: int) -> float:
-    """Return the angle up to which edges count as flat after so many steps of smoothing.
+    """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    Edges still bend a little at random. On regular grids such small creases stretch regions along
-    the diagonal.
+    After `n_steps` smoothing steps, small random angles remain at the edges. On regular grids,
+    these angles would stretch regions along the diagonal.
     """
     degrees = max(LEAST_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if n_steps >= STEPS_WITH_SLACK else 0.0
 
 
 def noise_products(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowest: Ints) -> Floats:
-    """Return the distance of each vertex from the smooth surface times the mean of its neighbors'.
+    """Multiply the signed distance of each vertex from `smooth` by the mean of its neighbors.
 
-    If noise moves a vertex to one side of the smoothed surface, its neighbors are on the other side
-    and the product is negative. The product is 0 for vertices without neighbors.
+    If noise moves a vertex to one side of the smoothed surface, the neighbors of the vertex are on
+    the other side, and the product is negative. Vertices without neighbors get the product 0.
     """
     normals = mean_normals(smooth, lowest)
     lengths = np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)
@@ -115,10 +118,10 @@ def noise_products(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowes
 
 
 def estimated_noise(products: Floats, mean_length: float) -> float:
-    """Estimate the standard deviation of the noise, in mean edge lengths.
+    """Estimate the standard deviation of the noise in units of the mean edge length.
 
-    The estimate is the square root of the median of the negated `noise_products` of vertices with
-    neighbors. On curved parts and creases all products are positive, which is not noise.
+    The estimate is proportional to the square root of the median of the negated `noise_products`.
+    Products are positive on curved parts and creases without noise, so the estimate is 0 there.
     """
-    estimate = math.sqrt(max(-float(np.median(products)), 0.0))
-    return estimate / ESTIMATE_OF_NOISE / mean_length
+    median = math.sqrt(max(-float(np.median(products)), 0.0))
+    return median / NOISE_SCALE / mean_length

@@ -1,4 +1,4 @@
-"""Functions of meshes of faces: corners, measures, graphs, and samples of points."""
+"""Functions for meshes: corners, areas, graphs of faces and vertices, and sample points."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AnyMesh: TypeAlias = FaceMesh | TetMesh
 
 
 class VertexGraph(NamedTuple):
-    """The graph of vertices that share an edge, in CSR form, with edge lengths."""
+    """Graph of the vertices of a mesh, with an arc in each direction along each edge, as CSR."""
 
     offsets: Longs
     neighbors: Ints
@@ -30,11 +30,11 @@ class VertexGraph(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Vertices of the corners of all cells of a mesh, one cell after the other."""
+    """Vertices at the corners of all cells of a mesh, grouped by cell."""
 
     vertices: Ints  # (C,) vertex of each corner
-    size: int | None  # corners per cell; None if cells have different sizes
-    offsets: Longs | None = None  # (N + 1,) first corner of each cell; None if sizes are equal
+    size: int | None  # number of corners of every cell; None if the number varies
+    offsets: Longs | None = None  # (N + 1,) index of the first corner of each cell; None if equal
 
     @property
     def n_cells(self) -> int:
@@ -45,17 +45,17 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, (N,); one number if all cells have the same size."""
+        """Number of corners of each cell, (N,); one number if it is the same for all cells."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
     def lists(self) -> tuple[Ints, Longs, int]:
-        """Vertices, offsets and size for the core: either no offsets, or the size 0."""
+        """Arguments for the core: vertices, offsets (empty if None), and size (0 if None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
         return self.vertices, offsets, self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the concatenated corners of some cells, and the offset of each cell."""
+        """Return the concatenated corners of the given cells, and the offset of each cell."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -65,7 +65,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return the mean of `table`, which has a row per vertex, over the corners of each cell."""
+        """Return the mean over the corners of each cell; `table` has one row per vertex."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -73,7 +73,7 @@ class Corners:
 
 
 def corners_of(mesh: AnyMesh) -> Corners:
-    """Return the corners of the faces or tetrahedra of a mesh, without copies."""
+    """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)
     if isinstance(mesh, TetMesh):
@@ -84,7 +84,7 @@ def corners_of(mesh: AnyMesh) -> Corners:
 def mesh_like(
     mesh: AnyMesh, vertices: Floats, corners: Ints, offsets: Longs, bounds: Floats | None = None
 ) -> AnyMesh:
-    """Return a mesh of the same class with these cells; with `bounds`, it is not checked."""
+    """Make a mesh of the class of `mesh`; if `bounds` are given, arrays are not checked."""
     arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
@@ -100,7 +100,7 @@ def mesh_like(
 
 
 def corners_in_a_row(mesh: FaceMesh) -> Ints:
-    """Return the vertices of the corners of all faces, shape (C,)."""
+    """Return the vertices at the corners of all faces, shape (C,)."""
     return mesh.indices if isinstance(mesh, PolygonMesh) else mesh.faces.ravel()
 
 
@@ -112,7 +112,10 @@ def face_sizes(mesh: FaceMesh) -> Longs:
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Return triangles, (T, 3), and the face of each, (T,), or None if all are triangles."""
+    """Return triangles, (T, 3), and the face of each triangle, (T,).
+
+    For a triangle mesh, the second result is None, because each triangle is its own face.
+    """
     if isinstance(mesh, Mesh):
         return mesh.faces, None
     triangulation = mesh.triangulate()
@@ -120,18 +123,18 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Like `cut_into_triangles`, but with indices of corners instead of indices of vertices."""
+    """Like `cut_into_triangles`, but triangles are indices of corners instead of vertices."""
     corners = corners_of(mesh)
-    places = np.arange(len(corners.vertices), dtype=np.int32)
+    indices = np.arange(len(corners.vertices), dtype=np.int32)
     if corners.offsets is None:
-        return places.reshape(-1, 3), None
-    at_corners = mesh.vertices[corners.vertices]  # a vertex per corner
-    triangles = _core.triangulate(at_corners, corners.offsets, places, checked_threads(None))
+        return indices.reshape(-1, 3), None
+    at_corners = mesh.vertices[corners.vertices]
+    triangles = _core.triangulate(at_corners, corners.offsets, indices, checked_threads(None))
     return triangles, np.repeat(np.arange(mesh.n_faces, dtype=np.int32), corners.sizes - 2)
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Return the start and end vertices of sides of faces, shape (n, 2)."""
+    """Return the start and end vertex of each given side of a face, shape (n, 2)."""
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
     starts, nexts = mesh.offsets[faces], sides + 1
@@ -150,7 +153,7 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
 
 
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
-    """Return centroids, shape (F, 3), and areas, shape (F,)."""
+    """Return the centroids (F, 3) and the areas (F,) of all faces."""
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[:2]
     return _measure_polygons(mesh, n_threads)[:2]
@@ -161,8 +164,8 @@ def measure_shapes(
 ) -> tuple[Floats, Floats, Floats | None, Floats | None]:
     """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
-    Normals have shape (F, 3), and are 0 if undefined. The longest sides are squared lengths, one
-    for each of the core's blocks of faces. For polygons, normals and longest sides are None.
+    Normals have shape (F, 3); undefined normals are 0. The longest sides are given as squared
+    lengths, one for each block of faces in the core. For polygons, the last two results are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
@@ -178,14 +181,17 @@ def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
 
 
 def count_degenerate(mesh: FaceMesh, n_threads: int) -> int:
-    """Return the number of faces without a normal."""
+    """Return the number of faces whose normal is undefined, such as faces without area."""
     if isinstance(mesh, Mesh):
         return _core.count_degenerate(mesh.vertices, mesh.faces)
     return int(np.count_nonzero(~_measure_polygons(mesh, n_threads)[2].any(axis=1)))
 
 
 def signed_volume(mesh: FaceMesh, origin: tuple[float, float, float], n_threads: int) -> float:
-    """Return the volume inside of a closed mesh; negative if normals point inward."""
+    """Return the volume enclosed by a closed mesh, negative if normals point inward.
+
+    `origin` should be near the mesh, which limits rounding errors.
+    """
     triangles, _ = cut_into_triangles(mesh)
     return _core.signed_volume(mesh.vertices, triangles, origin, n_threads)
 
@@ -198,9 +204,10 @@ def sliver_area(
     max_height: float,
     n_threads: int,
 ) -> float:
-    """Return the total area of the faces longer than `min_length` and thinner than `max_height`.
+    """Return the total area of faces with length > `min_length` and height < `max_height`.
 
-    `longest` is the last array of `measure_shapes`; None for polygons.
+    The length is the longest side, and the height is measured above this side. `longest` is the
+    last result of `measure_shapes`.
     """
     limits = (min_length, max_height, n_threads)
     if isinstance(mesh, Mesh):
@@ -210,7 +217,10 @@ def sliver_area(
 
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
-    """Return the graph of vertices; the lowest vertex at a position represents the position."""
+    """Return the graph of vertices that share an edge.
+
+    Vertices at the same position are one node: `representative`, (V,), is the lowest of them.
+    """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):
         corners = Corners(sides_of_tets(mesh).reshape(-1), 3)
@@ -219,9 +229,10 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Return the mean unit normal of the faces around each position, (V, 3), at its lowest vertex.
+    """Return the mean of the unit normals of the faces around each vertex, (V, 3).
 
-    The means are not normalized. They are zero at other vertices and in a mesh of tetrahedra.
+    The means are not normalized. `representative`, (V,), is the lowest vertex at the position of
+    each vertex; other vertices get zeros. All means are zero in a mesh of tetrahedra.
     """
     if isinstance(mesh, TetMesh):
         return np.zeros_like(mesh.vertices)
@@ -229,24 +240,24 @@ def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:
-    """Centroids, areas and normals; undefined normals are zero."""
+    """Return centroids, areas and unit normals of polygons; undefined normals are zero."""
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
 
 
 class FoundArcs(NamedTuple):
     """Arcs between faces that share an edge, in CSR form."""
 
-    offsets: Longs
-    neighbors: Ints
-    sides: Array
-    same_turn: Bytes
+    offsets: Longs  # (F + 1,) index of the first arc of each face
+    neighbors: Ints  # (M,) face at the end of each arc
+    sides: Array  # (M,) side of the start face that each arc crosses
+    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction
     counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
 
 
 def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the arcs between the faces of a mesh; a MeshError if there are too many.
+    """Return the arcs between the faces of a mesh; `lowest` is the result of `lowest_vertices`.
 
-    `lowest` holds the lowest vertex at the position of each vertex, shape (V,).
+    Raises a MeshError if there are too many arcs.
     """
     if isinstance(mesh, Mesh):
         return arcs_of_triangles(mesh.faces, lowest, n_threads)
@@ -257,7 +268,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
 
 
 def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Like `arcs_of_faces`, for an array of triangles, shape (F, 3)."""
+    """Like `arcs_of_faces`, but for an array of triangles, shape (F, 3)."""
     try:
         return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
     except ValueError as error:  # std::length_error
@@ -265,41 +276,42 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
 
 
 def surface_of_faces(
-    mesh: FaceMesh, arcs: FoundArcs, is_turned: bool, n_threads: int
+    mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Return the core's surface object for a mesh and the arcs between its faces.
+    """Make the surface object of the core from a mesh and the arcs between its faces.
 
-    A ValueError if the arcs obviously belong to another mesh.
+    `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
+    the faces of the mesh do not have.
     """
     is_of_triangles = arcs.sides.dtype == np.uint8
     if isinstance(mesh, Mesh):
         if not is_of_triangles:
             raise ValueError("the graph was built for polygons, but the mesh has triangles")
         same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
-        return _core.TriangleSurface(mesh.vertices, mesh.faces, *arcs[:3], same_turn, is_turned)
+        return _core.TriangleSurface(mesh.vertices, mesh.faces, *arcs[:3], same_turn, is_inside_out)
     if is_of_triangles:
         raise ValueError("the graph was built for triangles, but the mesh has polygons")
     if np.any(arcs.sides >= np.repeat(mesh.sizes, np.diff(arcs.offsets))):
-        raise ValueError("the graph was built for another mesh: a face lacks one of its sides")
+        raise ValueError("the graph was built for another mesh: its faces have more sides")
     return _core.PolygonSurface(
-        mesh.vertices, mesh.offsets, mesh.indices, *arcs[:4], is_turned, n_threads
+        mesh.vertices, mesh.offsets, mesh.indices, *arcs[:4], is_inside_out, n_threads
     )
 
 
 MAX_STEPS = 8
-"""Largest number of parts per side of a triangle: 64 samples suffice for the majority of a face."""
+"""Maximum number of equal parts per side of a triangle: 64 samples suffice to label a face."""
 
 
 class Samples(NamedTuple):
     """Sample points on the faces of a mesh."""
 
-    points: Floats  # (S, 3)
-    faces: Array  # (S,) face of each point
-    areas: Floats  # (S,) area that each point represents
+    points: Floats  # (S, 3) positions
+    faces: Array  # (S,) face that contains each point
+    areas: Floats  # (S,) area of the triangle around each point
 
 
 def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
-    """Return about `n_samples` points over the whole area, at least one per face.
+    """Return about `n_samples` points, spread evenly over the area; at least one per face.
 
     Each triangle is cut into n^2 equal triangles, with n from 1 to `MAX_STEPS`. The samples are the
     centroids of these triangles.
@@ -316,8 +328,8 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     triangles, sources = cut_into_triangles(mesh)
     areas = _core.measure_faces(mesh.vertices, triangles, n_threads)[1]
     total = float(areas.sum())
-    shares = areas / total * n_samples if total > 0 else np.zeros(len(areas))
-    n_steps = np.clip(np.rint(np.sqrt(shares)), 1, MAX_STEPS).astype(int)
+    expected = areas / total * n_samples if total > 0 else np.zeros(len(areas))
+    n_steps = np.clip(np.rint(np.sqrt(expected)), 1, MAX_STEPS).astype(int)
     parts = []
     for n in np.unique(n_steps).tolist():
         chosen = np.flatnonzero(n_steps == n)
@@ -328,11 +340,11 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
 
 
 def _centroids_of_parts(corners: Floats, n: int) -> Floats:
-    """Centroids of the n^2 equal parts of each triangle, grouped by triangle."""
+    """Return the centroids of the n^2 equal parts of each triangle, grouped by triangle."""
     i, j = np.mgrid[:n, :n].reshape(2, -1)
     upright = np.stack([i, j])[:, i + j < n] + 1 / 3
-    turned = np.stack([i, j])[:, i + j < n - 1] + 2 / 3
-    of_second, of_third = np.concatenate([upright, turned], axis=1)[..., np.newaxis] / n
+    upside_down = np.stack([i, j])[:, i + j < n - 1] + 2 / 3
+    of_second, of_third = np.concatenate([upright, upside_down], axis=1)[..., np.newaxis] / n
     a, b, c = (corners[:, np.newaxis, corner] for corner in range(3))
     centroids = a + of_second * (b - a) + of_third * (c - a)
     return np.ascontiguousarray(centroids.reshape(-1, 3))

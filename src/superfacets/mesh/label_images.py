@@ -1,4 +1,4 @@
-"""Conversion of masks of an image to one id per pixel."""
+"""Conversion of the masks of an image to an image of mask ids."""
 
 from __future__ import annotations
 
@@ -11,47 +11,50 @@ from .._types import Array, Bools, Ints
 from ..errors import MeshError
 
 NO_MASK = 0
-"""Id of pixels in no mask."""
+"""Id of pixels outside all masks."""
 
 Overlap = Literal["smallest", "largest"]
-"""Mask that is used where masks overlap, by number of pixels."""
+"""Whether overlapping masks assign their common pixels to the smallest or the largest mask."""
 
 
 def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
-    """Return the id of the mask of each pixel, (height, width), 0 for none.
+    """Return the mask id of each pixel, shape (height, width); 0 outside all masks.
 
-    `masks` and `overlap` are as for `lift`; `size` is width and height of the camera. A MeshError
-    if the masks are not valid.
+    `masks` and `overlap` are as for `lift`, and `size` is the width and height of the image in
+    pixels. Raises a MeshError if the masks are not valid.
     """
     array = _as_array(masks, size)
     if array.dtype == bool and array.ndim == 3:
         _check_size(array.shape[:0:-1], size)
         return flattened(array, overlap)
     if array.dtype.kind not in "biu":
-        raise MeshError(f"masks must be integers or bools, got {array.dtype}")
+        raise MeshError(f"masks must be arrays of integers or bools, got {array.dtype}")
     if array.ndim != 2:
         raise MeshError(
-            "masks must be ids of shape (height, width) or bools of shape (n, height, width), got"
-            f" {array.dtype} of shape {array.shape}"
+            "masks must be integers of shape (height, width) or bools of shape (n, height, width),"
+            f" got {array.dtype} of shape {array.shape}"
         )
     _check_size(array.shape[::-1], size)
     if array.max(initial=0) >= 2**31:
-        raise MeshError(f"ids of masks must be below 2**31, got {array.max()}")
+        raise MeshError(f"ids in masks must be less than 2**31, got {array.max()}")
     return np.maximum(array, NO_MASK).astype(np.int32)
 
 
 def flattened(stack: Bools, overlap: Overlap) -> Ints:
-    """Return ids, 1 to n, of masks (n, height, width); of masks of equal size the first is used."""
+    """Merge n bool masks, shape (n, height, width), into one image of ids from 1 to n.
+
+    If overlapping masks have the same size, the first mask is used.
+    """
     ids = np.zeros(stack.shape[1:], np.int32)
     sizes = np.count_nonzero(stack, axis=(1, 2))
     ranks = sizes if overlap == "smallest" else -sizes
-    for place in np.argsort(ranks, kind="stable")[::-1].tolist():
-        ids[stack[place]] = place + 1
+    for index in np.argsort(ranks, kind="stable")[::-1].tolist():
+        ids[stack[index]] = index + 1
     return ids
 
 
 def _as_array(masks: Any, size: tuple[int, int]) -> Array:
-    """One array of ids or bools; the mask in a dictionary is its ``"segmentation"``."""
+    """Convert masks to one array; a mask may also be the value ``"segmentation"`` of a dict."""
     if not isinstance(masks, (list, tuple)):
         return np.asarray(masks)
     planes = [one["segmentation"] if isinstance(one, Mapping) else one for one in masks]
@@ -60,11 +63,12 @@ def _as_array(masks: Any, size: tuple[int, int]) -> Array:
     try:
         return np.asarray(planes)
     except ValueError:
-        raise MeshError("masks of one image differ in size") from None
+        raise MeshError("all masks of an image must have the same shape") from None
 
 
 def _check_size(found: tuple[int, ...], size: tuple[int, int]) -> None:
     if found != size:
         raise MeshError(
-            f"masks have {found[0]} x {found[1]} pixels, but the camera has {size[0]} x {size[1]}"
+            f"masks must have the size of the camera, {size[0]} x {size[1]} pixels, got"
+            f" {found[0]} x {found[1]}"
         )

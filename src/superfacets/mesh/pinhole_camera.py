@@ -1,4 +1,4 @@
-"""Cameras of images of a mesh."""
+"""Pinhole cameras, which describe how images of a mesh were taken."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from .._validate import checked_image_size, checked_intrinsics, checked_pose, fr
 
 @dataclass(frozen=True, eq=False)
 class PinholeCamera:
-    """A pinhole camera: its pose, and its map from directions to pixels.
+    """A pinhole camera: its pose, and the projection of points to pixels.
 
-    There is no lens distortion: undistort images of other cameras first.
+    Lens distortion is not supported: undistort images first.
 
     Parameters
     ----------
     pose : array_like, shape (4, 4) or (3, 4)
-        Camera to world, in the frame and the unit of the mesh: the columns are the directions of
-        the axes of the camera, right, down and forward (as in OpenCV, COLMAP and ScanNet), and its
-        position. A rotation and a translation, without scale. For a matrix from world to camera,
-        pass ``np.linalg.inv`` of the matrix.
+        Camera-to-world matrix: a rotation and a translation, without scale, in the coordinates of
+        the mesh. The first three columns are the right, down and forward axes of the camera (as in
+        OpenCV, COLMAP and ScanNet); the last column is its position. Invert world-to-camera
+        matrices with ``np.linalg.inv`` first.
     intrinsics : array_like, shape (4,), (3, 3) or (4, 4)
-        Focal lengths and principal point in pixels: fx, fy, cx, cy, or the usual matrix of these.
-        The center of the first pixel is at (0.5, 0.5), as in COLMAP.
+        Focal lengths and principal point in pixels, (fx, fy, cx, cy), or the camera matrix. The
+        center of the first pixel is at (0.5, 0.5), as in COLMAP.
     size : (int, int)
         Width and height of the image in pixels.
     name : str, default ""
-        Name of the image, for messages.
+        Name of the image, which is used in messages.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class PinholeCamera:
 
     Examples
     --------
-    A camera 5 above the origin that looks down:
+    A camera looks down from 5 units above the origin:
 
     >>> pose = [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 5], [0, 0, 0, 1]]
     >>> PinholeCamera(pose, (500, 500, 320, 240), (640, 480))
@@ -67,14 +67,14 @@ class PinholeCamera:
     def of_opengl(
         cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
     ) -> PinholeCamera:
-        """Make a camera from axes right, up and back, as in OpenGL, Blender and NeRF."""
-        turned = checked_pose(pose)
-        turned[:3, 1:3] *= -1
-        return cls(turned, checked_intrinsics(intrinsics), size, name)
+        """Make a camera from a pose with right, up and back axes (OpenGL, Blender, NeRF)."""
+        opencv_pose = checked_pose(pose)
+        opencv_pose[:3, 1:3] *= -1
+        return cls(opencv_pose, checked_intrinsics(intrinsics), size, name)
 
     @property
     def projection(self) -> Floats:
-        """Map of (x, y, z, 1) to (u d, v d, d) for pixel (u, v) and depth d, shape (3, 4)."""
+        """Projection matrix (3, 4): maps (x, y, z, 1) to d (u, v, 1) for pixel (u, v), depth d."""
         rotation, position = self.pose[:3, :3], self.pose[:3, 3]
         offset = -(rotation * position[:, np.newaxis]).sum(axis=0)
         right, down, ahead = np.concatenate([rotation.T, offset[:, np.newaxis]], axis=1)
@@ -83,5 +83,5 @@ class PinholeCamera:
 
     def __repr__(self) -> str:
         name = f"{self.name!r}, " if self.name else ""
-        place = self.pose[:3, 3].tolist()
-        return f"PinholeCamera({name}{self.size[0]} x {self.size[1]}, at {place})"
+        position = self.pose[:3, 3].tolist()
+        return f"PinholeCamera({name}{self.size[0]} x {self.size[1]}, at {position})"

@@ -1,4 +1,4 @@
-"""Stage 0: point clouds, as checked arrays."""
+"""Stage 0: point clouds, stored as checked arrays."""
 
 from __future__ import annotations
 
@@ -15,41 +15,41 @@ from .cells import Cells
 
 @dataclass(frozen=True, eq=False)
 class PointCloud(Cells):
-    """A point cloud: checked and read-only.
+    """A point cloud with checked, read-only arrays.
 
-    Points and their order are unchanged; several points may have the same position.
+    Points keep their order and positions. Several points may have the same position.
 
     Parameters
     ----------
     points : array_like, shape (N, 3)
-        Finite positions, kept as read-only float64. N >= 1, but `segment` needs at least two
-        distinct positions. A contiguous float64 array is not copied (unless it is a memory map): do
-        not change the array while the cloud is in use.
+        Finite positions, stored as read-only float64. N must be at least 1, and `segment` needs at
+        least two distinct positions. A contiguous float64 array is not copied (unless it is a
+        memory map), so do not change the array while the cloud is in use.
     normals : array_like, shape (N, 3), optional
-        Normal vectors on one side of the surface: the outside of a solid, or the upper side of the
-        ground. Kept as float64 with length 1; a zero vector means that a point has no normal.
-        Without normals, `segment` estimates normals; see `estimate_normals`.
+        Normal vectors that point outward from a solid, or upward from the ground. Stored as float64
+        with length 1. A zero vector means that a point has no normal. Without normals, `segment`
+        estimates normals; see `estimate_normals`.
     colors : array_like, shape (N, 3) or (N, 4), optional
-        Red, green and blue: floats from 0 to 1, or the full range of an unsigned integer type
-        (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
+        Red, green and blue, as floats from 0 to 1 or as unsigned integers (uint8: 0 to 255).
+        Stored as float32 from 0 to 1. A fourth column is ignored.
     axes : array_like, shape (N, 3), optional
-        Normals of unknown sign, such as the shortest axes of Gaussian splats; zero where there is
-        none. Without normals, `segment` estimates normals from the axes of neighbors, or from
-        positions where no neighbor has an axis.
+        Normals of unknown sign, such as the shortest axes of Gaussian splats; zero vectors for
+        points without an axis. If `normals` is None, `segment` estimates normals from the axes of
+        neighbors, or from positions where no neighbor has an axis.
     viewpoints : array_like, shape (3,) or (N, 3), optional
-        Position from which all points were seen, or a position for each point. Estimated normals
-        face the viewpoint; given normals are unchanged. `read_cloud` takes viewpoints from the
-        poses of scans in E57. For terrain, use a position far above.
+        Position of the sensor, for all points or for each point. Estimated normals face the sensor;
+        given normals are unchanged. `read_cloud` takes viewpoints from the poses of scans in E57.
+        For terrain, use a position far above.
 
     Attributes
     ----------
     bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the bounding box.
+        Minimum and maximum corner of the bounding box.
 
     Raises
     ------
     MeshError
-        If a shape, a type or a value is wrong (the message names the first).
+        If an array is not valid. The message names the first wrong entry.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return a cloud of the chosen points, with their normals, colors, axes and viewpoints."""
+        """Return the chosen points as a cloud, with all their attributes."""
         arrays = [self.points, self.normals, self.colors, self.axes, self.viewpoints]
         return PointCloud(
             *(rows if rows is None or rows.ndim == 1 else rows[chosen] for rows in arrays)  # type: ignore[arg-type]

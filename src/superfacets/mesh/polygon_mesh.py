@@ -1,4 +1,4 @@
-"""Stage 0: meshes of polygons, as three checked arrays."""
+"""Stage 0: polygon meshes, stored as three checked arrays."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from .triangle_mesh import Mesh
 
 
 class Triangulation(NamedTuple):
-    """The triangles of the polygons of a mesh.
+    """Result of `PolygonMesh.triangulate`.
 
     Attributes
     ----------
     mesh : Mesh
-        Mesh with the same vertices. A polygon of n corners has n - 2 triangles, with the same
+        Triangles on the same vertices. A polygon of n corners becomes n - 2 triangles with the same
         orientation. Triangles are in the order of the polygons.
     sources : ndarray of int32, shape (T,)
-        The polygon of each triangle: ``labels[sources]`` are labels of triangles.
+        Polygon of each triangle; ``labels[sources]`` are the labels of the triangles.
     """
 
     mesh: Mesh
@@ -34,11 +34,11 @@ class Triangulation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PolygonMesh(CellsOfVertices):
-    """A mesh of faces with any number of corners: checked and read-only.
+    """A mesh of faces with any number of corners; its arrays are checked and read-only.
 
-    Faces and their order are unchanged; each face gets one label. Concave and non-planar faces are
-    supported. Repeated corners, self-intersecting faces and faces without area are accepted, and so
-    are non-manifold, open, inconsistently oriented and disconnected meshes.
+    Faces keep their order, and each face gets one label. Concave and non-planar faces are
+    supported. Faces may have repeated corners, self-intersections or no area. The mesh may be
+    non-manifold, open, inconsistently oriented or disconnected.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def of_faces(cls, vertices: npt.ArrayLike, faces: Sequence[Any] | npt.ArrayLike) -> PolygonMesh:
-        """Make a mesh of faces that are lists of vertices, or rows of an array.
+        """Make a mesh from faces, which are lists of vertices or rows of an array.
 
         Examples
         --------
@@ -93,11 +93,11 @@ class PolygonMesh(CellsOfVertices):
         >>> PolygonMesh.of_faces(corners, [[0, 1, 2, 3], [3, 2, 4]]).offsets
         array([0, 4, 7])
         """
-        return cls(vertices, *polygon_arrays(faces))  # type: ignore[arg-type]  # checked there
+        return cls(vertices, *polygon_arrays(faces))  # type: ignore[arg-type]
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh of arrays without copies; nothing else may refer to the arrays."""
+        """Make a mesh from new arrays, which are not copied. They must not be changed later."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
@@ -121,16 +121,16 @@ class PolygonMesh(CellsOfVertices):
         return np.diff(self.offsets)
 
     def face(self, i: int) -> Ints:
-        """Return the vertices of the corners of face i, 0 to F - 1."""
+        """Return the vertices at the corners of face i, where i is from 0 to F - 1."""
         if not 0 <= i < self.n_faces:
-            raise IndexError(f"there is no face {i}: the mesh has {self.n_faces} faces")
+            raise IndexError(f"the face must be 0 to {self.n_faces - 1}, got {i}")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
 
     def triangulate(self) -> Triangulation:
-        """Cut the faces into triangles without new vertices.
+        """Cut the faces into triangles, without adding vertices.
 
-        Convex faces are cut into a fan around their first corner, other faces by ear clipping. Use
-        this for programs and file formats that need triangles.
+        Convex faces are cut into a fan around their first corner, and other faces by ear clipping.
+        Use this method for programs and file formats that need triangles.
 
         Examples
         --------

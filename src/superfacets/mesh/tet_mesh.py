@@ -1,4 +1,4 @@
-"""Stage 0: meshes of tetrahedra, as two checked arrays."""
+"""Stage 0: tetrahedral meshes, stored as two checked arrays."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from ..errors import MeshError
 from .cells import CellsOfVertices, lowest_vertices
 from .triangle_mesh import Mesh
 
-# Corners of the side opposite to each corner, counterclockwise seen from outside if the fourth
-# corner is above the first three.
+# Row i lists the corners of the side opposite to corner i. They are counterclockwise seen from
+# outside if the volume in `signed_volumes` is positive.
 _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 class TetBoundary(NamedTuple):
-    """The boundary of a mesh of tetrahedra.
+    """Result of `TetMesh.boundary`.
 
     Attributes
     ----------
     mesh : Mesh
-        Triangles, counterclockwise seen from outside, on the same vertices.
+        Triangles on the same vertices, counterclockwise seen from outside.
     sources : ndarray of int32, shape (F,)
-        The tetrahedron of each triangle: ``labels[sources]`` are labels of faces.
+        Tetrahedron of each triangle; ``labels[sources]`` are the labels of the triangles.
     """
 
     mesh: Mesh
@@ -37,28 +37,28 @@ class TetBoundary(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TetMesh(CellsOfVertices):
-    """A mesh of tetrahedra: checked and read-only.
+    """A tetrahedral mesh with checked, read-only arrays.
 
-    Tetrahedra and their order are unchanged; each tetrahedron gets one label. Inverted, flat and
-    repeated tetrahedra are accepted, and tetrahedra with repeated vertices.
+    Tetrahedra keep their order, and each tetrahedron gets one label. Tetrahedra may be inverted,
+    flat, duplicates of others, or have repeated vertices.
 
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
         As for `Mesh`.
     tets : array_like of integers, shape (N, 4)
-        Vertex indices, 0 to V - 1; copied as int32, read-only. N >= 1.
+        Vertex indices from 0 to V - 1, copied to a read-only int32 array. N is at least 1.
 
     Attributes
     ----------
     bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the bounding box of the vertices that tetrahedra use.
+        Minimum and maximum corner of the bounding box of all vertices of tetrahedra.
 
     Raises
     ------
     MeshError
-        If a shape, an index or a coordinate is wrong (the message names the first), if there is no
-        tetrahedron, or if all tetrahedra are at one point.
+        If an array is not valid (the message names the first wrong entry), if there are no
+        tetrahedra, or if all tetrahedra are at one point.
 
     Examples
     --------
@@ -91,17 +91,18 @@ class TetMesh(CellsOfVertices):
         Parameters
         ----------
         keep : array_like of bool, shape (N,), optional
-            Tetrahedra whose boundary is returned; None for all. For example,
-            ``positions[:, 0] < 0.5`` shows a cross section.
+            True for tetrahedra whose boundary is returned. By default, all tetrahedra are used. For
+            a cross section, use for example ``positions[:, 0] < 0.5``.
         weld : bool, default True
-            Treat vertices at exactly the same position as one vertex.
+            Whether vertices at exactly the same position are treated as one vertex.
 
         Raises
         ------
         MeshError
-            If there is no such triangle, for example because all tetrahedra are repeated.
+            If no triangle belongs to exactly one tetrahedron, for example because every tetrahedron
+            has a duplicate.
         ValueError, TypeError
-            If there is not one bool per tetrahedron.
+            If `keep` is not an array with one bool per tetrahedron.
         """
         kept = checked_mask(keep, self.n_tets, "keep")
         threads = checked_threads(None)
@@ -119,8 +120,8 @@ class TetMesh(CellsOfVertices):
                 "the mesh has no boundary: every triangle belongs to two or more tetrahedra"
             )
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
-        is_turned = signed_volumes(self)[tets] < 0
-        triangles[is_turned] = triangles[is_turned][:, ::-1]
+        is_inverted = signed_volumes(self)[tets] < 0
+        triangles[is_inverted] = triangles[is_inverted][:, ::-1]
         return TetBoundary(Mesh._of_new(self.vertices, triangles), tets.astype(np.int32))
 
     def __repr__(self) -> str:
@@ -133,7 +134,7 @@ def sides_of_tets(mesh: TetMesh) -> Ints:
 
 
 def signed_volumes(mesh: TetMesh) -> Floats:
-    """Return the volume of each tetrahedron; negative if the fourth corner is below the others."""
+    """Return signed volumes (N,), negative if corners 0 to 2 are clockwise seen from corner 3."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
     volumes: Floats = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
     return volumes

@@ -1,4 +1,4 @@
-"""Triangle meshes, and the split of every triangle into four."""
+"""Triangle meshes, and the subdivision of every triangle into four."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from .cells import CellsOfVertices
 
 @dataclass(frozen=True, eq=False)
 class Mesh(CellsOfVertices):
-    """A triangle mesh: checked and read-only.
+    """A triangle mesh with checked, read-only arrays.
 
-    Open, non-manifold, inconsistently oriented, degenerate and disconnected meshes and soups of
-    triangles are all accepted. Faces and their order are unchanged.
+    The mesh may be open, non-manifold, inconsistently oriented, degenerate, disconnected, or a
+    triangle soup. Faces keep their order.
 
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        Finite positions, kept as read-only float64. Faces need not use every vertex. A contiguous
-        float64 array is not copied (unless it is a memory map): do not change the array while the
-        mesh is in use.
+        Finite positions, stored as read-only float64. Faces need not use every vertex. A contiguous
+        float64 array is not copied (unless it is a memory map), so do not change the array while
+        the mesh is in use.
     faces : array_like of integers, shape (F, 3)
-        Vertex indices, 0 to V - 1, counterclockwise seen from outside; copied as int32, read-only.
-        F >= 1.
+        Vertex indices from 0 to V - 1, counterclockwise seen from outside. Copied to a read-only
+        int32 array. F is at least 1.
 
     Attributes
     ----------
     bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the bounding box of the vertices that faces use.
+        Minimum and maximum corner of the bounding box of all vertices of faces.
 
     Raises
     ------
     MeshError
-        If a shape, an index or a coordinate is wrong (the message names the first), if there is no
-        face, or if all faces are at one point.
+        If an array is not valid (the message names the first wrong entry), if there are no faces,
+        or if all faces are at one point.
 
     Examples
     --------
@@ -56,7 +56,7 @@ class Mesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh of arrays without copies; nothing else may refer to the arrays."""
+        """Make a mesh from new arrays, which are not copied. They must not be changed later."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
@@ -77,10 +77,10 @@ class Mesh(CellsOfVertices):
 
 
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
-    """Split each face in four at the midpoints of its sides; return vertices and faces.
+    """Split each face into four at the midpoints of its sides; return vertices and faces.
 
-    Neighboring faces share the midpoint of their common edge. Orientation, area, shape, and
-    boundary and non-manifold edges are preserved. Time is O(F log F), for one sort of the sides.
+    Neighboring faces share the midpoint of their common edge. Orientation, area and shape are
+    preserved, and so are boundary edges and non-manifold edges. Time is O(F log F).
 
     Parameters
     ----------
@@ -90,9 +90,9 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     Returns
     -------
     vertices : ndarray of float64, shape (V + E, 3)
-        The old vertices, then the midpoint of each edge.
+        The given vertices, followed by the midpoint of each edge.
     faces : ndarray of int32, shape (4 F, 3)
-        Face f becomes faces 4 f to 4 f + 3: at its corners 0, 1 and 2, and in its center.
+        Face f becomes faces 4 f to 4 f + 2, at its corners, and face 4 f + 3, in its center.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     [[0, 3, 4], [3, 1, 5], [4, 5, 2], [3, 5, 4]]
     """
     corners = faces.astype(np.int64)
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # ends of sides 0, 1, 2
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # (2, F, 3) start and end of each side
     key_of_side = (ends.min(axis=0) * len(vertices) + ends.max(axis=0)).ravel()
     order = np.argsort(key_of_side)
     sorted_keys = key_of_side[order]

@@ -1,7 +1,7 @@
-"""Stage 6: quality of labels, with and without ground truth.
+"""Stage 6: metrics of labels, with and without ground truth.
 
-- `evaluate`: all metrics at once. `GroundTruths` serves to evaluate many labels of one mesh.
-- Metrics of the area that regions share with true segments (`area_overlap`):
+- `evaluate` computes all metrics. Use `GroundTruths` to evaluate many labels of one mesh.
+- Metrics of the overlap of regions with true segments (`area_overlap`):
   `undersegmentation_error`, `achievable_accuracy`, `hamming_distance`, `rand_index`,
   `consistency_error`.
 - Metrics of borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.

@@ -1,4 +1,4 @@
-"""Metrics that compare borders with true borders, by distances along the surface."""
+"""Metrics that compare borders of regions with true borders."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from ..adapters.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
 DEFAULT_TOLERANCE = 0.01
-"""Fraction of the diagonal of the bounding box. It is a third of the radius of a region if a
-compact object has 150 regions."""
+"""Default tolerance, as a fraction of the diagonal of the bounding box. If a compact object has 150
+regions, it is about a third of the radius of a region."""
 
 
 class BoundaryAgreement(NamedTuple):
-    """Fractions of border length; 1 is best."""
+    """Result of `boundary_agreement`: fractions of the length of borders, where 1 is best."""
 
     recall: float
-    """Fraction of the true borders near borders of regions; 1 if there are no true borders."""
+    """Fraction of the true borders that are near borders of regions; 1 without true borders."""
     precision: float
-    """Fraction of the borders of regions near true borders; 1 if regions have no borders."""
+    """Fraction of the borders of regions that are near true borders; 1 without borders."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """The borders of labels, and the distances of vertices from them."""
+    """Borders of labels, and the distances of all vertices from the borders."""
 
     borders: Borders
     distances: Floats  # (V,) distance along edges to the nearest border; inf if there is no path
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
-        """Find the borders of labels, and distances from them."""
+        """Find the borders of labels, and compute the distances of vertices."""
         borders = find_borders(mesh, labels)
         return cls(borders, mesh.paths.distances(borders.vertices))
 
@@ -62,26 +62,27 @@ def boundary_agreement(
         Region and true segment of each face, >= 0.
     tolerance : float, default 0.01
         Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
-        box. Distances are path lengths along edges from vertex to vertex, which overestimates
-        geodesic distances. Each border edge is measured at its two ends.
+        box. Distances are lengths of paths along edges from vertex to vertex, which are longer than
+        geodesic distances. The distance of a border edge is measured at both ends.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Whether vertices at exactly the same position are treated as one vertex.
 
     Returns
     -------
     BoundaryAgreement
-        Recall and precision. The boundary of an open mesh is not a border. Time is O(F log F).
+        Recall and precision. The boundary of an open mesh is ignored. Time is O(F log F).
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label >= 0 per face, or `tolerance` is negative.
+        If labels or truth are not one integer >= 0 per face, or if `tolerance` is negative.
 
     References
     ----------
-    Martin, Fowlkes and Malik, "Learning to detect natural image boundaries", 2004, for images.
+    Martin, Fowlkes and Malik, "Learning to detect natural image boundaries", 2004, describe the
+    metric for images.
 
     Examples
     --------
@@ -97,12 +98,12 @@ def boundary_agreement(
 def cut_discrepancy(
     mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
 ) -> float:
-    """Return the distance between borders and true borders, in radii of the mesh; 0 is best.
+    """Return the distance between borders and true borders, relative to the mesh; 0 is best.
 
     The result is the mean geodesic distance from points on the borders to the nearest true border,
-    plus the mean distance in the other direction. The sum is divided by the mean distance of the
-    surface from its centroid, or by the diagonal of the bounding box if all faces have one
-    centroid.
+    plus the mean distance in the opposite direction. The sum is divided by the mean distance of the
+    surface from its centroid or, if all faces have the same centroid, by the diagonal of the
+    bounding box.
 
     Parameters
     ----------
@@ -112,16 +113,16 @@ def cut_discrepancy(
     Returns
     -------
     float
-        >= 0. If no path leads to a border, for example because the other labels have no borders,
-        the distance is the diagonal of the bounding box. The mean distance of labels without
-        borders is 0.
+        Discrepancy, >= 0. Where no path leads to a border, for example because the truth has no
+        borders, the distance is the diagonal of the bounding box. The mean distance from labels
+        without borders is 0.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label >= 0 per face, or no face has an area.
+        If labels or truth are not one integer >= 0 per face, or if all faces have area 0.
 
     References
     ----------
@@ -140,16 +141,16 @@ def cut_discrepancy(
 def boundary_agreement_of(
     mesh: MeshEdges, found: Cuts, true: Cuts, tolerance: float
 ) -> BoundaryAgreement:
-    """Return the agreement of cuts; see `boundary_agreement`."""
+    """Do the work of `boundary_agreement` for borders that are already known."""
     within = tolerance * mesh.graph.diagonal
     return BoundaryAgreement(
-        _share_near(true.borders, found.distances, within),
-        _share_near(found.borders, true.distances, within),
+        _fraction_near(true.borders, found.distances, within),
+        _fraction_near(found.borders, true.distances, within),
     )
 
 
 def cut_discrepancy_of(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
-    """Return the discrepancy of cuts; see `cut_discrepancy`."""
+    """Do the work of `cut_discrepancy` for borders that are already known."""
     farthest = mesh.graph.diagonal
     there = _mean_distance(found.borders, true.distances, farthest)
     back = _mean_distance(true.borders, found.distances, farthest)
@@ -164,7 +165,7 @@ def _cuts_of_both(
     return Cuts.of(mesh, regions), Cuts.of(mesh, segments)
 
 
-def _share_near(borders: Borders, distances: Floats, within: float) -> float:
+def _fraction_near(borders: Borders, distances: Floats, within: float) -> float:
     total = float(borders.lengths.sum())
     if not total > 0:
         return 1.0

@@ -1,4 +1,4 @@
-"""Edges of a mesh, paths along them, and the border edges of labels."""
+"""Edges of a mesh, shortest paths along edges, and border edges of labels."""
 
 from __future__ import annotations
 
@@ -19,63 +19,63 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
 _POINT = 1e-12
-"""Fraction of the diagonal up to which the mean radius of a mesh is a rounding error."""
+"""Mean radii up to this fraction of the diagonal are treated as rounding errors."""
 
 
 @dataclass(frozen=True)
 class EdgePaths:
-    """Paths along the edges of a mesh, from vertex to vertex."""
+    """Graph for shortest paths along the edges of a mesh."""
 
-    graph: _core.OrderedGraph  # cells are vertices with edges, arcs are edges
-    unit: float  # unit of the integer path lengths of the graph
-    places: Ints  # (V,) cell of each vertex in the graph; -1 for a vertex without edges
+    graph: _core.OrderedGraph  # graph whose nodes are the vertices that have edges
+    unit: float  # length of one unit of the integer path lengths of the graph
+    nodes: Ints  # (V,) node of each vertex in the graph; -1 for a vertex without edges
     n_threads: int
 
     @classmethod
     def of(cls, mesh: FaceMesh, representative: Ints, n_threads: int) -> EdgePaths:
-        """Order the vertices of a mesh for paths along its edges."""
+        """Build the graph of the vertices and edges of a mesh."""
         offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
-        places = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)
+        nodes = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)
         used = np.flatnonzero(has_edges)
         lengths, unit = _core.quantize_weights(edge_lengths, n_threads)
         graph = _core.OrderedGraph(
             _core.PlacedCells(mesh.vertices[used], np.ones(len(used)), n_threads),
             np.append(offsets[:-1][has_edges], offsets[-1:]),
-            places[neighbors],
+            nodes[neighbors],
             lengths,
             n_threads,
         )
-        return cls(graph, unit, places, n_threads)
+        return cls(graph, unit, nodes, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
         """Return the length of the shortest path from any source to each vertex, shape (V,).
 
-        A distance is infinite if there is no path.
+        The length is infinite if there is no path.
         """
-        distances = np.full(len(self.places), np.inf)
+        distances = np.full(len(self.nodes), np.inf)
         if len(sources):
-            paths = _core.Clustering(self.graph, self.places[sources], np.inf, self.n_threads)
-            # Unreached vertices become sources with labels above the labels of the given sources.
+            paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
+            # Unreached vertices become additional sources, whose labels follow the given sources.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
-            has_edges = self.places >= 0
-            distances[has_edges] = reached[self.places[has_edges]]
+            has_edges = self.nodes >= 0
+            distances[has_edges] = reached[self.nodes[has_edges]]
         return distances
 
 
 @dataclass(frozen=True, eq=False)
 class MeshEdges:
-    """A mesh with its faces as cells, and its edges."""
+    """A mesh with the graphs of its faces and of its edges, for metrics of borders."""
 
     mesh: FaceMesh
     graph: FaceGraph
     surface: Surface
-    representative: Ints  # (V,) lowest vertex at the same position
+    representative: Ints  # (V,) lowest vertex at the position of each vertex
 
     @classmethod
     def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
-        """Build the face graph; arguments as for `segment`."""
+        """Build the graph of faces; the arguments are as for `segment`."""
         mesh = as_mesh(source)
         threads = checked_threads(n_threads)
         graph = build_face_graph(mesh, weld=weld, n_threads=threads)
@@ -89,14 +89,14 @@ class MeshEdges:
 
     @cached_property
     def paths(self) -> EdgePaths:
-        """Paths along the edges, computed on first use, because not all metrics need paths."""
+        """Graph for shortest paths along edges, which is built when a metric needs it."""
         return EdgePaths.of(self.mesh, self.representative, self.surface.n_threads)
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of face centroids from their mean position, weighted by area, > 0.
+        """Mean distance of the centroids of faces from their mean position, weighted by area.
 
-        If all centroids coincide, as for a single face, the diagonal of the bounding box.
+        If all centroids coincide, the result is the diagonal of the bounding box instead.
         """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
@@ -105,37 +105,34 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Return the ends of the given sides of faces, the lower vertex first, shape (n, 2)."""
+        """Return both ends of the given sides of faces, the lower vertex first, shape (n, 2)."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:
-        """Return the lengths of edges given by their ends."""
+        """Return the lengths of edges, which are pairs of vertices, shape (n,)."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))
 
 
 class Borders(NamedTuple):
-    """Border edges (edges between faces of different labels) as weighted points.
-
-    Each end of a border edge represents half of its length.
-    """
+    """Vertices of border edges, which are edges between faces with different labels."""
 
     vertices: Ints
-    """Ends of border edges, ascending and distinct, shape (B,)."""
+    """Vertices at the ends of border edges, ascending and distinct, shape (B,)."""
     lengths: Floats
-    """Length of border per point, in the unit of the vertices."""
+    """Half the total length of the border edges at each vertex, shape (B,)."""
 
 
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
-    """Return the borders between labels, without the boundary of an open mesh."""
+    """Find the borders between labels. The boundary of an open mesh is not included."""
     graph = mesh.graph
     sources = graph.sources
     arcs = np.flatnonzero(labels[sources] != labels[graph.neighbors])
     edges = _distinct(mesh.ends_of(sources[arcs], graph.sides[arcs]), mesh.mesh.n_vertices)
     lengths = mesh.lengths_of(edges)
-    vertices, places = np.unique(edges, return_inverse=True)
+    vertices, indices = np.unique(edges, return_inverse=True)
     halves = np.repeat(0.5 * lengths, 2)
-    return Borders(vertices, sums_by_label(places.ravel(), halves, len(vertices)))
+    return Borders(vertices, sums_by_label(indices.ravel(), halves, len(vertices)))
 
 
 def _distinct(edges: Ints, n_vertices: int) -> Ints:

@@ -1,7 +1,8 @@
-"""Computes all metrics at once."""
+"""`evaluate`, which computes all metrics of labels."""
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -29,27 +30,30 @@ from .overlap import (
 )
 from .shape import compactness_of, explained_variation_of
 
+_WRONG_MESH = "the ground truths were prepared for another mesh: prepare GroundTruths of this mesh"
+
 
 @dataclass(frozen=True)
 class _Truth:
     """One ground truth of a mesh."""
 
-    segments: Ints
+    segments: Ints  # (F,) true segment of each face, without gaps
     n_segments: int
-    cuts: Cuts
+    cuts: Cuts  # true borders
 
 
 class GroundTruths:
-    """Ground truths of one mesh, prepared for comparison with many labels.
+    """Ground truths of one mesh, prepared to evaluate many labels of the mesh.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
     truths : array of integers, shape (F,), or sequence of array_like of integers
-        True segment of each face, >= 0: one ground truth, or a sequence of ground truths.
+        One ground truth, or a sequence of ground truths. A ground truth is the true segment of each
+        face, >= 0.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
         As for `segment`.
 
@@ -58,7 +62,7 @@ class GroundTruths:
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label >= 0 per face, or no face has an area.
+        If a ground truth is not one integer >= 0 per face, or if all faces have area 0.
     """
 
     def __init__(
@@ -91,7 +95,7 @@ def evaluate(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> dict[str, float]:
-    """Return all metrics of labels, by name.
+    """Compute all metrics of labels, and return them in a dict keyed by name.
 
     Parameters
     ----------
@@ -100,13 +104,13 @@ def evaluate(
     labels : array_like of integers, shape (F,)
         Region of each face, tetrahedron or point, >= 0.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
-        True segment of each face: one or several ground truths. `GroundTruths` saves time if many
-        labels of one mesh are compared with the same ground truths. It must have been made for the
-        same mesh, and its `weld` and `n_threads` apply.
+        One or several ground truths. A ground truth is the true segment of each face. If many
+        labels of one mesh are evaluated, `GroundTruths` saves time. It must have been made for the
+        same mesh, and `weld` and `n_threads` then have no effect.
     tolerance : float, default 0.01
         Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
         As for `segment`.
 
@@ -114,21 +118,21 @@ def evaluate(
     -------
     dict of str to float
         ``n_regions``, ``n_extra_pieces`` (number of connected pieces minus number of regions),
-        ``compactness`` and ``explained_variation``. With ground truths also, as means over the
-        ground truths, ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
-        ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
-        ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
-        ``local_consistency_error``. All metrics are weighted by area or length, and do not change
-        if labels are renamed or the mesh is scaled. A `TetMesh` or a `PointCloud` has only metrics
-        that need neither normals nor border edges.
+        ``compactness`` and ``explained_variation``. With ground truths, the dict also contains the
+        following metrics, which are means over the ground truths: ``undersegmentation_error``,
+        ``achievable_accuracy``, ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``,
+        ``hamming_distance``, ``missing_rate``, ``false_alarm_rate``, ``rand_index``,
+        ``global_consistency_error`` and ``local_consistency_error``. All metrics are weighted by
+        area or length. They do not change if labels are renumbered or if the mesh is scaled. For a
+        `TetMesh` or a `PointCloud`, metrics that need normals or border edges are left out.
 
     Raises
     ------
     MeshError
         If the mesh or cloud is not valid.
     ValueError, TypeError
-        If there is not one label >= 0 per face, no face has an area, `tolerance` is negative, or
-        the ground truths are of another mesh.
+        If labels are not one integer >= 0 per face, if all faces have area 0, if `tolerance` is
+        negative, or if the ground truths are of another mesh.
 
     Examples
     --------
@@ -141,7 +145,7 @@ def evaluate(
     cells: Any = as_cells(mesh)
     if not kind_of(cells).has_faces:
         if isinstance(ground_truths, GroundTruths):
-            raise ValueError("the ground truths were prepared for another mesh")
+            raise ValueError(_WRONG_MESH)
         return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
@@ -163,7 +167,7 @@ def _of_volume(
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
-    """Return all metrics of cells without faces, which have neither normals nor edges."""
+    """Return the metrics of tetrahedra or points, which need neither normals nor edges."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_complete(truth, surface.n_cells, "truth") for truth in _listed(ground_truths)]
@@ -186,10 +190,13 @@ def _means(rows: list[dict[str, float]]) -> dict[str, float]:
 
 def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
     if isinstance(truths, np.ndarray) and truths.ndim == 1 and truths.dtype.kind in "iu":
-        return [truths]  # one ground truth
+        return [truths]
     listed = list(truths) if hasattr(truths, "__iter__") else None
     if listed is None or any(np.ndim(truth) == 0 for truth in listed):
-        raise TypeError("ground truths must be a sequence of arrays with one label per face")
+        raise TypeError(
+            "ground_truths must be an array of one label per face, or a sequence of such arrays,"
+            f" got {reprlib.repr(truths)}"
+        )
     return listed
 
 
@@ -201,7 +208,7 @@ def _prepared(
 ) -> GroundTruths:
     if isinstance(ground_truths, GroundTruths):
         if not is_same_mesh(ground_truths.edges.mesh, mesh):
-            raise ValueError("the ground truths were prepared for another mesh")
+            raise ValueError(_WRONG_MESH)
         return ground_truths
     return GroundTruths(mesh, ground_truths, weld=weld, n_threads=n_threads)
 

@@ -1,4 +1,4 @@
-"""Metrics of the area that regions share with true segments."""
+"""Metrics of the overlap of regions with true segments."""
 
 from __future__ import annotations
 
@@ -9,33 +9,39 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Ints
-from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_complete
+from .._validate import (
+    checked_fraction,
+    checked_nonnegative_array,
+    checked_threads,
+    compact_complete,
+)
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Largest size of a dense table of label pairs, in entries per face. Larger tables are sparse."""
+"""Maximum number of entries per face in a dense table of label pairs. Larger tables are sparse."""
 
 _TIE = 1e-9
-"""Upper bound of the relative error of a sum of a million areas."""
+"""Relative difference below which two sums of areas are treated as equal. It is an upper bound of
+the rounding error of a sum of a million areas."""
 
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """Area shared by each region and each segment of the ground truth: a sparse table.
+    """Area of the overlap of each region with each true segment, as a sparse table.
 
     Attributes
     ----------
     regions, segments : ndarray of int32, shape (P,)
-        The pairs of a region and a segment with common faces.
+        Region and true segment of each pair that has common faces.
     areas : ndarray of float64, shape (P,)
-        Common area of each pair.
+        Area of the overlap of each pair.
     region_areas : ndarray of float64, shape (K,)
         Area of each region.
     segment_areas : ndarray of float64, shape (G,)
-        Area of each segment of the ground truth.
+        Area of each true segment.
     """
 
     regions: Ints
@@ -46,7 +52,7 @@ class Overlap:
 
     @property
     def total(self) -> float:
-        """Area of the surface."""
+        """Total area of the surface."""
         return float(self.segment_areas.sum())
 
 
@@ -55,14 +61,15 @@ Labels: TypeAlias = npt.ArrayLike | None
 
 
 def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLike) -> Overlap:
-    """Return the area shared by each region and each segment of the ground truth.
+    """Return the area of the overlap of each region with each true segment.
 
     Parameters
     ----------
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, >= 0.
     areas : array_like, shape (F,)
-        Area of each face, finite, >= 0 and not all 0; ``build_face_graph(mesh).measures``.
+        Area of each face, finite and >= 0, for example ``build_face_graph(mesh).measures``. At
+        least one area must be above 0.
 
     Returns
     -------
@@ -73,7 +80,8 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Raises
     ------
     ValueError, TypeError
-        If the numbers of labels and areas differ, labels are not integers, or there is no area.
+        If the numbers of labels and areas differ, if labels are not integers, or if all areas are
+        0.
 
     Examples
     --------
@@ -93,14 +101,14 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Return `area_overlap` for labels without gaps."""
+    """Do the work of `area_overlap` for labels without gaps."""
     pairs = regions.astype(np.int64) * n_segments + segments
     if n_regions * n_segments <= _DENSE_PAIRS_PER_FACE * len(areas):
         found = np.flatnonzero(np.bincount(pairs))
         shared = sums_by_label(pairs, areas, 0)[found]
     else:
-        found, places = np.unique(pairs, return_inverse=True)
-        shared = sums_by_label(places, areas, 0)
+        found, indices = np.unique(pairs, return_inverse=True)
+        shared = sums_by_label(indices, areas, 0)
     return Overlap(
         (found // n_segments).astype(np.int32),
         (found % n_segments).astype(np.int32),
@@ -113,27 +121,26 @@ def overlap_of(
 def undersegmentation_error(
     mesh: Labeled, labels: Labels = None, truth: Labels = None, *, tolerance: float = 0.05
 ) -> float:
-    """Return the area by which regions leak out of the segments that they overlap; 0 is best.
+    """Return the undersegmentation error: the area of regions that crosses true borders; 0 is best.
 
-    Each region leaks out of each segment that contains more than `tolerance` of the region's area.
-    The leak is the area of the region outside the segment. The result is the sum of all leaks,
-    divided by the area of the surface. A region that a true border cuts into equal halves counts
-    with all of its area.
+    For each pair of a region and a true segment that contains more than the fraction `tolerance` of
+    the region, the area of the region outside the segment is added. The result is the sum divided
+    by the area of the surface. If a true border cuts a region into two halves, the whole area of
+    the region is added.
 
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells; or an `Overlap`, without `labels` and `truth`.
+        The labeled cells, or an `Overlap` that replaces all labels.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, >= 0.
     tolerance : float, default 0.05
-        Fraction of a region's area, 0 to 1, that an overlap must exceed to count; tau in the paper.
-        The overlap must exceed it by a billionth of this fraction, because rounding errors depend
-        on the unit of length.
+        Minimum overlap, as a fraction of the area of the region, from 0 to 1. It is called tau in
+        the paper. Overlaps that equal the minimum up to rounding errors are ignored.
 
     References
     ----------
-    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014, eq. 4.
+    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014, equation 4.
 
     Examples
     --------
@@ -141,16 +148,17 @@ def undersegmentation_error(
     0.5
     """
     overlap = _prepared(mesh, labels, truth)
-    tolerance = checked_share(tolerance, "tolerance")
+    tolerance = checked_fraction(tolerance, "tolerance")
     whole = overlap.region_areas[overlap.regions]
-    counts = overlap.areas > (1.0 + _TIE) * tolerance * whole
-    return float((whole - overlap.areas)[counts].sum() / overlap.total)
+    is_included = overlap.areas > (1.0 + _TIE) * tolerance * whole
+    return float((whole - overlap.areas)[is_included].sum() / overlap.total)
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the fraction of the area that is correct if each region gets its best true label.
+    """Return the achievable segmentation accuracy (ASA): the best accuracy of region labels.
 
-    1 is best: no region crosses a true border. Known as achievable segmentation accuracy (ASA).
+    If each region gets the true label with the largest overlap, it is the fraction of the area with
+    the correct label. It is 1 if no region crosses a true border.
 
     Parameters
     ----------
@@ -171,21 +179,21 @@ def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = No
 
 
 class Hamming(NamedTuple):
-    """Hamming distance and its two directions as fractions of the area; 0 is best."""
+    """Result of `hamming_distance`: fractions of the area, where 0 is best."""
 
     distance: float
-    """Mean of the two rates."""
+    """Mean of the missing rate and the false alarm rate."""
     missing_rate: float
-    """Fraction of the area of true segments outside the region that overlaps the segment most."""
+    """Fraction of the area of true segments outside the region with the largest overlap."""
     false_alarm_rate: float
-    """Fraction of the area of regions outside the true segment that overlaps the region most."""
+    """Fraction of the area of regions outside the true segment with the largest overlap."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
-    """Return the Hamming distance of the Princeton benchmark, with both directions.
+    """Return the Hamming distance of the Princeton benchmark, and its two directions.
 
-    An oversegmentation has a high missing rate by design. Its false alarm rate is the fraction of
-    the area by which regions leak over true borders.
+    An oversegmentation always has a high missing rate, because its regions are smaller than the
+    true segments.
 
     Parameters
     ----------
@@ -211,9 +219,9 @@ def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None)
 def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
     """Return the probability that labels and truth agree on a pair of points; 1 is best.
 
-    Labels and truth agree if both put the two points into one region, or both into different
-    regions. Points are drawn by area, so a pair may be in one face. (The Princeton benchmark plots
-    one minus this number.)
+    Labels and truth agree if both put the two points into the same region, or both into different
+    regions. Points are random points of the surface, and may be in the same face. The Princeton
+    benchmark plots one minus this number.
 
     Parameters
     ----------
@@ -239,21 +247,21 @@ def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> fl
 
 
 class Consistency(NamedTuple):
-    """Consistency errors of two segmentations; 0 (best) if one refines the other."""
+    """Result of `consistency_error`: errors from 0 (best) to 1."""
 
     global_error: float
-    """Error if the same segmentation must refine the other everywhere."""
+    """Error if one of the segmentations must be finer than the other everywhere."""
     local_error: float
-    """Error if at each point either segmentation may refine the other."""
+    """Error if the finer segmentation may be different at each point."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
-    """Return the global and the local consistency error, which are 0 if one refines the other.
+    """Return the global and the local consistency error of labels and truth; 0 is best.
 
     Each point has two refinement errors: the fraction of its region outside its segment, and the
     fraction of its segment outside its region. The global error is the smaller of their two means
-    over the surface. The local error is the mean of the smaller error at each point. An
-    oversegmentation without leaks has 0 in both.
+    over the surface. The local error is the mean of the smaller error at each point. Both are 0 if
+    no region crosses a true border.
 
     Parameters
     ----------
@@ -282,13 +290,13 @@ def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None
 
 
 def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
-    """Return the given overlap, or make one of the labels of a mesh."""
+    """Return the given overlap, or compute the overlap of labels and truth of a mesh."""
     if isinstance(source, Overlap):
         if labels is not None or truth is not None:
-            raise TypeError("an Overlap already holds labels and truth: pass nothing else")
+            raise TypeError("an Overlap replaces labels and truth: leave labels and truth out")
         return source
     if labels is None or truth is None:
-        raise TypeError("pass labels and truth together with a mesh")
+        raise TypeError("labels and truth are required with a mesh")
     cells = as_known(source)
     n_vertices = getattr(cells, "n_vertices", None)
     regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices=n_vertices)
@@ -299,7 +307,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:
-    """Return the sum over groups of the largest area shared with one group of the other side."""
+    """Return the sum over groups of the largest area of overlap of each group."""
     best = np.zeros(n_groups)
     np.maximum.at(best, groups, areas)
     return float(best.sum())

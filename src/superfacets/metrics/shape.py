@@ -1,4 +1,4 @@
-"""Metrics of labels without ground truth: shape and flatness of regions."""
+"""Metrics without ground truth: the shape and the flatness of regions."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12
-"""Fraction of the area up to which the variation of normals is a rounding error."""
+"""Variations of normals up to this fraction of the area are treated as rounding errors."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
-    """Return the mean over regions of perimeter / sqrt(area), which is lower for rounder regions.
+    """Return the mean of perimeter / sqrt(area) over all regions, which is lower if they are round.
 
-    A disk has 3.54, a hexagon 3.72, and a square 4. The boundary of an open mesh counts as
-    perimeter. A region that surrounds a limb has two borders, and a region that covers a tip has a
-    short border. Regions without area are ignored. For tetrahedra, the result is the mean of
-    surface / volume^(2/3): 4.84 for a ball, 6 for a cube.
+    The value is 3.54 for a disk, 3.72 for a hexagon and 4 for a square. The boundary of an open
+    mesh is part of the perimeter. Regions without area are ignored. For tetrahedra, the result is
+    the mean of surface / volume^(2/3), which is 4.84 for a ball and 6 for a cube.
 
     Parameters
     ----------
@@ -34,18 +33,18 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     labels : array_like of integers, shape (F,)
         Region of each face, >= 0.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Whether vertices at exactly the same position are treated as one vertex.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If there is not one label >= 0 per face, or no face has an area.
+        If labels are not one integer >= 0 per face, or if all faces have area 0.
 
     References
     ----------
-    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014, eq. 5.
+    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014, equation 5.
 
     Examples
     --------
@@ -58,7 +57,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
 
 
 def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Return the compactness of labels without gaps."""
+    """Do the work of `compactness` for labels without gaps."""
     perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
     areas = sums_by_label(labels, surface.measures, n_regions)
     positive_total(areas)
@@ -68,12 +67,13 @@ def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
 
 
 def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
-    """Return the fraction of the variation of normals that is between regions; 1 is best.
+    """Return the fraction of the variance of normals that is explained by regions; 1 is best.
 
     The unit normal of each face is compared with the mean normal of its region and with the mean
     normal of the whole surface, weighted by area. The result is 1 if all regions are flat, and 0 if
-    regions are as bent as the whole surface. A flat surface has 1. Faces without a normal have no
-    area and do not count. Neighboring faces of opposite orientation count as bent.
+    the variance within regions is as large as on the whole surface. It is also 1 for a flat
+    surface. Faces without area are ignored. Inconsistent orientation of faces increases the
+    variance.
 
     Parameters
     ----------
@@ -87,15 +87,16 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label >= 0 per face, or no face has an area.
+        If labels are not one integer >= 0 per face, or if all faces have area 0.
 
     References
     ----------
-    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008, for colors.
+    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008, describe the metric for
+    colors.
 
     Examples
     --------
-    A square folded by 90 degrees along its diagonal:
+    A square is folded by 90 degrees along its diagonal:
 
     >>> fold = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> explained_variation(fold, [0, 1]), explained_variation(fold, [0, 0])
@@ -106,14 +107,14 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
 
 def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Return the explained variation of normals for labels without gaps.
+    """Do the work of `explained_variation` for labels without gaps.
 
     For a set of faces, S is the sum of area times (normal - mean normal of the surface), and A is
-    the area. The variation between regions is the sum of |S|^2 / A over regions, and the total
-    variation is this sum over faces. The formula avoids differences of large numbers.
+    the area. The variance between regions is the sum of |S|^2 / A over regions, and the total
+    variance is the sum over single faces. These formulas avoid differences of large numbers.
     """
     mesh, areas = surface.mesh, surface.measures
-    assert mesh is not None  # cells of other kinds have no normals
+    assert mesh is not None
     vectors = area_vectors(mesh, surface.n_threads)
     total = positive_total(areas)
     vectors -= areas[:, np.newaxis] * (vectors.sum(axis=0) / total)
@@ -126,7 +127,7 @@ def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> fl
 
 
 def _squares_over(vectors: Floats, areas: Floats) -> float:
-    """Return the sum of |vector|^2 / area over all rows with an area."""
+    """Return the sum of |vector|^2 / area over all rows with an area above 0."""
     squared = np.einsum("ij,ij->i", vectors, vectors)
     has_area = areas > 0
     return float((squared[has_area] / areas[has_area]).sum())

@@ -1,8 +1,8 @@
-"""Slow, readable twins of the kernels, one file per stage. Tests compare the kernels with them.
+"""Slow, readable versions of the functions in the C++ core, for tests. There is one file per stage.
 
-On the same input, a twin and the compiled stage give the same numbers, bit for bit. Floats are
-added in the same order, which is part of the contract. `arithmetic` holds the arctangent and the
-exponential function, and `vsa` holds variational shape approximation, a rival of stages 3 and 4.
+On the same input, a function here and its compiled version give the same numbers, bit for bit. To
+achieve this, both add floats in the same order. `arithmetic` has the arctangent and the exponential
+function, and `vsa` has variational shape approximation, an alternative to stages 3 and 4.
 """
 
 from .cells import build_face_graph as build_face_graph

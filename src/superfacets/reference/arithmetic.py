@@ -1,4 +1,4 @@
-"""Arithmetic of the kernels, bit for bit: vectors, arctangent and exponential function."""
+"""Vector products, arctangent and exponential function with the same bits as in the core."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .._types import Floats
 
 
 def dot(a: Floats, b: Floats) -> Any:
-    """Scalar products of rows."""
+    """Return the scalar products of the rows of `a` and `b`."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
 def norm(a: Floats) -> Any:
-    """Lengths of rows."""
+    """Return the lengths of the rows of `a`."""
     return np.sqrt(dot(a, a))
 
 
@@ -29,18 +29,19 @@ _ARCTANGENT_SERIES = (
     -0.008368794178450841,
 )  # fmt: skip
 
-_REST_OF_EIGHTH_TURN = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus its double
+_PI_4_ERROR = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus the float64 nearest to pi / 4
 
-# The first 32 bits of ln 2, and the remainder.
+# ln 2, rounded down to 32 bits, and the remainder.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
-_REST_OF_LN_2 = float.fromhex("0x1.473de6af278edp-34")
+_LN_2_REMAINDER = float.fromhex("0x1.473de6af278edp-34")
 
 
 def arctangent(y: Floats, x: Floats) -> Floats:
-    """Angles in [0, pi] from the positive x axis to (x, y), for y >= 0; 0 where both are 0.
+    """Return the angles, in [0, pi], from the positive x axis to (x, y), for y >= 0.
 
-    Unlike `numpy.arctan2`, the last bits do not depend on the C library. An angle is a multiple of
-    pi / 4 plus the arctangent of a number |q| <= 1/2, which a polynomial computes.
+    The angle is 0 if x and y are 0. Unlike `numpy.arctan2`, the last bits do not depend on the C
+    library. An angle is computed as a multiple of pi / 4, plus the arctangent of a number q with
+    |q| <= 1/2 by a polynomial.
     """
     left, width = x < 0, np.abs(x)
     flat, steep = y + y <= width, y > width + width
@@ -52,27 +53,27 @@ def arctangent(y: Floats, x: Floats) -> Floats:
     n = np.where(left, 4.0 - eighths, eighths)
     z = q * q
     even, odd = (_horner(_ARCTANGENT_SERIES[first::2], z * z) for first in (0, 1))
-    turn = n * (math.pi / 4)
-    total = turn + q
-    lost = (turn - total) + q  # rounding error of the sum
-    angles: Floats = total + (q * (z * (even + z * odd)) + (lost + n * _REST_OF_EIGHTH_TURN))
+    multiple = n * (math.pi / 4)
+    total = multiple + q
+    error = (multiple - total) + q  # rounding error of the sum
+    angles: Floats = total + (q * (z * (even + z * odd)) + (error + n * _PI_4_ERROR))
     return angles
 
 
 def exponential(x: Floats) -> Floats:
-    """exp(x) for x <= 0, with the same bits on every platform; 0 if x < -708."""
+    """Return exp(x) for x <= 0, with the same bits on every platform; 0 if x < -708."""
     bounded = np.maximum(x, -708.0)
     n = np.rint(bounded * 1.4426950408889634)
-    high, low = bounded - n * _LN_2, n * _REST_OF_LN_2
+    high, low = bounded - n * _LN_2, n * _LN_2_REMAINDER
     r = high - low
-    lost = (high - r) - low
+    error = (high - r) - low  # rounding error of r
     series = _horner([1 / math.factorial(i) for i in range(2, 14)], r)
-    powers: Floats = np.ldexp(1.0 + (r + (r * r * series + lost)), n.astype(np.int64))
+    powers: Floats = np.ldexp(1.0 + (r + (r * r * series + error)), n.astype(np.int64))
     return np.where(x >= -708.0, powers, 0.0)
 
 
 def _horner(coefficients: Sequence[float], x: Floats) -> Floats:
-    """Sum of coefficients[i] x^i, by Horner's method."""
+    """Return the sum of ``coefficients[i] * x**i``, computed by Horner's method."""
     total = np.full_like(x, coefficients[-1])
     for coefficient in coefficients[-2::-1]:
         total = total * x + coefficient

@@ -1,4 +1,4 @@
-"""Stage 1: neighbors of faces, of tetrahedra and of points."""
+"""Stage 1: graphs of faces, tetrahedra and points."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from .arithmetic import norm
 
 
 class Arc(NamedTuple):
-    """A step from a face across a side to a neighbor."""
+    """An arc from a face, or a tetrahedron, across one of its sides to a neighbor."""
 
     face: int
     side: int
     neighbor: int
-    same_turn: bool
+    same_turn: bool  # whether both faces traverse the edge in the same direction
 
 
 def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
-    """All arcs, sorted by face, side and neighbor."""
+    """Return all arcs between faces, sorted by face, side and neighbor."""
     corners = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners.sizes, mesh.n_faces))
     faces = np.split(corners.vertices, ends[:-1])
@@ -42,7 +42,7 @@ def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
 
 
 def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
-    """All arcs between tetrahedra, sorted in the same way; `same_turn` has no meaning."""
+    """Return all arcs between tetrahedra, sorted like arcs of faces; `same_turn` is unused."""
     tets_on_triangle: Sides = defaultdict(dict)
     for tet, lowest in enumerate(_welded(mesh.vertices, mesh.tets, weld)):
         for side in range(4):
@@ -53,11 +53,11 @@ def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
 
 
 Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
-"""For the vertices of each side: the cells that have it, with its number and direction."""
+"""Maps the vertices of a side to its cells, and each cell to (index of the side, direction)."""
 
 
 def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:
-    """Corners of each cell; with `weld`, the first vertex at the position of each corner."""
+    """Return the corners of each cell, replaced by the first vertex at the position if `weld`."""
     first: dict[tuple[float, ...], int] = {}
     lists = [cell.tolist() for cell in cells]
     if not weld:
@@ -66,7 +66,7 @@ def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[in
 
 
 def _arcs_over(sides: Sides) -> list[Arc]:
-    """Arcs between all pairs of cells with a common side."""
+    """Return the arcs between all pairs of cells with a common side."""
     arcs = [
         Arc(cell, side, neighbor, ascending == neighbor_ascending)
         for cells in sides.values()
@@ -78,39 +78,39 @@ def _arcs_over(sides: Sides) -> list[Arc]:
 
 
 def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Centroids, shape (F, 3), and areas, shape (F,)."""
+    """Return the centroids (F, 3) and the areas (F,) of all faces."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     return (a + b + c) / 3.0, 0.5 * norm(np.cross(b - a, c - a))
 
 
 def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
-    """Centroids and areas; faces must have a normal and must not intersect themselves."""
+    """Return centroids and areas of polygons, which must have an area and no self-intersections."""
     centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
     for face in range(mesh.n_faces):
         origin, *others = mesh.vertices[mesh.face(face)]
         steps = [corner - origin for corner in others]
         doubled = [np.cross(u, v) for u, v in pairwise(steps)]
         total = np.sum(doubled, axis=0)
-        shares = [vector @ total / (total @ total) for vector in doubled]
+        weights = [vector @ total / (total @ total) for vector in doubled]
         thirds = [(u + v) / 3.0 for u, v in pairwise(steps)]
-        centroids[face] = origin + sum(s * t for s, t in zip(shares, thirds, strict=True))
+        centroids[face] = origin + sum(w * t for w, t in zip(weights, thirds, strict=True))
         areas[face] = 0.5 * np.linalg.norm(total)
     return centroids, areas
 
 
 class PointArcs(NamedTuple):
-    """Points as cells, with arcs in CSR form."""
+    """Graph of points, with arcs in CSR form."""
 
-    measures: Floats
-    offsets: Longs
-    neighbors: Ints
-    border_lengths: Floats
+    measures: Floats  # (N,) area around each point
+    offsets: Longs  # (N + 1,) index of the first arc of each point
+    neighbors: Ints  # (M,) target of each arc
+    border_lengths: Floats  # (M,) length of the border that each arc crosses
 
 
 def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float) -> PointArcs:
     """Return the graph of `superfacets.build_point_graph` without weights and normals."""
     positions = np.asarray(points, dtype=np.float64)
-    first, together = _places(positions)
+    first, together = _duplicates(positions)
     nearest = {i: _nearest(positions, first, i, n_neighbors) for i in first}
     areas = {i: _area(positions, i, near) for i, near in nearest.items()}
     kept = {
@@ -137,9 +137,12 @@ def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float)
 
 
 def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
-    """Direction of least variance of each point's neighbors, of either sign; 0 if undefined."""
+    """Return the direction in which the neighbors of each point vary least; 0 if undefined.
+
+    The sign of the direction is arbitrary.
+    """
     positions = np.asarray(points, dtype=np.float64)
-    first, together = _places(positions)
+    first, together = _duplicates(positions)
     normals = np.zeros_like(positions)
     for i in first:
         around = positions[[i, *_nearest(positions, first, i, n_neighbors)]]
@@ -150,8 +153,8 @@ def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
     return normals
 
 
-def _places(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
-    """The lowest point at each position, and all points at its position."""
+def _duplicates(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
+    """Return the lowest point at each position, and a dict from it to all points there."""
     together: dict[tuple[float, ...], list[int]] = {}
     for i, position in enumerate((positions + 0.0).tolist()):
         together.setdefault(tuple(position), []).append(i)
@@ -169,7 +172,7 @@ def _nearest(positions: Floats, first: list[int], i: int, n: int) -> list[int]:
 
 
 def _area(positions: Floats, i: int, near: list[int]) -> float:
-    """Area of a point with n neighbors at distances d: 2 pi mean(d^2) / (n + 1)."""
+    """Return the area 2 pi mean(d^2) / (n + 1) of a point with n neighbors at distances d."""
     if not near:
         return 0.0
     squares = [_squared(positions, i, j) for j in near]
@@ -177,7 +180,7 @@ def _area(positions: Floats, i: int, near: list[int]) -> float:
 
 
 def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
-    """Border length of each arc: the mean over both ends of pi * area / (sum of arc lengths)."""
+    """Return the border length of each arc: pi * area / (sum of arc lengths), mean of both ends."""
     sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
     per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
     return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

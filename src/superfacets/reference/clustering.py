@@ -1,4 +1,4 @@
-"""Stage 4: classification, the clustering loop, relocation, and coarse cells."""
+"""Stage 4: classification, the clustering loop, relocation of centers, and coarse cells."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
 
 Path = tuple[int, int]
-"""Sort key of a path: length, then label."""
+"""Length of a path, and label of the center at its start; paths are compared in this order."""
 
 
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion from all centers, and all centers, including one per island.
+    """Label cells by one expansion from all centers; return labels, and all centers.
 
-    If `islands` is "nearest", islands get no centers, and their cells have label -1. The offset of
-    a center is the initial length of its paths.
+    Each component without a center gets a center or, if `islands` is "nearest", the label -1. The
+    offset of a center is the initial length of its paths.
     """
     all_centers = list(centers)
     while True:
@@ -37,7 +37,7 @@ def classify_exact(
 def _shortest_paths(
     graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
 ) -> dict[int, Path]:
-    """Length and label of the shortest path to each cell, from starts (length, label, cell)."""
+    """Return the shortest path to each cell, from starts (initial length, label, cell)."""
     best: dict[int, Path] = {}
     queue = sorted(starts)
     while queue:
@@ -53,11 +53,11 @@ def _shortest_paths(
 def classify_halted(
     graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion per center, as in the paper, and all centers.
+    """Label cells by a separate expansion from each center; return labels, and all centers.
 
     `islands` is as for `classify_exact`.
     """
-    best = [(math.inf, -1)] * graph.n_cells  # path length and label
+    best = [(math.inf, -1)] * graph.n_cells  # shortest path to each cell so far
     all_centers: list[int] = []
     waiting = list(centers)
     while waiting:
@@ -66,18 +66,19 @@ def classify_halted(
         for cell, length in expand(graph, center, reach).items():
             best[cell] = min(best[cell], (length, label))
         if not waiting and (math.inf, -1) in best and islands == "keep":
-            waiting.append(best.index((math.inf, -1)))  # the first unreached cell
+            waiting.append(best.index((math.inf, -1)))  # the unreached cell with the lowest index
     return [label for _, label in best], all_centers
 
 
 def join_islands(
     graph: CellGraph, labels: list[int], groups: list[int] | None = None
 ) -> tuple[list[int], int, list[int]]:
-    """Labels without -1, the number of islands that joined a region, and centers of other islands.
+    """Join islands, which are components labeled -1, to the nearest regions.
 
-    An island gets the label of the labeled cell that is nearest to any cell of the island; the
-    lowest cell wins ties. With groups, this cell must be in the island's group, unless the group is
-    -1. An island without such a cell becomes a region; its lowest cell is the center.
+    An island gets the label of the labeled cell that is nearest to any of its cells. If several
+    cells are nearest, the lowest index is used. With groups, the nearest cell must be in the group
+    of the island, unless this group is -1. If there is none, the island becomes a region, whose
+    center is its lowest cell. Returns labels, the number of joined islands, and new centers.
     """
     joined = list(labels)
     new_centers: list[int] = []
@@ -109,7 +110,7 @@ def iterate(
     tol: float = 0.02,
     islands: str = "keep",
 ) -> tuple[list[tuple[list[int], list[int]]], str]:
-    """Labels and centers of each iteration, and the stop reason."""
+    """Run the clustering loop; return labels and centers of each iteration, and the stop reason."""
     history: list[tuple[list[int], list[int]]] = []
     centers = seeds
     while True:
@@ -131,7 +132,7 @@ def iterate(
 
 
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """Paths to each cell from its nearest and second-nearest center; fewer if unreachable."""
+    """Return the paths to each cell from the nearest and the second-nearest center, if any."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -143,7 +144,10 @@ def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
     has_barriers: bool = False,
 ) -> list[int]:  # fmt: skip
-    """Centers after at most `n_moves` relocations; sums are over the cells in `order`."""
+    """Move at most `n_moves` centers to other regions, and return the centers.
+
+    Sums are computed in the order of the cells in `order`.
+    """
     paths = second_nearest(graph, centers)
     gain = 0.25 if has_barriers else 0.5
     costs = [0.0] * len(centers)
@@ -182,13 +186,13 @@ def relocate_centers(
 
 
 RANGE = 4096
-"""Number of consecutive cells of `order` in a range; each coarse cell is within one range."""
+"""Number of consecutive cells of `order` in a range. Coarse cells do not cross ranges."""
 
 
 def coarse_cells(
     graph: CellGraph, order: Sequence[int], spacing: int
 ) -> tuple[list[int], list[int], list[int]]:
-    """Centers of coarse cells; for each cell, its coarse cell and its path length.
+    """Group cells into coarse cells; return centers, and coarse cell and path length of each cell.
 
     In each range of `order`, centers are `spacing` cells apart. Cells that no center reaches within
     the range become additional centers.
@@ -215,7 +219,7 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Length of the shortest path between adjacent centers that crosses only one border."""
+    """Return the arcs between centers, with the shortest path that crosses only one border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):
@@ -223,6 +227,6 @@ def coarse_arcs(
             if a == b:
                 continue
             paths = np.float32(lengths[cell]) + np.float32(lengths[neighbor])
-            way = float(paths + np.float32(step))
-            arcs[a, b] = min(arcs.get((a, b), way), way)
+            length = float(paths + np.float32(step))
+            arcs[a, b] = min(arcs.get((a, b), length), length)
     return arcs

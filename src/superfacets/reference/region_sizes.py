@@ -1,4 +1,4 @@
-"""Stage 5: moves of cells that bring region sizes into bounds. Stage 7: walks through regions."""
+"""Moves of cells that change the sizes of regions (stage 5), and walks in regions (stage 7)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ..mesh.triangle_mesh import Mesh
 from .smooth import MovingRegions
 
 MOST_STUCK = 4
+"""Maximum number of blocked pushes, per region, before the moves stop."""
 
 
 def move_cells(
@@ -25,10 +26,11 @@ def move_cells(
     crease_scale: float,
     may_split: bool = False,
 ) -> list[int]:
-    """Labels after cells have moved along paths of regions, until sizes are within bounds.
+    """Move faces between regions until the sizes of regions are within bounds; return labels.
 
-    Passes differ in the test whether a face may leave its region: by the faces around its corners;
-    by paths in the region; and, if regions may split, without a test.
+    There are two or three passes. They differ in the test whether a region stays connected without
+    a face: only faces around the corners are tested; the whole region is tested; and, if regions
+    may split, nothing is tested.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -40,7 +42,7 @@ def move_cells(
 
 
 class _Moves(MovingRegions):
-    """Regions, and the excess of their sizes over the bounds."""
+    """State of `move_cells`: labels, and sizes of regions."""
 
     test, n_stuck = 0, 0
 
@@ -69,7 +71,7 @@ class _Moves(MovingRegions):
         return self.n_stuck < MOST_STUCK * len(self.totals)
 
     def sweep(self) -> bool:
-        """Move faces to bring each region into its bounds; return whether a face has moved."""
+        """Move faces for each region that is out of bounds; return whether a sweep may follow."""
         has_moved = False
         for region in range(len(self.totals)):
             for is_full in (True, False):
@@ -85,17 +87,17 @@ class _Moves(MovingRegions):
             path = _search(region, lambda other: margin(other) >= self.step, next_of)
             if not path:
                 break
-            way = path if is_full else path[::-1]
-            if self.push(way, min(-margin(region), margin(path[-1]))):
+            path_of_faces = path if is_full else path[::-1]
+            if self.push(path_of_faces, min(-margin(region), margin(path[-1]))):
                 return True
         return False
 
     def targets(self, region: int) -> list[int]:
-        """Regions that faces of this region may move to, without blocked steps."""
+        """Return the regions that faces of a region may move to, except for blocked pairs."""
         return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
     def sources(self, region: int) -> list[int]:
-        """Regions whose faces may move to this region, without blocked steps."""
+        """Return the regions whose faces may move to a region, except for blocked pairs."""
         around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
         return [other for other in sorted(around) if region in self.targets(other)]
 
@@ -103,7 +105,7 @@ class _Moves(MovingRegions):
         return [face for face, label in enumerate(self.labels) if label == region]
 
     def exits(self, region: int) -> list[int]:
-        """Regions that a face of this region may move to."""
+        """Return the regions that at least one face of a region may move to."""
         leaving = [face for face in self.faces_of(region) if self.neighboring_labels(face)]
         leaving = [face for face in leaving if self.test == 2 or self.can_leave(face)]
         return sorted({b for face in leaving for b in self.neighboring_labels(face)})
@@ -114,7 +116,7 @@ class _Moves(MovingRegions):
         return self.test == 2 or self.may_leave(face) or (self.test == 1 and self.is_joined(face))
 
     def is_joined(self, face: int) -> bool:
-        """Whether a face has neighbors in its region, and they stay connected without the face."""
+        """Whether a face has neighbors in its region that stay connected without the face."""
         region = set(self.faces_of(self.labels[face])) - {face}
         wanted = region & set(self.neighbors(face))
         reached = set(list(wanted)[:1])
@@ -161,7 +163,7 @@ class _Moves(MovingRegions):
 def _search(
     first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
 ) -> list[int]:
-    """Shortest path to a wanted region, by breadth-first search; empty if there is none."""
+    """Return the shortest path to a wanted region, by breadth-first search, or an empty list."""
     parents = {first: first}
     queue = [first]
     for at in queue:
@@ -179,10 +181,10 @@ def _search(
 
 
 def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> list[int]:
-    """The cells of each region in the order of a walk; regions are in the order of their labels.
+    """Return the cells of all regions, sorted by label, then in the order of a depth-first search.
 
-    A walk starts at the cell with the fewest neighbors in its region. The next cell is the neighbor
-    with the fewest unvisited neighbors. At a dead end, the walk goes back.
+    The search starts at the cell with the fewest neighbors in its region. The next cell is the
+    neighbor with the fewest unvisited neighbors. If there is none, the search backtracks.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}
@@ -192,15 +194,15 @@ def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> l
 
     starts = sorted(left, key=lambda cell: (labels[cell], len(waiting(cell)), cell))
     for start in starts:
-        way = [start] if start in left else []
+        stack = [start] if start in left else []
         left.discard(start)
-        walked += way
-        while way:
-            onward = waiting(way[-1])
+        walked += stack
+        while stack:
+            onward = waiting(stack[-1])
             if not onward:
-                way.pop()
+                stack.pop()
                 continue
-            way.append(min(onward, key=lambda cell: (len(waiting(cell)), cell)))
-            left.discard(way[-1])
-            walked.append(way[-1])
+            stack.append(min(onward, key=lambda cell: (len(waiting(cell)), cell)))
+            left.discard(stack[-1])
+            walked.append(stack[-1])
     return walked

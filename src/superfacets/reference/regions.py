@@ -18,21 +18,21 @@ from .arithmetic import norm
 
 
 class RegionShape(NamedTuple):
-    """Measures of a region."""
+    """Measures of a region, as in `RegionGraph`."""
 
     measure: float
     centroid: Floats
-    covariance: Floats
-    area_vector: Floats
-    box: Floats
-    center: int
+    covariance: Floats  # (3, 3) covariance of the positions
+    area_vector: Floats  # sum of area times unit normal
+    box: Floats  # (2, 3) minimum and maximum corner of the bounding box
+    center: int  # cell nearest to the centroid
 
 
 class RegionArc(NamedTuple):
-    """The border between two regions."""
+    """Measures of the border between two regions, as in `RegionGraph`."""
 
-    low: int
-    high: int
+    low: int  # lower region
+    high: int  # higher region
     border_length: float
     mean_angle: float
     concavity: float
@@ -41,14 +41,14 @@ class RegionArc(NamedTuple):
 
 
 class _Simplex(NamedTuple):
-    """A triangle or a tetrahedron; triangles where a polygon folds back have negative measures."""
+    """A triangle or a tetrahedron. Triangles of concave polygons may have a negative measure."""
 
-    corners: Floats
+    corners: Floats  # (3, 3) or (4, 3)
     measure: float
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Shape of each region, computed from the simplices of its cells."""
+    """Return the measures of each region, computed from the simplices of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """The simplices of each cell; polygons are triangle fans at their first corners."""
+    """Return the simplices of each cell. Polygons are triangle fans around their first corner."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
@@ -93,7 +93,7 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
     centroid = _mean(simplices)
     moment = np.zeros((3, 3))
     for simplex in simplices:
-        # The integral of p p^T over a simplex of n corners, from a sum over the corners.
+        # The integral of p p^T over a simplex is a sum over its n corners.
         steps = simplex.corners - centroid
         n, total = len(steps), steps.sum(axis=0)
         moment += simplex.measure / (n * (n + 1)) * (steps.T @ steps + np.outer(total, total))
@@ -109,7 +109,7 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
 
 
 def _mean(simplices: list[_Simplex]) -> Floats:
-    """The common centroid of simplices."""
+    """Return the centroid of the union of simplices."""
     total = sum(simplex.measure for simplex in simplices)
     moments = [simplex.measure * simplex.corners.mean(axis=0) for simplex in simplices]
     return np.asarray(np.sum(moments, axis=0) / total)
@@ -118,7 +118,7 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 def region_arcs(
     offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
-    """The borders between regions, sorted; an arc and its reverse arc count once."""
+    """Return the sorted borders between regions; an arc and its reverse arc are counted once."""
     regions = np.asarray(labels).tolist()
     targets = neighbors.tolist()
     arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
@@ -131,22 +131,23 @@ def region_arcs(
             if -1 in (own, other) or own == other or (own > other and leads_back):
                 continue
             on_side = [own] + [regions[targets[a]] for a in arcs if sides[a] == sides[arc]]
-            share = 1 / (on_side.count(own) * on_side.count(other))
-            crossed[min(own, other), max(own, other)].append((share, arc))
+            fraction = 1 / (on_side.count(own) * on_side.count(other))
+            crossed[min(own, other), max(own, other)].append((fraction, arc))
     angles = np.zeros(len(targets)) if measures.angles is None else measures.angles
     return [
-        _border_of(pair, shares, measures.border_lengths, angles)
-        for pair, shares in sorted(crossed.items())
+        _border_of(pair, arcs, measures.border_lengths, angles)
+        for pair, arcs in sorted(crossed.items())
     ]
 
 
 def _border_of(
-    pair: tuple[int, int], shares: list[tuple[float, int]], lengths: Floats, angles: Floats
+    pair: tuple[int, int], arcs: list[tuple[float, int]], lengths: Floats, angles: Floats
 ) -> RegionArc:
-    length = math.fsum(share * lengths[arc] for share, arc in shares)
-    edges = math.fsum(share for share, _ in shares)
-    weights = {arc: share * lengths[arc] / length for share, arc in shares} if length else {
-        arc: share / edges for share, arc in shares
+    """Return the measures of a border; arcs are (fraction of an edge, index of the arc)."""
+    length = math.fsum(fraction * lengths[arc] for fraction, arc in arcs)
+    edges = math.fsum(fraction for fraction, _ in arcs)
+    weights = {arc: fraction * lengths[arc] / length for fraction, arc in arcs} if length else {
+        arc: fraction / edges for fraction, arc in arcs
     }  # fmt: skip
     return RegionArc(
         *pair,
@@ -159,7 +160,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """For each rank > 0, the nearest pair of a cell of this rank and a cell of a lower rank."""
+    """Return, for each rank > 0, the nearest pair of a cell of this rank and one of lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -182,9 +183,9 @@ def merge_tree(
     crease_weight: float,
     dimension: int,
 ) -> tuple[list[tuple[int, int]], list[float]]:
-    """Pairs of nodes that merge, and their costs.
+    """Merge regions in the order of costs; return the pairs of merged nodes, and their costs.
 
-    `borders` holds (length, cost) of each pair of regions, the lower region first.
+    `borders` maps pairs of regions, the lower region first, to (length, open length).
     """
     areas, positions, borders = list(areas), list(positions), dict(borders)
     features = None if features is None else list(features)
@@ -194,7 +195,7 @@ def merge_tree(
         return areas[a] / area * areas[b] if area > 0 else 0.0
 
     def cost_of(a: int, b: int) -> float:
-        """Cost of a merge by geometry."""
+        """Return the cost of a merge without features."""
         factor = ward_factor(a, b)
         if not factor > 0:
             return 0.0
@@ -203,13 +204,13 @@ def merge_tree(
         is_flat = dimension == 2
         radius = math.sqrt(area / math.pi) if is_flat else math.cbrt(0.75 * area / math.pi)
         openness = cost / length if length > 0 else 0.0
-        if not length > 0:  # a bridge over a gap
+        if not length > 0:  # the pair is connected across a gap
             length = radius if is_flat else radius * radius
         distance = float(norm(positions[a] - positions[b]))
         return factor * (distance + crease_weight * radius * (1.0 - openness)) / length
 
     def key_of(pair: tuple[int, int]) -> tuple[float, float]:
-        """The cost of a merge, and a second number that breaks ties."""
+        """Return the cost of a merge, and a second cost that breaks ties."""
         if features is None:
             return cost_of(*pair), 0.0
         squared = 0.0
@@ -223,10 +224,10 @@ def merge_tree(
         children.append((a, b))
         costs.append(key[0])
         area = areas[a] + areas[b]
-        share = areas[b] / area if area > 0 else 0.5
+        fraction = areas[b] / area if area > 0 else 0.5
         for values in (positions, features):
             if values is not None:
-                values.append(values[a] + share * (values[b] - values[a]))
+                values.append(values[a] + fraction * (values[b] - values[a]))
         borders = _merged(borders, (a, b), len(areas))
         areas.append(area)
     return children, costs
@@ -235,7 +236,7 @@ def merge_tree(
 def _merged(
     borders: dict[tuple[int, int], tuple[float, float]], pair: tuple[int, int], node: int
 ) -> dict[tuple[int, int], tuple[float, float]]:
-    """The borders after a pair has merged into a new node."""
+    """Return the borders after a pair of nodes was merged into a new node."""
     merged: dict[tuple[int, int], tuple[float, float]] = {}
     for (one, other), border in borders.items():
         if (one, other) != pair:

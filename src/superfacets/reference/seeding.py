@@ -13,9 +13,10 @@ from .arithmetic import dot, norm
 
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
-    """Component of each cell, by the arcs between cells of equal labels, in either direction.
+    """Return the component of each cell; only arcs between cells with equal labels are used.
 
-    Components are numbered in the order of their lowest cells.
+    Arcs connect cells regardless of their direction. Components are numbered in the order of their
+    lowest cells.
     """
     around: list[set[int]] = [set() for _ in labels]
     for cell in range(graph.n_cells):
@@ -38,7 +39,7 @@ def find_components(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
-    """Path lengths from a center, by Dijkstra's algorithm halted at `reach` (Euclidean)."""
+    """Return path lengths from a center; cells beyond the distance `reach` are not expanded."""
     lengths: dict[int, int] = {}
     queue = [(0, center)]
     while queue:
@@ -54,12 +55,12 @@ def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
 
 
 def first_cell(graph: CellGraph) -> int:
-    """The cell nearest to the centroid of all cells."""
+    """Return the cell nearest to the centroid of all cells."""
     return update_centers(graph, np.zeros(graph.n_cells, dtype=np.int32))[0]
 
 
 def arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
-    """Neighbor and length, in units, of each arc of a cell."""
+    """Return the neighbor and the integer length of each arc of a cell."""
     arcs = slice(graph.offsets[cell], graph.offsets[cell + 1])
     return [
         (int(n), int(length))
@@ -68,7 +69,7 @@ def arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
 
 
 def update_centers(graph: CellGraph, labels: Array) -> list[int]:
-    """The cell of each region nearest to the weighted mean of its positions; -1 means no region."""
+    """Return the cell nearest to the centroid of each region; cells labeled -1 are ignored."""
     n_regions = int(labels.max()) + 1
     labels = np.where(labels < 0, n_regions, labels)
     means = _fixed_point_means(graph, labels)
@@ -85,9 +86,10 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Means of regions by exact fixed-point sums; NaN for regions that are too small."""
-    # Each cell adds integers: its measure, and its measure times its offset from the low corner.
-    # The scale keeps totals just below 2**61. Rounding errors, scaled by 2**31, are also added.
+    """Return the centroids of regions from exact fixed-point sums; NaN for very small regions."""
+    # The measure of a cell, and its measure times its offset from the minimum corner, are scaled
+    # and rounded to integers. The sums of these integers stay below 2**61. The rounding errors,
+    # multiplied by 2**31, are rounded and summed in the same way.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
     total = float(graph.measures.sum())
@@ -113,7 +115,7 @@ def _fixed_point_scale(total: float) -> float:
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
-    """Component of each cell, and the components large enough for a seed, the largest first."""
+    """Return the component of each cell, and the components that get seeds, the largest first."""
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
     enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
@@ -128,7 +130,7 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Seeds by farthest-point sampling; each seed is found by a search over all cells."""
+    """Place seeds by farthest-point sampling with Euclidean distances."""
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":
@@ -146,7 +148,7 @@ def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> 
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
-    """Seeds by farthest-point sampling with path lengths; each seed is expanded to all cells."""
+    """Place seeds by farthest-point sampling with path lengths."""
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
@@ -154,32 +156,35 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 
 
 def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
-    """Seeds in the middle of equal parts of a curve, given by its cells in order; then geodesic."""
+    """Place 60 % of the seeds in the middle of equal parts of a curve, and the others as geodesic.
+
+    `order` are the cells along the curve.
+    """
     components, seeded = _seeded_components(graph, n_seeds)
     n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
-    shares = [_share_of(graph, cell) for cell in range(graph.n_cells)]
+    weights = [_curve_weight(graph, cell) for cell in range(graph.n_cells)]
     cells = {which: [cell for cell in order if components[cell] == which] for which in seeded}
-    totals = [sum(shares[cell] for cell in cells[which]) for which in seeded]
+    totals = [sum(weights[cell] for cell in cells[which]) for which in seeded]
     seeds: list[int] = []
-    for i in reversed(range(len(seeded))):  # the smallest component first
+    for i in reversed(range(len(seeded))):  # from the smallest component to the largest
         own = cells[seeded[i]]
         n_others = sum(len(cells[which]) for which in seeded[:i])
         exact = n_along * (totals[i] / sum(totals[: i + 1]))
         n_own = min(max(math.floor(exact + 0.5), 1, n_along - n_others), len(own), n_along - i)
         n_along -= n_own
         passed, n_placed = 0.0, 0
-        for place, cell in enumerate(own):
-            passed += shares[cell]
+        for index, cell in enumerate(own):
+            passed += weights[cell]
             is_middle = passed * n_own > (n_placed + 0.5) * totals[i]
-            if n_placed < n_own and (is_middle or len(own) - place <= n_own - n_placed):
+            if n_placed < n_own and (is_middle or len(own) - index <= n_own - n_placed):
                 seeds.append(cell)
                 n_placed += 1
     seeds.sort(key=list(map(int, order)).index)
     return _with_farthest(graph, seeds, n_seeds, components, seeded)
 
 
-def _share_of(graph: CellGraph, cell: int) -> float:
-    """Measure of a cell times the root of its mean arc length per distance."""
+def _curve_weight(graph: CellGraph, cell: int) -> float:
+    """Return the measure of a cell times the square root of its mean arc length per distance."""
     lengths = steps = 0.0
     for neighbor, length in arcs_of(graph, cell):
         if neighbor == cell:
@@ -194,7 +199,7 @@ def _share_of(graph: CellGraph, cell: int) -> float:
 def _with_farthest(
     graph: CellGraph, seeds: list[int], n_seeds: int, components: Array, seeded: list[int]
 ) -> list[int]:
-    """Add the cell with the longest path from all seeds, again and again."""
+    """Repeatedly add the cell with the longest path from its nearest seed."""
     cells = np.flatnonzero(np.isin(components, seeded)).tolist()
     lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):
@@ -208,7 +213,7 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Seeds in order of path length: the next cell that no earlier seed reaches within 2 r."""
+    """Place seeds in the order of path lengths, at cells that no seed has reached within 2 r."""
     seeds: list[int] = []
     reached: set[int] = set()
     components, seeded = _seeded_components(graph, n_seeds)
@@ -229,7 +234,7 @@ def flood_seeds(
 
 
 def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
-    """Centers of the cells in each cube of edge 2 r, numbered by their lowest cell."""
+    """Return the central cell of the cells in each cube of edge 2 r, sorted by lowest cell."""
     label_of: dict[tuple[float, ...], int] = {}
     cubes = np.floor((graph.positions - graph.bounds[0]) / (2.0 * radius))
     labels = [label_of.setdefault(tuple(cube), len(label_of)) for cube in cubes.tolist()]

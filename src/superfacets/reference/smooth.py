@@ -29,11 +29,12 @@ def smooth_borders(
     sizes: Sequence[float] = (),
     goals: Sequence[float] = (),
 ) -> list[int]:
-    """Labels after chains of faces have moved across borders into neighboring regions.
+    """Move chains of faces across borders into neighboring regions; return the labels.
 
-    ``steps`` are the lengths of the arcs, in the unit of the vertices. A patch sees its own changes
-    of areas, and the changes by patches of earlier colors. ``goals`` are target sizes of regions,
-    by default their initial areas. With goals, ``sizes`` of faces replace their areas.
+    ``steps`` are the lengths of the arcs in the unit of the vertices. Regions are processed in
+    patches. While a patch is processed, only area changes by this patch and by patches of earlier
+    colors are known. ``goals`` are target sizes of regions, by default their initial areas. With
+    goals, ``sizes`` of faces replace their areas.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
@@ -42,11 +43,11 @@ def smooth_borders(
     waiting = set(range(graph.n_cells))
     for _ in range(max_sweeps):
         at_border = [face for face in sorted(waiting) if regions.neighboring_labels(face)]
-        listed = sorted((regions.turn(face), face) for face in at_border)
+        listed = sorted((regions.sort_key(face), face) for face in at_border)
         waiting = set()
-        for turn, face in listed:
-            regions.stiffness.begin(turn)
-            if regions.turn(face) != turn:  # the face has moved to another patch
+        for key, face in listed:
+            regions.stiffness.begin(key)
+            if regions.sort_key(face) != key:  # the face has moved to another patch
                 continue
             waiting.discard(face)
             for label in regions.neighboring_labels(face):
@@ -59,7 +60,7 @@ def smooth_borders(
 
 
 class _Stiffness:
-    """Cost of changes of the areas of regions, and of distances from their centroids."""
+    """Additional cost of area changes, and of distances from the initial centroids of regions."""
 
     def __init__(
         self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
@@ -83,8 +84,8 @@ class _Stiffness:
         inverses = [[1.0 / area] if is_on else [0.0] for area in firsts]
         self.centroids = np.array(inverses) * moments
         self.known, self.own = [0.0] * len(areas), [0.0] * len(areas)
-        self._turn: tuple[int, int] | None = None
-        self._others: list[list[float]] = []  # changes by other patches of the same color
+        self._key: tuple[int, int] | None = None
+        self._others: list[list[float]] = []  # changes by earlier patches of the same color
 
     def set_goals(
         self, labels: list[int], sizes: Sequence[float], goals: Sequence[float], stiffness: float
@@ -96,20 +97,20 @@ class _Stiffness:
             self.known[label] += size
         self.known = [size - goal for size, goal in zip(self.known, goals, strict=True)]
 
-    def begin(self, turn: tuple[int, int] | None) -> None:
-        """Start the patch with the sort key `turn` (color, patch); None ends the sweep."""
-        if turn == self._turn:
+    def begin(self, key: tuple[int, int] | None) -> None:
+        """Start the patch with the sort key (color, patch); None ends the sweep."""
+        if key == self._key:
             return
         self._others.append(self.own)
         self.own = [0.0] * len(self.known)
-        if turn is None or self._turn is None or turn[0] != self._turn[0]:
+        if key is None or self._key is None or key[0] != self._key[0]:
             for changes in self._others:
                 self.known = [a + b for a, b in zip(self.known, changes, strict=True)]
             self._others = []
-        self._turn = turn
+        self._key = key
 
     def gain(self, face: int, before: int, label: int) -> float:
-        """Decrease of this cost if a face gets a label."""
+        """Return the decrease of the additional cost if a face moves to another region."""
         area, size = self.of_faces[face], self.sizes[face]
         far, near = (_squared(self.positions[face] - self.centroids[i]) for i in (before, label))
         lost, won = (self.known[i] + self.own[i] for i in (before, label))
@@ -123,7 +124,7 @@ class _Stiffness:
 
 
 def _runs(labels: list[int], block: int = 1 << 14) -> list[list[int]]:
-    """Lists of consecutive faces in the same region and the same block."""
+    """Return lists of consecutive faces in the same region and the same block of faces."""
     runs: list[list[int]] = []
     for face, label in enumerate(labels):
         if face % block == 0 or labels[face - 1] != label:
@@ -138,7 +139,7 @@ def _squared(step: Floats) -> float:
 
 
 class MovingRegions:
-    """Labels that change, and the gain of each move."""
+    """State of `smooth_borders`: labels, and costs of borders."""
 
     def __init__(
         self,
@@ -161,25 +162,25 @@ class MovingRegions:
         self.fixed, self.max_distance = fixed, max_distance
 
     def arcs(self, face: int) -> list[tuple[int, int]]:
-        """Index and neighbor of each arc of a face."""
+        """Return the index and the neighbor of each arc of a face."""
         numbers = range(self.graph.offsets[face], self.graph.offsets[face + 1])
         return [(number, int(self.graph.neighbors[number])) for number in numbers]
 
     def neighbors(self, face: int) -> list[int]:
-        """Faces across the sides of a face."""
+        """Return the neighbors of a face, in the order of its arcs."""
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:
-        """Labels of neighbors in other regions, without duplicates, in the order of the arcs."""
+        """Return the distinct labels of neighbors in other regions, in the order of the arcs."""
         around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
 
-    def turn(self, face: int) -> tuple[int, int]:
-        """Sort key (color, patch) of the processing order of a face."""
-        return self.patches.turn(self.labels[face])
+    def sort_key(self, face: int) -> tuple[int, int]:
+        """Return the sort key (color, patch) of the processing order of a face."""
+        return self.patches.sort_key(self.labels[face])
 
     def gain(self, face: int, label: int) -> float:
-        """Decrease of the cost of borders if a face gets a label."""
+        """Return the decrease of the cost of borders if a face moves to another region."""
         gain = 0.0
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == label:
@@ -189,28 +190,28 @@ class MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Distance of a face from the initial region of a label, along faces of the region."""
+        """Return the path length from the initial border of a region to a face."""
         if self.first[face] == label:
             return 0.0
-        ways = [math.inf]
+        lengths = [math.inf]
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == label:
                 at_border = self.first[neighbor] == label
                 step = self.steps[number]
-                ways.append(0.5 * step if at_border else step + self.travels[neighbor])
-        return min(ways)
+                lengths.append(0.5 * step if at_border else step + self.travels[neighbor])
+        return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Whether a region stays connected without a face, by the faces around its corners."""
-        ways: dict[int, int] = {}  # the side toward each neighbor in the region
+        """Whether a region stays connected without a face, as far as faces around corners show."""
+        side_of: dict[int, int] = {}  # side toward each neighbor in the region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
-                ways.setdefault(neighbor, int(self.graph.sides[number]))
-        if face in self.fixed or len(ways) not in (1, 2):
+                side_of.setdefault(neighbor, int(self.graph.sides[number]))
+        if face in self.fixed or len(side_of) not in (1, 2):
             return False
-        if len(ways) == 1:
+        if len(side_of) == 1:
             return True
-        (here, side), (goal, other_side) = ways.items()
+        (here, side), (goal, other_side) = side_of.items()
         if side == other_side:
             return False
         corner = other_side if (side + 1) % 3 == other_side else side
@@ -225,13 +226,13 @@ class MovingRegions:
         return False
 
     def around(self, vertex: int, before: int, here: int) -> int | None:
-        """The next face around a vertex; None unless there is exactly one."""
+        """Return the next face around a vertex, or None if there is not exactly one."""
         corners = self.mesh.faces[here].tolist()
-        places = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
+        positions = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
         if vertex in corners:
             corner = corners.index(vertex)
-        elif places[3] in places[:3]:
-            corner = places.index(places[3])
+        elif positions[3] in positions[:3]:
+            corner = positions.index(positions[3])
         else:
             return None
         onward = [
@@ -242,7 +243,10 @@ class MovingRegions:
         return onward[0] if len(onward) == 1 else None
 
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
-        """Move faces to a region, best first, up to the largest total gain; return the faces."""
+        """Move a chain of faces to a region, and return these faces.
+
+        Faces with the largest gains move first. The chain ends where the total gain is largest.
+        """
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
         gain, best_gain, best_size, area, best_area = 0.0, 1e-9 * limit, 0, 0.0, 0.0
@@ -276,7 +280,7 @@ class MovingRegions:
 
 
 def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
-    """Cost of a border across each arc: the length of its edge, which a crease reduces."""
+    """Return the cost of a border across each arc: the length of the edge, reduced in creases."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
@@ -291,12 +295,18 @@ def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: flo
     return [float(cost) for cost in costs.astype(np.float32)]
 
 
-SMALLEST, LARGEST, MANY = 64, 1024, 512
+SMALLEST, LARGEST = 64, 1024
+"""Limits on the minimum number of border faces in a patch."""
+
+MANY = 512
+"""Target number of patches, as far as the limits permit."""
+
 FEWEST_COLORS = 8
+"""Minimum number of colors."""
 
 
 class Patches:
-    """Groups of neighboring regions; adjacent groups have different colors."""
+    """Groups of neighboring regions. Adjacent groups have different colors."""
 
     def __init__(self, graph: FaceGraph, labels: list[int]) -> None:
         self.of_region: dict[int, int] = {}
@@ -317,7 +327,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Grow a patch breadth-first; return the first adjacent region outside the patch."""
+        """Grow a patch from a region, breadth-first; return an adjacent region, or None."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0
@@ -336,7 +346,7 @@ class Patches:
         return reached[n_taken] if n_taken < len(reached) else None
 
     def _choose_color(self, forbidden: set[int], size: int) -> int:
-        """The allowed color with the fewest faces; a new color if no color is allowed."""
+        """Return the allowed color with the fewest faces, or a new color if none is allowed."""
         allowed = [c for c in range(len(self._color_sizes)) if c not in forbidden]
         if not allowed:
             allowed = [len(self._color_sizes)]
@@ -345,13 +355,13 @@ class Patches:
         self._color_sizes[color] += size
         return color
 
-    def turn(self, region: int) -> tuple[int, int]:
-        """Sort key (color, patch) of the processing order."""
+    def sort_key(self, region: int) -> tuple[int, int]:
+        """Return the sort key (color, patch) of the processing order of a region."""
         patch = self.of_region[region]
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
         """Whether the patches of `others` are the patch of `region` or have other colors."""
-        mine = self.turn(region)
-        turns = [self.turn(other) for other in others]
-        return all(turn == mine or turn[0] != mine[0] for turn in turns)
+        own = self.sort_key(region)
+        keys = [self.sort_key(other) for other in others]
+        return all(key == own or key[0] != own[0] for key in keys)

@@ -1,4 +1,4 @@
-"""Nearest faces, rays through bodies, and subdivision."""
+"""Search for nearest faces, thickness along rays, and subdivision."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 FLAT = 1e-20
-"""Squared sine of the angle at the first corner below which a triangle counts as flat."""
+"""Squared sine of the angle at the first corner up to which a triangle has no normal."""
 
 
 def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
-    """The point of the segment from a to b that is nearest to p."""
+    """Return the point of the segment from a to b that is nearest to p."""
     along = b - a
     squared = dot(along, along)
     if squared == 0:
@@ -33,10 +33,10 @@ def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
 
 
 def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
-    """The point of a triangle, corners (3, 3), that is nearest to p.
+    """Return the point of a triangle, corners (3, 3), that is nearest to p.
 
-    Barycentric coordinates tell whether the nearest point of the plane is inside. If it is outside,
-    or the triangle is flat, the nearest point is on a side. Corners are sorted first, so that
+    If the projection of p to the plane is in the triangle, it is the nearest point. Otherwise, or
+    if the triangle has no normal, the nearest point is on a side. Corners are sorted first, so that
     triangles with a common side give the same point on this side.
     """
     a, b, c = np.array(sorted(corners.tolist()))
@@ -53,7 +53,7 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
 
 
 def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
-    """The point of a tetrahedron, corners (4, 3), that is nearest to p; p if p is inside."""
+    """Return the point of a tetrahedron, corners (4, 3), nearest to p; p itself if inside."""
     is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
     whole = _volume(corners)
     if is_in_box and whole != 0:
@@ -74,11 +74,14 @@ def _nearest_shapes(
     cells: npt.ArrayLike,
     points: npt.ArrayLike,
 ) -> tuple[Ints, Floats, Floats]:
-    """Nearest cell of each point (the first on ties), its distance, and its nearest point."""
+    """Return the nearest cell to each point, its distance, and its nearest point.
+
+    If several cells are nearest, the first cell is used.
+    """
     corners = np.asarray(vertices, np.float64)[np.asarray(cells)]
     queries = np.asarray(points, np.float64)
     found = [_first_nearest(p, [nearest_of(p, cell) for cell in corners]) for p in queries]
-    cell_of_point = np.array([place for place, _ in found], dtype=np.int32)
+    cell_of_point = np.array([cell for cell, _ in found], dtype=np.int32)
     nearest = np.array([point for _, point in found]).reshape(-1, 3)
     apart = queries - nearest
     return cell_of_point, np.sqrt(dot(apart, apart)), nearest
@@ -93,7 +96,7 @@ def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
 
 
 def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
-    """Index and position of the candidate nearest to p, the first on ties."""
+    """Return the index and the position of the first of the candidates nearest to p."""
 
     def squared(item: tuple[int, Floats]) -> Any:
         return dot(p - item[1], p - item[1])
@@ -102,16 +105,17 @@ def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats
 
 
 def _volume(corners: Floats) -> Any:
-    """Six times the signed volume of a tetrahedron."""
+    """Return six times the signed volume of a tetrahedron."""
     a, b, c, d = corners
     return dot(np.cross(b - a, c - a), d - a)
 
 
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
+"""Cosine and sine of the golden angle."""
 
 
 def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
-    """Directions in a cone of 60 degrees around the z axis, (R, 3), and their weights, (R,)."""
+    """Return directions (R, 3) in a cone of 60 degrees around the z axis, and weights (R,)."""
     directions, weights = [], []
     x, y = 1.0, 0.0
     for ray in range(n_rays):
@@ -124,7 +128,7 @@ def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
 
 
 def typical_length(lengths: Sequence[float], weights: Sequence[float]) -> float:
-    """Weighted mean of the lengths within one standard deviation of the median."""
+    """Return the weighted mean of the lengths within one standard deviation of the median."""
     given = np.array(lengths)
     median = float(np.median(given))
     is_kept = np.abs(given - median) <= given.std() + 1e-9 * median
@@ -139,7 +143,10 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """Thickness from `starts` along inward unit `axes`; NaN if less than a quarter of rays exit."""
+    """Return the thickness below `starts`, along inward unit `axes`.
+
+    The thickness is NaN if less than a quarter of the rays leave the body.
+    """
     corners = vertices[triangles]
     spokes = list(zip(*cone_of_rays(n_rays), strict=True))
     result = np.full(len(starts), np.nan)
@@ -156,7 +163,7 @@ def ray_thickness(
 
 
 def frame_about(axis: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors that form a right-handed frame with the axis (Duff et al., 2017)."""
+    """Return two unit vectors that form a right-handed frame with `axis` (Duff et al., 2017)."""
     x, y, z = axis.tolist()
     sign = -1.0 if z < 0 else 1.0
     a = -1.0 / (sign + z)
@@ -168,7 +175,10 @@ def frame_about(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
-    """Distance to the first triangle, corners (F, 3, 3); None if the ray hits its front."""
+    """Return the distance to the first triangle, corners (F, 3, 3), if the ray leaves the body.
+
+    Returns None if the ray hits no triangle, or the front of a triangle.
+    """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     along = normals @ ray
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -186,11 +196,11 @@ def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> flo
 
 
 class _Edge(NamedTuple):
-    """A side of a face, or an edge inside the face, with its two halves after bisection."""
+    """An edge, and its two halves after bisection."""
 
     start: int
     end: int
-    halves: tuple[_Edge, _Edge] | None  # None: the edge is short enough
+    halves: tuple[_Edge, _Edge] | None  # None if the edge is short enough
 
     def reversed(self) -> _Edge:
         halves = self.halves and (self.halves[1].reversed(), self.halves[0].reversed())
@@ -198,14 +208,14 @@ class _Edge(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A part of a face after `depth` bisections."""
+    """A part of a face, made by `depth` bisections."""
 
     corners: tuple[int, ...]
     depth: int
 
 
 def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
-    """All vertices after subdivision, and the parts of each face."""
+    """Subdivide a mesh; return all vertices, and the parts of each face."""
     points = mesh.vertices.tolist()
     faces = mesh.faces.tolist()
     sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}
@@ -218,7 +228,7 @@ def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
 
 
 def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) -> _Edge:
-    """Bisect an edge until all parts are short enough; add midpoints to `points`."""
+    """Bisect an edge recursively until all parts are short enough; append midpoints to `points`."""
     if _squared_length(points, start, end) <= max_edge * max_edge:
         return _Edge(start, end, None)
     middle = len(points)
@@ -228,7 +238,7 @@ def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) 
 
 
 def _cut(points: list[list[float]], sides: list[_Edge], max_edge: float, depth: int) -> list[Part]:
-    """Cut a face from the middle of its longest side to the opposite corner, recursively."""
+    """Cut a face recursively, from the midpoint of its longest side to the opposite corner."""
     lengths = [_squared_length(points, edge.start, edge.end) for edge in sides]
     side = lengths.index(max(lengths))
     halves = sides[side].halves

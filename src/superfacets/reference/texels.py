@@ -1,4 +1,4 @@
-"""Stage 2: colors of the texels under textured triangles."""
+"""Stage 2: colors of the texels in triangles of a texture."""
 
 from __future__ import annotations
 
@@ -11,24 +11,28 @@ import numpy as np
 from .._types import Bytes, Floats
 from ..cells.texels import LINEAR
 
-Place = tuple[float, float]
+Position = tuple[float, float]
+"""Position in an image, in texels or in texture coordinates."""
+
 Light = tuple[float, float, float]
+"""Red, green and blue in linear light."""
 
 
 def texel_colors(
     pixels: Bytes, pairs: Floats, wrap: tuple[str, str] = ("repeat", "repeat")
 ) -> tuple[Floats, Floats]:
-    """Mean light, (N, 3), and its deviation, (N,), of the texels under triangles, (N, 3, 2).
+    """Return the mean color (N, 3) and the spread (N,) of the texels in triangles (N, 3, 2).
 
-    A texel counts if a triangle covers its center; under large triangles, only every n-th row and
-    column counts. If no center is covered, the light is sampled in the middle of k x k parts of the
-    triangle. Results are NaN if a coordinate is not finite or more than 2**20 images away.
+    Texels are used if their centers are in the triangle. In large triangles, only every n-th row
+    and column is used. If there are no texel centers in a triangle, colors are interpolated at the
+    centroids of k x k parts of the triangle. Results are NaN if a coordinate is not finite or
+    larger than 2**20.
     """
     found = [_color(pixels, triangle, wrap) for triangle in pairs.tolist()]
     return np.array([mean for mean, _ in found]), np.array([spread for _, spread in found])
 
 
-def _color(pixels: Bytes, pairs: list[Place], wrap: tuple[str, str]) -> tuple[Light, float]:
+def _color(pixels: Bytes, pairs: list[Position], wrap: tuple[str, str]) -> tuple[Light, float]:
     height, width, _ = pixels.shape
     u, v = [u for u, _ in pairs], [1.0 - v for _, v in pairs]
     if not all(abs(value) <= 2**20 for value in (*u, *v)):
@@ -39,12 +43,12 @@ def _color(pixels: Bytes, pairs: list[Place], wrap: tuple[str, str]) -> tuple[Li
     light_of = partial(_light_of, pixels, wrap)
     lights = [light_of(x, y) for x, y in _covered(corners)]
     if not lights:
-        lights = [_between(light_of, *place) for place in _middles(corners)]
+        lights = [_between(light_of, *position) for position in _middles(corners)]
     return _mean_and_spread(lights)
 
 
 def _near(values: list[float], wrap: str) -> list[float]:
-    """Coordinates shifted by an even number of images, so that they are near 0."""
+    """Shift coordinates by an even number of image sizes, so that they are near 0."""
     shift = 0.0 if wrap == "clamp" else 2.0 * math.floor(min(values) / 2.0)
     return [value - shift for value in values]
 
@@ -63,8 +67,8 @@ def _wrapped(i: int, size: int, wrap: str) -> int:
     return min(i % period, period - 1 - i % period) if wrap == "mirror" else i % period
 
 
-def _covered(corners: list[Place]) -> Iterator[tuple[int, int]]:
-    """Texels whose centers are in a triangle, row by row."""
+def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
+    """Yield the texels whose centers are in a triangle, row by row."""
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))
@@ -77,16 +81,19 @@ def _covered(corners: list[Place]) -> Iterator[tuple[int, int]]:
             yield from ((x, y) for x in range(begin + -begin % step, end + 1, step))
 
 
-def _cuts(corners: list[Place], y: float) -> Iterator[float]:
-    """Positions at which the sides of a triangle cross a row."""
+def _cuts(corners: list[Position], y: float) -> Iterator[float]:
+    """Yield the x coordinates at which the sides of a triangle cross a row."""
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         (ax, ay), (bx, by) = (b, a) if b[1] < a[1] else (a, b)
         if ay != by and ay <= y <= by:
             yield ax + (y - ay) * ((bx - ax) / (by - ay))
 
 
-def _middles(corners: list[Place]) -> Iterator[Place]:
-    """Middles of n x n equal parts of a triangle; n is its longest side in texels, 1 to 16."""
+def _middles(corners: list[Position]) -> Iterator[Position]:
+    """Yield the centroids of n x n equal parts of a triangle.
+
+    n is the length of the longest side in texels, rounded up, from 1 to 16.
+    """
     (ax, ay), (bx, by), (cx, cy) = corners
     sides = [(bx - ax, by - ay), (cx - bx, cy - by), (ax - cx, ay - cy)]
     n = math.ceil(min(max(*(math.hypot(*side) for side in sides), 1.0), 16.0))
@@ -98,21 +105,24 @@ def _middles(corners: list[Place]) -> Iterator[Place]:
 
 
 def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) -> list[float]:
-    """Light between the centers of four texels, by bilinear interpolation."""
+    """Return the color between the centers of four texels, by bilinear interpolation."""
     left, upper = math.floor(x - 0.5), math.floor(y - 0.5)
-    right_share, lower_share = x - 0.5 - left, y - 0.5 - upper
+    right_weight, lower_weight = x - 0.5 - left, y - 0.5 - upper
     rows = [
         [
-            a + right_share * (b - a)
+            a + right_weight * (b - a)
             for a, b in zip(light_of(left, row), light_of(left + 1, row), strict=True)
         ]
         for row in (upper, upper + 1)
     ]
-    return [a + lower_share * (b - a) for a, b in zip(*rows, strict=True)]
+    return [a + lower_weight * (b - a) for a, b in zip(*rows, strict=True)]
 
 
 def _mean_and_spread(lights: list[list[float]]) -> tuple[Light, float]:
-    """Mean and deviation; sums are of differences to the first, so that equal lights give 0."""
+    """Return the mean color and the standard deviation.
+
+    Differences from the first color are summed, so the deviation of equal colors is exactly 0.
+    """
     first, count = lights[0], len(lights)
     sums, squares = [0.0, 0.0, 0.0], 0.0
     for light in lights:

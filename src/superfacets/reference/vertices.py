@@ -1,4 +1,4 @@
-"""Stage 5: vertex labels along creases, and the number of segments of ScanNet's segmenter."""
+"""Stage 5: vertex labels along creases, and the number of segments of the package Segmentator."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .arithmetic import dot, norm
 
 
 def mean_normals(mesh: Mesh) -> Floats:
-    """Mean of the unit normals of the faces around each vertex; 0 for unused vertices."""
+    """Return the mean of the unit normals of the faces around each vertex; 0 without faces."""
     sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
     for face in mesh.faces.tolist():
         p, q, r = mesh.vertices[face]
@@ -24,9 +24,9 @@ def mean_normals(mesh: Mesh) -> Floats:
 
 
 def crease_weight(a: Floats, b: Floats, is_convex: bool) -> float:
-    """Weight of an edge: how much the surface turns between vertices with normals a and b."""
-    turn = max(1.0 - float(dot(a, b)), 0.0)
-    return turn * turn if is_convex else turn
+    """Return the weight of an edge between vertices with normals a and b, as in `vertex_labels`."""
+    weight = max(1.0 - float(dot(a, b)), 0.0)
+    return weight * weight if is_convex else weight
 
 
 def spread_labels(
@@ -36,9 +36,10 @@ def spread_labels(
     labels: Array,
     hints: Array,
 ) -> list[int]:
-    """Labels of all vertices, by Kruskal's algorithm; -1 in components without a label.
+    """Extend labels to all vertices with Kruskal's algorithm; components without a label get -1.
 
-    `edges` are all edges, (a, b) with a < b, sorted.
+    `edges` are all edges, sorted, as pairs (a, b) with a < b. If weights are equal, edges between
+    vertices with equal `hints` come first.
     """
 
     def weight(a: int, b: int) -> float:
@@ -46,7 +47,7 @@ def spread_labels(
         is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
         return crease_weight(normals[a], normals[b], bool(is_convex))
 
-    # An edge is listed by its lower vertex without a label.
+    # Each edge starts at its lower vertex without a label, which is part of the sort key.
     free = [
         (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
     ]
@@ -70,17 +71,17 @@ def count_segments(
     threshold: float,
     least: int,
 ) -> int:
-    """Number of segments with at least `least` nodes, after Felzenszwalb and Huttenlocher."""
+    """Count segments with `least` or more nodes, by the method of Felzenszwalb and Huttenlocher."""
     ranks = []
-    for place, (a, b) in enumerate(edges):
+    for index, (a, b) in enumerate(edges):
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0
-        ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), place))
+        ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), index))
     sets = {node: [node] for node in range(len(positions))}
-    limits = [threshold] * len(positions)  # of the segment of each node
+    limits = [threshold] * len(positions)  # threshold of the segment of each node
 
     def join(may_join: Callable[[int, int, float], bool]) -> None:
-        for weight, place in sorted(ranks):
-            a, b = edges[place]
+        for weight, index in sorted(ranks):
+            a, b = edges[index]
             if sets[a] is sets[b] or not may_join(a, b, weight):
                 continue
             united = sets[a] + sets[b]

@@ -1,4 +1,4 @@
-"""Triangles that a camera sees, and groups of regions that share image masks."""
+"""Triangles that are visible to a camera, and groups of regions that are in the same masks."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 MOST_STRETCHED = 10.0
-"""A pixel has area 0 if it covers more than this times the area that it covers at a right angle."""
+"""Maximum surface area in a pixel, in multiples of the area if the surface faces the camera. If the
+area is larger, the surface is seen at a very small angle, and the area is set to 0."""
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
-    """The triangle in each pixel (-1: none), its area in the pixel, and which triangles are seen.
+    """Return the triangle in each pixel, its area in the pixel, and whether each is visible.
 
-    The ray of each pixel is intersected with each triangle. Vertices are mapped to (u d, v d, d),
-    for pixel (u, v) and depth d; this map preserves depths, and planes through the camera.
+    The index of the triangle is -1 for pixels without a triangle. The ray of each pixel is
+    intersected with each triangle. Vertices are mapped to (u d, v d, d), for pixel (u, v) and depth
+    d. This linear map preserves depths, and planes through the camera.
     """
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -34,7 +36,7 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
         a, b, c = (positions[corner] for corner in corners)
         sides = [np.cross(b, c), np.cross(c, a), np.cross(a, b)]
         volume = dot(a, sides[0])
-        if volume == 0:  # seen edge-on
+        if volume == 0:  # the camera is in the plane of the triangle
             continue
         if volume < 0:
             volume, sides = -volume, [-side for side in sides]
@@ -67,11 +69,13 @@ def _projected(projection: Floats, point: Floats) -> Floats:
 
 
 def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
-    """Group of each region, from its area in each mask of each image: arrays (K, M).
+    """Group regions that are often in the same masks, and return the group of each region.
 
-    The agreement of two groups is a ratio of two sums over images: products of their areas in the
-    same mask, and products of their areas in any masks. The pair with the highest agreement is
-    joined, while it is at least `least`. Ties go to older groups, then to lower regions.
+    `areas` has one array (K, M) per image: the area of each region in each mask. The agreement of
+    two groups is the sum, over images, of products of their areas in the same mask, divided by the
+    sum of products of their areas in any masks. The two groups with the highest agreement are
+    merged, while their agreement is at least `least`. If agreements are equal, older groups and
+    lower regions are merged first.
     """
     members = {region: [region] for region in range(len(areas[0]))}
     rows = {region: [image[region] for image in areas] for region in members}
@@ -85,7 +89,7 @@ def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
         rows[joined] = [x + y for x, y in zip(rows.pop(a), rows.pop(b), strict=True)]
     group_of = {region: group for group in sorted(rows) for region in members[group]}
     firsts = sorted({group: min(members[group]) for group in rows}.items(), key=lambda it: it[1])
-    number = {group: place for place, (group, _) in enumerate(firsts)}
+    number = {group: index for index, (group, _) in enumerate(firsts)}
     return [number[group_of[region]] for region in range(len(areas[0]))]
 
 

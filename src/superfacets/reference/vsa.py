@@ -1,4 +1,4 @@
-"""The readable twin of `variational_shape_approximation`."""
+"""Slow, readable version of `variational_shape_approximation`, for tests."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Matrix = list[list[float]]
 
 
 class Proxy(NamedTuple):
-    """A plane, or a point if the normal is zero."""
+    """Approximation of a region: a plane, or a point if the normal is zero."""
 
     center: Floats
     normal: Floats
 
 
 class State(NamedTuple):
-    """Labels of all faces, and the seeds and proxies of the regions."""
+    """State of the algorithm: labels of faces, and seeds and proxies of regions."""
 
     labels: list[int]
     seeds: list[int]
@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 class Surface:
-    """Faces by their corners, areas, centroids, normals and neighbors."""
+    """Measures and neighbors of the faces of a mesh; `metric` is "l2" or "l21"."""
 
     def __init__(self, mesh: Mesh, metric: str, *, weld: bool = True) -> None:
         self.metric = metric
@@ -45,14 +45,17 @@ class Surface:
             self.neighbors[arc.face].append(arc.neighbor)
 
     def own_proxy(self, face: int) -> Proxy:
-        """The plane of a face."""
+        """Return the plane of a face."""
         return Proxy(self.centroids[face], self.normals[face])
 
 
 def approximate(
     surface: Surface, k: int, seeds: list[int] | None, max_num_iter: int
 ) -> tuple[State, int, str]:
-    """The last state, the number of iterations, and the stop reason; by default seeds are added."""
+    """Run the algorithm; return the last state, the number of iterations, and the stop reason.
+
+    If `seeds` is None, regions are inserted one by one.
+    """
     if seeds is None:
         state = flood(surface, [0], [surface.own_proxy(0)])
         while len(state.seeds) < k:
@@ -71,13 +74,16 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Grow regions face by face, in the order of error, then of insertion."""
+    """Grow regions from seeds. Faces with the smallest errors are added first.
+
+    If errors are equal, the face that was queued first is added first.
+    """
     seeds, proxies = list(seeds), list(proxies)
     errors = [errors_of(surface, proxy).tolist() for proxy in proxies]
     labels = [-1] * len(surface.areas)
-    queue: list[tuple[float, int, int, int]] = []  # error, number of insertion, face, label
+    queue: list[tuple[float, int, int, int]] = []  # error, position in the queue, face, label
     n_queued = 0
-    started: list[int] = []  # faces whose neighbors will be queued
+    started: list[int] = []  # newly labeled faces, whose neighbors are queued next
     for label, seed in enumerate(seeds):
         labels[seed] = label
         started.append(seed)
@@ -93,7 +99,7 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
             if labels[face] == -1:
                 labels[face] = label
                 started = [face]
-        elif -1 in labels:  # a component without a seed
+        elif -1 in labels:  # there is a component without a seed
             orphan = labels.index(-1)
             labels[orphan] = len(seeds)
             started = [orphan]
@@ -105,11 +111,14 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """Add a region at the worst face of the worst region that has at least two faces."""
+    """Add a region at the face with the largest error, in the region with the largest error.
+
+    The region must have at least two faces.
+    """
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
     errors = _own_errors(surface, state.labels, proxies)
-    totals = np.bincount(state.labels, errors)  # adds in the order of the faces
+    totals = np.bincount(state.labels, errors)  # bincount adds in the order of the faces
     sizes = np.bincount(state.labels)
     worst = max((r for r in range(len(seeds)) if sizes[r] >= 2), key=lambda r: float(totals[r]))
     members = [face for face, label in enumerate(state.labels) if label == worst]
@@ -119,13 +128,13 @@ def _insert(surface: Surface, state: State) -> State:
 
 
 def _own_errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> Floats:
-    """Error of each face with respect to the proxy of its region."""
+    """Return the error of each face with respect to the proxy of its region."""
     errors = np.array([errors_of(surface, proxy) for proxy in proxies])
     return np.asarray(errors[labels, np.arange(len(labels))])
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """The face of least error of each region; faces without a normal come last."""
+    """Return the face with the smallest error of each region; faces without a normal come last."""
     has_no_normal = np.asarray(~surface.normals.any(axis=1))
     regions = np.array(labels)
     ranks = (_own_errors(surface, labels, proxies), has_no_normal.astype(int), regions)
@@ -136,7 +145,7 @@ def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> l
 
 
 def errors_of(surface: Surface, proxy: Proxy) -> Floats:
-    """Error of each face with respect to a proxy, (F,)."""
+    """Return the error of each face with respect to a proxy, (F,)."""
     areas, normals = surface.areas, surface.normals
     if surface.metric == "l21":
         differences = normals - proxy.normal
@@ -150,7 +159,7 @@ def errors_of(surface: Surface, proxy: Proxy) -> Floats:
 
 
 def fit(surface: Surface, labels: list[int]) -> list[Proxy]:
-    """The proxy of least error for each region."""
+    """Return the proxy with the smallest error for each region."""
     regions = np.array(labels)
     return [_fit_one(surface, np.flatnonzero(regions == r)) for r in range(max(labels) + 1)]
 
@@ -170,12 +179,12 @@ def _fit_one(surface: Surface, faces: Array) -> Proxy:
 
 
 def _total(rows: Floats) -> Floats:
-    """Sum of rows, from the first to the last."""
+    """Return the sum of rows, which are added from the first to the last."""
     return np.asarray(np.cumsum(rows, axis=0)[-1])
 
 
 def _least_axis(m: Matrix) -> list[float]:
-    """The unit eigenvector of the smallest eigenvalue, by Jacobi's method."""
+    """Return the unit eigenvector of the smallest eigenvalue, computed by Jacobi's method."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0:
         return [0.0] * 3
@@ -207,6 +216,9 @@ def _rotate(m: Matrix, axes: Matrix, p: int, q: int) -> None:
 
 
 def _integrals(values: Floats) -> Floats:
-    """Integrals of squares of linear functions over triangles of area 6, by corner values."""
+    """Return the integrals of squared linear functions over triangles of area 6.
+
+    `values` are the values of the functions at the three corners.
+    """
     a, b, c = values[..., 0], values[..., 1], values[..., 2]
     return np.asarray(a * a + b * b + c * c + a * b + a * c + b * c)

@@ -24,12 +24,12 @@ def superfacet_weights(
     all_sharp: bool = False,
     weld: bool = True,
 ) -> Floats:
-    """Weight of each arc, eq. 1-3 of the paper; `crease_length` replaces |e| in eq. 2.
+    """Return the weight of each arc, computed with equations 1 to 3 of the paper.
 
-    On ridges, the factor of convex edges is the maximum of `ridges` and `eta_convex`. With
-    `hollows`, smooth convex edges take over part of the cost of smooth concave edges, if the shape
-    is hollow. With `all_sharp`, all sharp convex edges are ridges, unless their faces share several
-    edges.
+    `crease_length` replaces |e| in equation 2. The cost of ridges is the maximum of `ridges` and
+    `eta_convex`. With `hollows`, smooth convex edges of hollow shapes have a cost, and smooth
+    concave edges cost less. With `all_sharp`, all sharp convex edges are ridges, unless their two
+    faces have several common edges.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -50,15 +50,15 @@ def superfacet_weights(
         of_convex[is_smooth] = max(eta_convex, evened)
     of_convex[is_ridge] = max(ridges, eta_convex)
     eta = np.where(concave, of_concave, of_convex)
-    angular = alpha * eta * lengths * thetas / math.pi  # eq. 2
-    weights: Floats = (geodesics + angular) / diagonal  # eq. 3
+    angular = alpha * eta * lengths * thetas / math.pi  # equation 2
+    weights: Floats = (geodesics + angular) / diagonal  # equation 3
     return weights
 
 
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """For each arc: length of the step, length of the edge, angle, and whether it is concave."""
+    """Return, for each arc, the step length, the edge length, the angle, and whether concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -66,13 +66,14 @@ def _measure_arcs(
         start = mesh.vertices[mesh.faces[face, side]]
         end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
         middle = 0.5 * (start + end)
-        geodesic = norm(centroids[face] - middle) + norm(middle - centroids[neighbor])  # eq. 1
+        # Equation 1.
+        geodesic = norm(centroids[face] - middle) + norm(middle - centroids[neighbor])
         n_i, n_j = normals[face], normals[neighbor]
         if same_turn:
             a_i, a_j = areas[face], areas[neighbor]
             as_large = abs(a_i - a_j) <= 1e-9 * max(a_i, a_j)
-            turn_j = face < neighbor if as_large else a_i > a_j
-            n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
+            flips_j = face < neighbor if as_large else a_i > a_j
+            n_i, n_j = (n_i, -n_j) if flips_j else (-n_i, n_j)
         rise = dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave.append(bool(rise < 0 if inside_out else rise > 0))
         terms.append((geodesic, norm(end - start), norm(np.cross(n_i, n_j)), dot(n_i, n_j)))
@@ -81,17 +82,17 @@ def _measure_arcs(
 
 
 def _evened_share(turn: float, volume: float, area: float) -> float:
-    """Share of the cost of smooth concave edges that smooth convex edges take over, 0 to 1/4.
+    """Return the relative cost of smooth convex edges, from 0 (solid shapes) to 1/4 (hollow).
 
-    The share is 0 for solid shapes. `turn` is the sum of angle times length over all arcs.
+    `turn` is the sum of angle times length over all arcs.
     """
     roundness = 3.0 * volume * turn / 4.0 / area**2
-    share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
-    return 0.25 * round(2**16 * share) / 2**16
+    hollowness = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
+    return 0.25 * round(2**16 * hollowness) / 2**16
 
 
 def unit_normals(mesh: Mesh) -> Floats:
-    """Unit normals of faces; 0 for degenerate faces."""
+    """Return the unit normals of faces, (F, 3); 0 for degenerate faces."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
     lengths = norm(normals)
@@ -101,11 +102,11 @@ def unit_normals(mesh: Mesh) -> Floats:
 
 
 def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
-    """Volume enclosed by the mesh, negative if normals point inward; 0 if the mesh is open."""
+    """Return the volume of the mesh, negative if normals point inward; 0 if the mesh is open."""
     corners = mesh.vertices[mesh.faces]
     names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
-    # A side without an arc is on the boundary, unless both ends are the same vertex, or another
-    # side of the face has the same ends.
+    # A side without an arc is on the boundary. Exceptions are sides with two equal ends, and sides
+    # with the same ends as another side of the face.
     with_arc = {(arc.face, arc.side) for arc in arcs}
     for face, ends in enumerate(names):
         edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
@@ -120,7 +121,7 @@ def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
 
 
 def quantize_weights(weights: Floats) -> tuple[Singles, float]:
-    """Weights rounded to multiples of a unit, and the unit."""
+    """Round weights to integer multiples of a unit; return these integers, and the unit."""
     chunks = np.zeros((-(-len(weights) // 4096), 4096))
     chunks.flat[: len(weights)] = weights
     partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
@@ -130,16 +131,16 @@ def quantize_weights(weights: Floats) -> tuple[Singles, float]:
 
 
 SHARP_ANGLE = math.pi * 2 / 9
-"""Smallest angle of a sharp edge: 40 degrees."""
+"""Minimum angle of a sharp edge, 40 degrees in radians."""
 
 MAX_STEPS = 64
-"""Largest number of faces visited around a vertex."""
+"""Maximum number of faces that are visited around a vertex."""
 
 
 def find_sharp(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Arcs across sharp convex edges whose faces share no other edge."""
+    """Return the arcs across sharp convex edges whose two faces have no other common edge."""
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
     return [index for index in sharp if surface.is_only(index)]
@@ -148,10 +149,7 @@ def find_sharp(
 def find_ridges(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Arcs across sharp convex edges between triangles whose other edges are flat.
-
-    Both ends of such an edge must meet another such edge, or the boundary of the surface.
-    """
+    """Return the arcs across ridges; see `superfacets.crease_weights`."""
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
     found = {index for index in sharp if surface.is_flat_beside(index, thetas)}
@@ -159,13 +157,13 @@ def find_ridges(
 
 
 class _Surface:
-    """Faces and their arcs."""
+    """Faces and their arcs, for tests of single edges."""
 
     def __init__(self, mesh: Mesh, arcs: list[Arc], weld: bool) -> None:
         self._mesh = mesh
         self._arcs = arcs
         self._weld = weld
-        self._of_face: dict[int, list[tuple[int, int]]] = {}  # (neighbor, arc) by face
+        self._of_face: dict[int, list[tuple[int, int]]] = {}  # face to (neighbor, index of arc)
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
@@ -185,13 +183,13 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Whether the other edges of a face bend little, except for one edge that is as sharp."""
+        """Whether other edges of a face have small angles, except for one similarly sharp edge."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Whether both ends of the edge of a found arc meet another found arc or the boundary."""
+        """Whether both ends of an edge meet another edge in `found`, or the boundary."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -205,7 +203,7 @@ class _Surface:
         for _ in range(MAX_STEPS):
             step = self._next_around(corner, before, here)
             if step is None:
-                return True  # the boundary
+                return True  # the walk around the vertex has reached the boundary
             if step[1] in found:
                 return True
             before, here = here, step[0]
@@ -235,9 +233,10 @@ def smallest_eigenpairs(
     n_constants: int,
     n_wanted: int,
 ) -> tuple[Floats, Floats]:
-    """Smallest eigenvalues of L x = lambda A x after `n_constants`, and eigenvectors (N, n_wanted).
+    """Return the smallest eigenvalues of L x = lambda A x, and eigenvectors (N, n_wanted).
 
-    They equal the results of the core up to rounding; signs of eigenvectors may differ.
+    The first `n_constants` eigenvalues are skipped. Results equal the results of the core up to
+    rounding errors and signs of eigenvectors.
     """
     n = len(measures)
     laplacian = np.zeros((n, n))

@@ -1,1 +1,1 @@
-"""Stage 5: who touches whom, and the clean-up of regions."""
+"""Stage 5: clean-up, hierarchies and borders of regions, and transfer of labels."""

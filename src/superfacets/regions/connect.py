@@ -1,4 +1,4 @@
-"""Stage 5: join pieces of disconnected regions to other regions."""
+"""Stage 5: make regions connected, by joining pieces of regions to other regions."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ def enforce_connectivity(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> RegionEdit:
-    """Return labels whose regions are connected.
+    """Change labels so that all regions are connected.
 
     A region keeps the piece that contains its center or, without centers, its largest piece. All
-    other pieces, the smallest first, join the neighbor with the longest common border. Borders in
-    creases count less, as in `smooth_borders`. A piece without a neighbor becomes a new region.
+    other pieces, the smallest first, join the neighbor with the longest common border. The length
+    of borders in creases is reduced, as in `smooth_borders`. A piece without a neighbor becomes a
+    new region.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def enforce_connectivity(
     labels : array_like of int, shape (N,)
         0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     centers : array_like of int, shape (K,), optional
-        One cell of each region.
+        Center of each region, which is one of its cells.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -45,19 +46,20 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels. New regions follow, in the order of their lowest faces.
+        Regions keep their labels. New regions get the next labels, in the order of their lowest
+        faces.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If labels are not integers >= -1, one per face, a label 0..K-1 is missing or all are -1, a
-        center is not in its region, or another parameter is out of range or of the wrong type.
+        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
+        labels are -1, if a center is not in its region, or if another parameter is not valid.
 
     Notes
     -----
-    Time O(N + M + B log^2 B) for B borders between pieces.
+    Time is O(N + M + B log^2 B) for B borders between pieces.
 
     Examples
     --------
@@ -78,7 +80,7 @@ def enforce_connectivity(
 def connect_regions(
     costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
 ) -> RegionEdit:
-    """Join the pieces of checked regions to neighbors; see `enforce_connectivity`."""
+    """Do the work of `enforce_connectivity` for checked arguments."""
     surface = costs.surface
     pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     region_of_piece = np.empty(n_pieces, np.int32)
@@ -104,8 +106,8 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the largest piece of each region; ties go to the lowest index."""
+    """Return the largest piece of each region, or the piece with the lowest index if equal."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the last index written is the largest piece
+    largest[region_of_piece[order]] = order  # NumPy keeps the last value that is assigned
     return largest

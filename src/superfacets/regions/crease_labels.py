@@ -1,4 +1,4 @@
-"""Stage 5: label vertices so that borders follow creases."""
+"""Stage 5: labels of vertices with borders along creases."""
 
 from __future__ import annotations
 
@@ -17,30 +17,31 @@ from ..mesh.faces import Corners, mean_normals, vertex_graph
 
 
 class VertexEdges(NamedTuple):
-    """Vertices or points, and their edges in CSR form, each edge in both directions."""
+    """Vertices or points, and their edges in CSR form, with each edge in both directions."""
 
-    offsets: Longs  # (V + 1,)
-    neighbors: Ints  # (M,)
+    offsets: Longs  # (V + 1,) index of the first edge of each vertex
+    neighbors: Ints  # (M,) vertex at the other end of each edge
     positions: Floats  # (V, 3)
     normals: Floats  # (V, 3) mean of the unit normals of adjacent cells, or 0
 
 
 class _Regions(NamedTuple):
-    """Cells with labels 0 to `n` - 1, not all of which have cells."""
+    """Labeled cells."""
 
     cells: Any
-    corners: Corners  # welded: one vertex per position
-    labels: Ints
-    n: int
+    corners: Corners  # corners of the cells after welding
+    labels: Ints  # (N,) region of each cell
+    n: int  # number of regions, some of which may have no cells
 
 
 def crease_labels(
     cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1, merge: bool = False
 ) -> Ints:
-    """Return labels of vertices whose borders follow creases; see `vertex_labels`.
+    """Return labels of vertices with borders along creases; see `vertex_labels`.
 
-    The kind of `cells` has corners. Labels are -1 to `n_labels` - 1. With `merge`, regions that
-    cannot grow to `least` vertices are merged with other regions, and the lower label remains.
+    The cells must have corners, and their labels are from -1 to `n_labels` - 1. With `merge`,
+    regions that cannot grow to `least` vertices are merged with other regions. A merged region gets
+    the lower label.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -62,22 +63,22 @@ def crease_labels(
 
 
 def corners_in(cells: Any) -> Corners:
-    """Return the corners of cells; a MeshError for kinds of cells without vertices."""
+    """Return the corners of cells, or raise a MeshError if cells of this kind have no corners."""
     kind = kind_of(cells)
     corners = kind.corners(cells)
     if corners is None:
-        raise MeshError(f"{kind.plural} have no vertices to label")
+        raise MeshError(f"labels of vertices need a mesh, got {kind.plural} without vertices")
     return corners
 
 
 def large_regions(
     edges: VertexEdges, labels: Ints, counts: Ints, least: int, *, merge: bool
 ) -> Ints:
-    """Return labels after regions of fewer than `least` vertices have grown to this size.
+    """Grow regions to `least` vertices, and return the new labels.
 
     Small regions take vertices from regions that stay connected and keep `least` vertices. With
-    `merge`, regions that are still too small are merged with others. `counts` holds the number of
-    welded vertices at each position. Labels are >= 0, or -1 at vertices without edges.
+    `merge`, regions that are still too small are merged with others. `counts` is the number of
+    vertices that were welded to each vertex. Labels are >= 0, or -1 at vertices without edges.
     """
     if least < 2:
         return labels
@@ -87,7 +88,7 @@ def large_regions(
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
-    """Return the labeled cells, with all vertices, and their labels."""
+    """Return the cells whose label is not -1, and their labels; no vertices are removed."""
     if labels.min() >= 0:
         return cells, labels
     kept = np.flatnonzero(labels >= 0)
@@ -97,23 +98,23 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Return labels of positions; Kruskal's algorithm finds the labels at borders.
+    """Return labels of welded vertices. Vertices at borders are labeled with Kruskal's algorithm.
 
-    A region that has only border vertices keeps these vertices. If a region is not connected, its
-    largest piece keeps the label, and the vertices of other pieces are labeled again.
+    A region whose vertices are all at borders keeps these vertices. If a region is not connected,
+    only its largest piece keeps the label, and the vertices of other pieces are labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # components that have only border vertices
+    found = np.where(found < 0, majority, found)  # in components with only border vertices
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
-    """Return the label with the largest area of cells around each position.
+    """Return the label with the largest area of the cells at each welded vertex.
 
     Each region gets at least one vertex if there are enough vertices.
     """
@@ -129,7 +130,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Give each region without vertices a vertex of its cells, if there are enough vertices."""
+    """Assign a vertex of its cells to each region without vertices, if possible, in place."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -153,11 +154,11 @@ def _give_vertex(
     counts: Array,
     searched: set[int],
 ) -> None:
-    """Give a vertex to a region by an augmenting path in the matching of regions and vertices.
+    """Assign a vertex to a region, along an augmenting path in the matching with vertices.
 
-    A region that gives away its only vertex takes a vertex from the next region of the path.
-    `searched` holds regions from which no path leads to a region with several vertices. A failed
-    search adds all reached regions.
+    A region that loses its only vertex takes a vertex from the next region of the path. `searched`
+    are regions from which no path leads to a region with several vertices. If the search fails, all
+    visited regions are added to `searched`.
     """
     reached: dict[int, tuple[int, int] | None] = {region: None}
     queue = [region]
@@ -181,9 +182,9 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Return whether each vertex is in a piece of its region that must be labeled again.
+    """Whether each vertex is in a piece of its region that must be labeled again.
 
-    Each connected part of the cells of a region keeps its largest piece of vertices.
+    For each connected part of the cells of a region, only the largest piece of vertices is kept.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)
@@ -205,7 +206,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return, for each piece of a divided region, a connected part of its cells at the piece."""
+    """Return a connected part of the cells at each piece of vertices of a divided region."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

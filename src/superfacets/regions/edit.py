@@ -1,4 +1,4 @@
-"""Input and output of stage 5: cells in regions, costs of borders, and edits of regions."""
+"""Common classes of stage 5: labeled cells, costs of borders, and results of edits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Floats, Ints, Singles
-from .._validate import checked_partial_labels
+from .._validate import checked_regions
 from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
 from ..cells.constraints import NO_GROUPS, Cut
@@ -20,53 +20,52 @@ from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
 CREASE_SCALE = 6.0
-"""Crease cost of an edge, in r, at which a border along this edge costs 1/e of its length.
-
-Between 4 and 8, the undersegmentation error of smoothed benchmark models changes by 0.0002.
-"""
+"""Crease cost of an edge, in units of r, that reduces the cost of a border to 1/e of its length.
+With values from 4 to 8, the undersegmentation error of smoothed benchmark models changes by
+0.0002."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Cost of borders between regions: the length of a border, reduced in creases."""
+    """Data for the costs of borders, which are lengths of borders, reduced in creases."""
 
     surface: Surface
-    lengths: Singles  # one per arc, in multiples of `unit`
-    unit: float  # in units of the weights
-    radius: float  # r, in the unit of the positions; > 0
-    crease_scale: float = CREASE_SCALE  # in r
+    lengths: Singles  # (M,) weight of each arc as a multiple of `unit`
+    unit: float  # quantization step of the weights
+    radius: float  # expected radius r in the unit of the positions, > 0
+    crease_scale: float = CREASE_SCALE  # in units of r
 
     @classmethod
     def of_weights(cls, surface: Surface, weights: Floats, radius: float) -> BorderCosts:
-        """Return costs for checked arc weights, in units of ``surface.weight_unit``."""
+        """Make costs from checked arc weights, which are in units of ``surface.weight_unit``."""
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
 
     def of_part(self, cut: Cut) -> BorderCosts:
-        """Return the same costs for the kept cells."""
+        """Return the costs for the kept cells of a cut."""
         return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
     @property
     def args(self) -> tuple[_core.Surface, Singles, float, float]:
-        """Arguments of kernels: surface, lengths, the unit of these lengths, and crease scale."""
+        """Arguments for functions of the core: surface, lengths, their unit, and crease scale."""
         surface = self.surface
         unit = self.unit * surface.weight_unit
         return surface.handle, self.lengths, unit, self.crease_scale * self.radius
 
 
 class RegionEdit(NamedTuple):
-    """Labels after regions were joined, and the old region of each new region.
+    """Result of functions that join regions or pieces of regions.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        0..K'-1, each at least once.
+        New label of each cell. Each label from 0 to K' - 1 occurs.
     sources : ndarray of int32, shape (K',)
-        For each new region, the old region that equals or contains it.
+        Old region from which each new region was made.
     n_joined : int
         Number of pieces or regions that joined another region.
     n_islands : int
-        Number of pieces or regions that could not join another region, because they have no
+        Number of pieces or regions that could not join another region because they have no
         neighbor.
     """
 
@@ -81,12 +80,10 @@ def read_regions(
 ) -> tuple[BorderCosts, Ints, int]:
     """Check labels and weights, and return costs of borders, labels and the number of regions.
 
-    Cells labeled -1 are in no region. Default weights are the weights of a graph, or
-    `crease_weights` for a mesh.
+    Cells labeled -1 are in no region. By default, the weights of a graph or the `crease_weights` of
+    a mesh are used.
     """
-    array, n_regions = checked_partial_labels(labels, surface.n_cells)
-    if n_regions == 0:
-        raise ValueError("all labels are -1: there is no region")
+    array, n_regions = checked_regions(labels, surface.n_cells)
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
     radius = radius_of(measures, n_regions, surface.n_threads, surface.dimension)
     radius = radius or surface.diagonal or 1.0
@@ -98,13 +95,13 @@ def read_regions(
 
 @dataclass(frozen=True, eq=False)
 class LabeledPart:
-    """The labeled cells: all cells except cells labeled -1."""
+    """The cells whose label is not -1."""
 
     costs: BorderCosts
-    labels: Ints  # (n,) labels of these cells
+    labels: Ints  # (n,) label of each of these cells
     n_regions: int
-    whole: Ints  # (N,) labels of all cells
-    cut: Cut | None  # None: all cells are labeled
+    whole: Ints  # (N,) label of each cell, including -1
+    cut: Cut | None  # maps labeled cells to all cells; None if no label is -1
 
     @classmethod
     def read(
@@ -115,7 +112,7 @@ class LabeledPart:
         weld: bool,
         n_threads: int | None,
     ) -> LabeledPart:
-        """Check cells, their labels and weights; arguments as for `smooth_borders`."""
+        """Check the arguments, which are as for `smooth_borders`, and make the part."""
         surface = as_surface(source, weld=weld, n_threads=n_threads)
         costs, array, n_regions = read_regions(surface, labels, weights)
         if array.min() >= 0:
@@ -127,11 +124,11 @@ class LabeledPart:
         return cls(costs.of_part(cut), array[is_kept], n_regions, array, cut)
 
     def numbers_of(self, cells: Ints) -> Ints:
-        """Map indices of cells to indices of labeled cells; cells labeled -1 are dropped."""
+        """Convert indices of cells to indices of labeled cells; cells labeled -1 are removed."""
         if self.cut is None:
             return cells
         return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Return labels of all cells, -1 for cells that were labeled -1."""
+        """Convert labels of labeled cells to labels of all cells."""
         return labels if self.cut is None else self.cut.whole_labels(labels)

@@ -1,4 +1,4 @@
-"""Stage 5: merge neighboring regions into nested levels, and record the tree of all merges."""
+"""Stage 5: nested levels of regions, made by merging neighboring regions."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from ..clustering.segmentation import Segmentation
 from .edit import BorderCosts
 
 MERGE_CREASE_WEIGHT = 12.0
-"""Distance that a border in a deep crease adds between two regions, in radii of regions.
-
-On a third of the benchmark models, merging 150 regions to 50 gives an undersegmentation error of
-0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and a compactness of 4.07, 4.15 and 4.20.
-`segment` with 50 regions gives 0.181 and 4.11. Distances in the spectral embedding raise the error
+"""Distance that a border in a deep crease adds between two regions, in units of their radius. On a
+third of the benchmark models, merging 150 regions to 50 gives an undersegmentation error of 0.193,
+0.188 and 0.184 with weights of 6, 12 and 16, and a compactness of 4.07, 4.15 and 4.20. `segment`
+with 50 regions gives 0.181 and 4.11. Using distances in the spectral embedding increases the error
 by 0.01."""
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of a border, in r, at which 1/e of the length of the border counts.
-
-Creases count more in merging than in `smooth_borders`: with a scale of 3 the error is 0.222 at the
-same compactness."""
+"""Crease cost of an edge, in units of r, that reduces the open length of a border to 1/e. Creases
+have more influence on merging than on `smooth_borders`. With a scale of 3, the error is 0.222 at
+the same compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
+"""Lower region, higher region, length and open length of each border. The open length is the length
+reduced in creases."""
 
 
 @dataclass(frozen=True, eq=False)
 class MergeTree:
-    """The merges of K regions, in order.
+    """All merges of K regions, in the order in which they are done.
 
     Attributes
     ----------
     n_regions : int
         Number of regions before the first merge, K.
     children : ndarray of int32, shape (M, 2)
-        The two nodes that each merge joins, the lower first. Nodes 0..K-1 are the regions. Node K +
-        m is the result of merge m.
+        The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions.
+        Node K + m is the result of merge m.
     costs : ndarray of float64, shape (M,)
-        Cost of each merge; usually ascending.
+        Cost of each merge. Costs usually increase.
     """
 
     n_regions: int
@@ -56,7 +56,7 @@ class MergeTree:
         return self.n_regions - len(self.children)
 
     def regions_at(self, n: int) -> Ints:
-        """Return the new region, 0..n-1, of each region after merging to n regions.
+        """Return the region, from 0 to n - 1, of each old region after merging to n regions.
 
         New regions are numbered in the order of their lowest old regions.
         """
@@ -65,7 +65,7 @@ class MergeTree:
         merged = self.children[:n_merges]
         parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
         while not np.array_equal(above := parents[parents], parents):
-            parents = above  # halves the lengths of paths to the roots
+            parents = above  # each step halves the lengths of paths to the roots
         roots = parents[: self.n_regions]
         _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
         ranks = np.empty(n, np.int32)
@@ -75,27 +75,26 @@ class MergeTree:
 
 @dataclass(frozen=True, eq=False)
 class Hierarchy:
-    """Nested levels of regions: the result of `superfacets.hierarchy`.
+    """Result of `superfacets.hierarchy`: nested levels of regions.
 
-    Each region of a level is a union of regions of every finer level. Regions are numbered in the
-    order of their lowest finest regions, so the labels of a level do not depend on the other
-    levels.
+    Each region of a level is a union of regions of every finer level. Regions of all levels are
+    numbered in the order of the lowest regions of `finest` in them, so the labels of a level do not
+    depend on the other levels.
 
     Attributes
     ----------
     counts : tuple of int
-        Number of regions on each level, the finest first.
+        Number of regions on each level, in descending order.
     finest : ndarray of int32, shape (N,)
-        The labels before the first merge, 0..K-1, and -1 for cells in no region.
+        Labels before the first merge, from 0 to K - 1, and -1 for cells in no region.
     children : ndarray of int32, shape (M, 2)
-        The merge tree: the two nodes that each merge joins, the lower first. Nodes 0..K-1 are the
-        regions of `finest`. Node K + m is the result of merge m. After m merges there are K - m
-        regions.
+        The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions
+        of `finest`. Node K + m is the result of merge m. After m merges, there are K - m regions.
     costs : ndarray of float64, shape (M,)
-        The cost of each merge, usually ascending. Its unit is the squared unit of the positions;
-        with features, their squared unit times area.
+        Cost of each merge. Costs usually increase. Their unit is the squared unit of the positions
+        or, with features, the squared unit of the features times area.
     segmentation : Segmentation or None
-        The segmentation with the labels `finest`; None if labels were given.
+        Segmentation with the labels `finest`, or None if labels were given.
     """
 
     counts: tuple[int, ...]
@@ -106,25 +105,25 @@ class Hierarchy:
 
     @property
     def n_finest(self) -> int:
-        """Number of regions before the first merge, K: the largest n for `cut`."""
+        """Number of regions before the first merge, K, which is the maximum for `cut`."""
         return self._tree.n_regions
 
     @property
     def n_fewest(self) -> int:
-        """Number of regions after the last merge: the smallest n for `cut`."""
+        """Number of regions after the last merge, which is the minimum for `cut`."""
         return self._tree.n_fewest
 
     @cached_property
     def levels(self) -> list[Ints]:
-        """The labels of each level, (N,) int32, the finest first: `cut` for each of `counts`."""
+        """Labels of each level, (N,) int32, in the order of `counts`."""
         return [self.cut(n) for n in self.counts]
 
     @cached_property
     def parents(self) -> list[Ints]:
-        """For each level except the last, the region of the next level that contains each region.
+        """Region of the next level that contains each region, for each level except the last.
 
-        ``parents[i]`` has shape (counts[i],), and ``parents[i][levels[i]]`` is ``levels[i + 1]``
-        except at cells labeled -1.
+        ``parents[i]`` has shape (counts[i],). Except at cells labeled -1, ``parents[i][levels[i]]``
+        equals ``levels[i + 1]``.
         """
         found = []
         at_all = [self._tree.regions_at(n) for n in self.counts]
@@ -144,12 +143,13 @@ class Hierarchy:
         Parameters
         ----------
         n : int
-            Any number from `n_fewest` to `n_finest`.
+            Number of regions, from `n_fewest` to `n_finest`.
 
         Returns
         -------
         ndarray of int32, shape (N,)
-            0..n-1, each at least once, and -1 for cells in no region. Time O(N + K log K).
+            Region of each cell, from 0 to n - 1, or -1 for cells in no region. Each region has at
+            least one cell. Time is O(N + K log K).
 
         Raises
         ------
@@ -169,8 +169,8 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
     count = checked_count(n, name, tree.n_regions, "regions on the finest level")
     if count < tree.n_fewest:
         raise ValueError(
-            f"{name} is {count} but merging ends at {tree.n_fewest} regions without neighbors:"
-            " islands='nearest' also merges across gaps, unless barriers separate the regions"
+            f"{name} must be at least {tree.n_fewest} because the last regions have no neighbors,"
+            f" got {count}: without barriers, islands='nearest' also merges across gaps"
         )
     return count
 
@@ -178,57 +178,57 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
 ) -> MergeTree:
-    """Merge neighbors, the cheapest pair first, until no neighbors remain; features are (N, F)."""
+    """Merge neighboring regions in the order of their costs, until no neighbors remain."""
     surface = costs.surface
     is_kept = labels >= 0
     kept = labels[is_kept]
     measures = surface.measures[is_kept]
     positions = np.ascontiguousarray(surface.positions[is_kept])
     areas = sums_by_label(kept, measures, n_regions)
-    shares = np.where(areas[kept] > 0, measures, 1.0)  # equal if the area is 0
+    weights = np.where(areas[kept] > 0, measures, 1.0)  # equal in regions without area
     borders = _borders_of(costs, labels, n_regions)
     if islands == "nearest":
         gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
         borders = _with_gaps(borders, *gaps)
     table = np.empty(0)
     if features is not None:
-        table = _means(kept, features[is_kept], shares, n_regions).ravel()
-    places = _means(kept, positions, shares, n_regions)
-    children, prices = _core.merge_tree(
-        areas, places, table, *borders, MERGE_CREASE_WEIGHT, surface.dimension
+        table = _means(kept, features[is_kept], weights, n_regions).ravel()
+    centroids = _means(kept, positions, weights, n_regions)
+    children, merge_costs = _core.merge_tree(
+        areas, centroids, table, *borders, MERGE_CREASE_WEIGHT, surface.dimension
     )
-    return MergeTree(n_regions, children.reshape(-1, 2), prices)
+    return MergeTree(n_regions, children.reshape(-1, 2), merge_costs)
 
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
-    """Return the lower and the higher region of each border, its length, and its open length."""
+    """Return the borders between regions, without borders to cells in no region."""
     surface, lengths, unit, _ = costs.args
     scale = MERGE_CREASE_SCALE * costs.radius
     n_threads = costs.surface.n_threads
-    named = np.where(labels < 0, np.int32(n_regions), labels)  # -1: one more region
-    low, high, prices = _core.region_borders(surface, lengths, unit, scale, named, n_threads)
+    named = np.where(labels < 0, np.int32(n_regions), labels)
+    low, high, open_lengths = _core.region_borders(surface, lengths, unit, scale, named, n_threads)
     *_, whole = _core.region_borders(surface, lengths, unit, np.inf, named, n_threads)
     is_kept = high < n_regions
-    return low[is_kept], high[is_kept], whole[is_kept], prices[is_kept]
+    return low[is_kept], high[is_kept], whole[is_kept], open_lengths[is_kept]
 
 
-def _means(labels: Ints, values: Floats, shares: Floats, n_regions: int) -> Floats:
-    """Return the mean of each region, (K, F); exact if all values of a region are equal."""
+def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Floats:
+    """Return the weighted mean of each region, (K, F); exact if its values are all equal."""
     lowest = np.empty(n_regions, np.int64)
     lowest[labels[::-1]] = np.arange(len(labels))[::-1]
     origins = values[lowest]
-    totals = sums_by_label(labels, shares, n_regions)
+    totals = sums_by_label(labels, weights, n_regions)
     steps = values - origins[labels]
-    sums = [sums_by_label(labels, shares * column, n_regions) for column in steps.T]
+    sums = [sums_by_label(labels, weights * column, n_regions) for column in steps.T]
     return np.ascontiguousarray(origins + np.stack(sums, axis=1) / totals[:, np.newaxis])
 
 
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return pairs of regions across gaps: each component is joined to the nearest larger one.
+    """Return pairs of regions that connect each component to the nearest larger component.
 
-    Among components of equal area, the one with the lowest region counts as larger.
+    Of components with equal areas, the component with the lowest region is treated as larger.
     """
     components, n_components = _components_of(borders, len(areas))
     total = sums_by_label(components, areas, n_components)
@@ -241,18 +241,20 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return connected components of regions, in the order of their lowest regions."""
+    """Return the component of each region, and the number of components.
+
+    Components are numbered in the order of their lowest regions.
+    """
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")
     offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
-    one = np.zeros(n_regions, np.int32)
-    return _core.find_components(offsets, high[order], one)
+    return _core.find_components(offsets, high[order], np.zeros(n_regions, np.int32))
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """Return the borders and gaps in one sorted list; gaps have length 0."""
+    """Add gaps to the sorted list of borders, as borders of length 0."""
     lows, highs = np.append(borders[0], low), np.append(borders[1], high)
     order = np.lexsort((highs, lows))
-    nothing = np.zeros(len(low))
-    lengths, prices = np.append(borders[2], nothing), np.append(borders[3], nothing)
-    return lows[order], highs[order], lengths[order], prices[order]
+    zeros = np.zeros(len(low))
+    lengths, open_lengths = np.append(borders[2], zeros), np.append(borders[3], zeros)
+    return lows[order], highs[order], lengths[order], open_lengths[order]

@@ -1,4 +1,4 @@
-"""Stage 5: label regions of a mesh from masks in images of the mesh."""
+"""Stage 5: labels of regions from masks in images of the mesh."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .._validate import (
     checked_choice,
     checked_classes,
     checked_flag,
+    checked_fraction,
     checked_regions,
-    checked_share,
     checked_threads,
 )
 from ..adapters.convert import MeshLike, as_cells
@@ -28,31 +28,31 @@ from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
 MOST_PAIRS = 500_000_000
-"""Largest sum over all masks of (number of regions in the mask) squared. With this sum, finding
-objects takes two minutes. 100 images of a room in 10,000 regions have a tenth of this sum."""
+"""Maximum sum, over all masks, of the squared number of regions in a mask. With this sum, finding
+objects takes two minutes. For 100 images of a room in 10,000 regions, the sum is a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LiftedLabels:
-    """Labels of regions from masks of images: the result of `lift`.
+    """Result of `lift`: labels of regions and cells.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        One label per cell: ids of masks if these are consistent, else objects 0..n-1; -1 for no
-        label.
+        Label of each cell, or -1 for cells without a label. Labels are mask ids if the ids are
+        consistent, and numbers of objects from 0 to n - 1 otherwise.
     region_labels : ndarray of int32, shape (K,)
-        The same labels, one per region.
+        Label of each region, or -1 for regions without a label.
     scores : ndarray of float64, shape (K,)
-        Fraction, 0 to 1, of the visible area of each region (summed over images) in masks of its
-        label; 0 for regions without a label.
+        Fraction, 0 to 1, of the visible area of each region that is in masks with its label. The
+        area is summed over all images. 0 for regions without a label.
     label_scores : ndarray of float64, shape (len(found),)
-        Like `scores`, for all regions of a label together: one fraction per label of `found`.
+        Fraction as in `scores` for each label in `found`, over all regions with this label.
     mask_labels : tuple of dict
-        For each image, the label of each mask id; -1 if no region has the label of the mask. Use it
-        to look up classes or captions of masks by label.
+        For each image, a dict from mask ids to labels, or to -1 if no region has the label of the
+        mask. Use it to find classes or captions of labels.
     seen : ndarray of bool, shape (N,)
-        Whether an image sees the cell, inside or outside masks.
+        Whether each cell is visible in an image, inside or outside masks.
     """
 
     labels: Ints
@@ -64,7 +64,7 @@ class LiftedLabels:
 
     @property
     def found(self) -> Ints:
-        """The distinct labels of all regions, ascending, without -1."""
+        """Distinct labels of all regions in ascending order, without -1."""
         return np.unique(self.region_labels[self.region_labels >= 0])
 
     def __repr__(self) -> str:
@@ -83,39 +83,45 @@ def lift(
     overlap: Overlap = "smallest",
     n_threads: int | None = None,
 ) -> LiftedLabels:
-    """Return labels of regions and cells by a vote of masks in images.
+    """Label regions and cells by majority votes of masks in images.
 
-    Each pixel votes for its mask, or for no mask, with the surface area in the pixel. A region with
-    at least half of its votes in masks gets the label with the most votes. Both sides of a face are
-    visible. Surface seen at an angle below 6 degrees hides other surface, but does not vote.
+    Each pixel votes for its mask, or for no mask, and its weight is the surface area in the pixel.
+    A region with at least half of its votes in masks gets the label with the most votes. Both sides
+    of a face are visible. A face seen at an angle below 6 degrees hides faces behind it, but does
+    not vote.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Cameras see the boundary of a tetrahedral mesh. Point clouds raise an
-        error, because points hide nothing.
+        As for `segment`. Only the boundary of a tetrahedral mesh is visible. Point clouds are not
+        supported, because points do not hide each other.
     regions : Segmentation or array_like of int, shape (N,)
-        0..K-1, each at least once; -1 for cells in no region.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
     masks : iterable, one item per camera
-        Per image, one of: an integer array of shape (height, width) with the mask id of each pixel,
-        where 0 and below mean no mask; n bool masks with ids 1 to n, shape (n, height, width); a
-        list of bool masks, or of the dictionaries of SAM's mask generator.
+        Masks of each image, in one of these forms:
+
+        - An integer array of shape (height, width) with the mask id of each pixel, where values
+          below 1 mean no mask.
+        - A bool array of shape (n, height, width), whose masks get the ids 1 to n.
+        - A list of bool masks, or of the dictionaries from the mask generator of SAM.
     cameras : sequence of PinholeCamera
-        From `read_cameras`, or made from poses.
+        Camera of each image, for example from `read_cameras`.
     consistent_ids : bool, default False
         Whether an id has the same meaning in all images, like ids of classes or tracked objects. If
-        not, regions that are often in the same mask become objects: starting from single regions,
-        the two groups with the highest agreement are merged while this is at least `agreement`. The
-        label of a mask is the object with the largest area in the mask.
+        not, regions that are often in the same mask are grouped into objects: starting from single
+        regions, the two groups with the highest agreement are merged while their agreement is at
+        least `agreement`. The label of a mask is the object with the largest area in the mask.
     agreement : float, default 0.5
-        Threshold, above 0 and at most 1, for ids that are not consistent. The agreement of two
-        groups is the probability that a random point of each, both in masks of one image, are in
-        the same mask. Higher values give more and smaller objects.
+        Minimum agreement of merged groups, above 0 and at most 1, if ids are not consistent. Take a
+        random point of each group, both in masks of the same image: the agreement is the
+        probability that both points are in the same mask. Higher values give more and smaller
+        objects.
     overlap : {"smallest", "largest"}
-        The mask that wins where bool masks overlap: the mask with the fewest pixels (parts) or with
-        the most pixels (wholes). Ties go to the first.
+        Which mask is used where bool masks overlap: the mask with the fewest pixels (parts of
+        objects), or the mask with the most pixels (whole objects). If masks have the same size, the
+        first mask is used.
     n_threads : int, optional
-        As for `segment`. The result does not depend on it.
+        As for `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
@@ -124,21 +130,22 @@ def lift(
     Warns
     -----
     ViewWarning
-        If the mesh is not visible in an image, or an image has no mask.
+        If the mesh is not visible in an image, or if an image has no masks.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid, the sizes of an image and its camera differ, no camera sees the
-        mesh, no mask shows a part of the mesh, or there are too many regions to find objects.
+        If the mesh is not valid, if the sizes of an image and its camera differ, if no camera sees
+        the mesh, if no mask shows a part of the mesh, or if there are too many regions to find
+        objects.
     ValueError, TypeError
         If the type or number of regions, masks, cameras or parameters is wrong.
 
     Notes
     -----
-    Each image takes about 20 ns per triangle and 30 ns per pixel. Images are processed in parallel,
-    a batch at a time, so `masks` may be a generator. Finding objects is quadratic in the number of
-    regions: for 100 images of a room, 0.2 s for 2,000 regions and 10 s for 10,000.
+    Each image takes about 20 ns per triangle and 30 ns per pixel. Batches of images are processed
+    in parallel, so `masks` may be a generator. The time to find objects is quadratic in the number
+    of regions: for 100 images of a room, 0.2 s with 2,000 regions and 10 s with 10,000 regions.
 
     Examples
     --------
@@ -154,10 +161,10 @@ def lift(
     labels, n_regions = checked_regions(regions, cells.n_cells)
     views = _checked_cameras(cameras)
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
-    least = checked_share(agreement, "agreement")
+    least = checked_fraction(agreement, "agreement")
     if least == 0:
         raise ValueError(
-            "agreement must be above 0, because 0 would join all regions into one object"
+            "agreement must be above 0, because 0 would merge all regions into one object, got 0"
         )
     checked_choice(overlap, "overlap", get_args(Overlap))
     surface = SeenSurface(cells, labels, checked_threads(n_threads))
@@ -182,24 +189,25 @@ def project_labels(
     *,
     n_threads: int | None = None,
 ) -> list[Ints]:
-    """Return images of the labels that cameras see, to check poses or to make masks.
+    """Return images of the labels visible to cameras, to check poses or to make masks.
 
     Parameters
     ----------
     mesh, cameras, n_threads
         As for `lift`.
     labels : array_like of int, shape (N,)
-        One label per cell, >= 0, or -1 for no label.
+        Label of each cell, >= 0, or -1 for cells without a label.
 
     Returns
     -------
     list of ndarray of int32, shape (height, width)
-        For each camera, the label of the nearest cell in each pixel; -1 for no label or no cell.
+        Image of each camera, with the label of the visible cell in each pixel. Pixels are -1 if the
+        cell has no label or no cell is visible.
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        If the mesh is not valid, or the type or number of labels or cameras is wrong.
+        If the mesh is not valid, or if the type or number of labels or cameras is wrong.
 
     Examples
     --------
@@ -223,20 +231,19 @@ def project_labels(
 
 def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
     found = list(cameras)
-    for place, camera in enumerate(found):
+    for i, camera in enumerate(found):
         if not isinstance(camera, PinholeCamera):
-            raise TypeError(
-                f"cameras[{place}] must be a PinholeCamera, got {type(camera).__name__}"
-            )
+            raise TypeError(f"cameras[{i}] must be a PinholeCamera, got {type(camera).__name__}")
     if not found:
-        raise ValueError("there are no cameras")
+        raise ValueError("cameras must contain at least one camera, but it is empty")
     return found
 
 
 def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
-    """Return the object of each mask: the group of regions with the largest area in the mask.
+    """Group regions into objects, and return the object of each mask.
 
-    Regions with most of their visible area outside masks are ignored.
+    The object of a mask is the group of regions with the largest area in the mask. Regions with
+    most of their visible area outside masks are ignored.
     """
     balance = np.where(votes.masks >= 0, votes.areas, -votes.areas)
     is_masked = sums_by_label(votes.regions, balance, n_regions) > 0
@@ -244,8 +251,8 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
     counts = np.bincount(votes.masks[chosen], minlength=1)
     if (counts**2).sum() > MOST_PAIRS:
         raise MeshError(
-            f"masks show up to {counts.max()} regions each, too many to find objects: segment into"
-            " fewer regions"
+            f"masks contain up to {counts.max()} regions, which is too many to find objects: make"
+            " fewer regions, or use consistent_ids=True if possible"
         )
     order = chosen[np.lexsort((votes.masks[chosen], votes.regions[chosen]))]
     masks, regions, areas = votes.masks[order], votes.regions[order], votes.areas[order]
@@ -255,7 +262,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return the winning label of each region (or -1), its votes, and the votes of the region."""
+    """Return the winning label of each region or -1, the votes for this label, and all votes."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -268,9 +275,12 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels to 0..n-1 by their lowest regions; labels without regions become -1."""
+    """Renumber labels to 0 to n - 1 in the order of their lowest regions.
+
+    The label of a mask becomes -1 if no region has this label.
+    """
     kept, firsts = np.unique(winners, return_index=True)
-    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # the last: -1
+    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # names[-1] is -1
     order = kept[np.argsort(firsts)]
     order = order[order >= 0]
     names[order] = np.arange(len(order))
@@ -278,7 +288,7 @@ def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
 
 
 def _by_image(votes: Votes, label_of: Ints, n_images: int) -> tuple[dict[int, int], ...]:
-    """Return, for each image, the label of each mask id."""
+    """Return a dict from mask ids to labels for each image."""
     ends = np.searchsorted(votes.image_of, np.arange(n_images + 1)).tolist()
     return tuple(
         dict(zip(votes.ids[a:b].tolist(), label_of[a:b].tolist(), strict=True))

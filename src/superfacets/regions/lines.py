@@ -1,4 +1,4 @@
-"""Stage 5: borders of regions as lines along edges, and cells at borders."""
+"""Stage 5: borders of regions as lines along edges, and the cells at borders."""
 
 from __future__ import annotations
 
@@ -18,33 +18,32 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 
 NO_REGION = -1
-"""Second region of a line at the boundary of the mesh."""
+"""Second region of a line at the boundary of the mesh, or at cells in no region."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderLines:
-    """L lines along edges, each between two regions: the result of `border_lines`.
+    """Result of `border_lines`: L lines along edges, each between two regions.
 
     ``len(lines)`` is L.
 
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, one line after the other. The lowest vertex represents all vertices
-        at its position.
+        Vertices of all lines, concatenated. Of vertices at the same position, the lowest is used.
     offsets : ndarray of int64, shape (L + 1,)
-        Line i has ``vertices[offsets[i]:offsets[i + 1]]``, in order; see `line`.
+        The vertices of line i are ``vertices[offsets[i]:offsets[i + 1]]``; see `line`.
     regions : ndarray of int32, shape (L, 2)
-        The two regions that each line separates, the lower first. The second is -1 at the boundary
-        of an open mesh, and at cells in no region. If faces are consistently oriented, the first
-        region is on the left of the line, seen from outside.
+        The two regions that each line separates, the lower region first. The second is -1 at the
+        boundary of an open mesh, and at cells in no region. If faces are consistently oriented, the
+        first region is to the left of the line, seen from outside.
     is_closed : ndarray of bool, shape (L,)
-        Whether the line is a loop. The first vertex of a loop is not repeated at its end.
+        Whether each line is a loop. The first vertex of a loop is not repeated at its end.
     lengths : ndarray of float64, shape (L,)
         Length of each line, in the unit of the vertices.
     junctions : ndarray of int32, shape (J,)
-        Vertices where lines end, ascending. At these vertices the regions on the two sides change,
-        or the number of border edges is not two.
+        Vertices where lines end, in ascending order. At these vertices, the number of border edges
+        is not two, or the regions on the two sides change.
     """
 
     vertices: Ints
@@ -59,9 +58,9 @@ class BorderLines:
         return len(self.regions)
 
     def line(self, i: int) -> Ints:
-        """Vertices of line i, 0 to L - 1, in order."""
+        """Return the vertices of line i, where i is from 0 to L - 1."""
         if not 0 <= i < len(self):
-            raise IndexError(f"there is no line {i}: there are {len(self)}")
+            raise IndexError(f"the line must be 0 to {len(self) - 1}, got {i}")
         return self.vertices[self.offsets[i] : self.offsets[i + 1]]
 
     def __repr__(self) -> str:
@@ -78,32 +77,32 @@ def border_lines(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`; only meshes with faces.
+        As for `segment`, but the mesh must have faces.
     labels : array_like of int, shape (F,)
-        0..K-1, each at least once; -1 for faces in no region.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks faces in no region.
     weld, n_threads
         As for `segment`.
 
     Returns
     -------
     BorderLines
-        Open lines come first, then closed lines.
+        Lines, where open lines come before closed lines.
 
     Raises
     ------
     MeshError
         If the mesh is not valid, or has no faces.
     ValueError, TypeError
-        If the labels are not integers, not one per face, below -1 or with gaps.
+        If labels are not one integer >= -1 per face, or if a label from 0 to K - 1 is missing.
 
     Notes
     -----
-    If faces of three regions share an edge, each pair of regions has a line along the edge. Time
+    If faces of three regions share an edge, each pair of regions has a line along the edge. Time is
     O(F + B log B) for B border edges.
 
     Examples
     --------
-    The diagonal separates two triangles of a square. Each triangle has two boundary edges:
+    The diagonal separates the two triangles of a square, and each has two boundary edges:
 
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> lines = border_lines(square, [0, 1])
@@ -120,17 +119,20 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Border edges: one row per edge and pair of separated regions, sorted by both."""
+    """Segments of borders, one for each edge and pair of regions at the edge.
 
-    edges: Longs  # (S,) number of the edge, 0..B-1
-    ends: Ints  # (S, 2) vertices, in the order of a face of the first region
+    Segments are sorted by edge, then by regions.
+    """
+
+    edges: Longs  # (S,) number of the edge, from 0 to B - 1
+    ends: Ints  # (S, 2) vertices of the edge, oriented as in a face of the first region
     regions: Ints  # (S, 2) lower and higher region
 
     @classmethod
     def of(
         cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
     ) -> _Segments:
-        """Return the border edges of checked labels."""
+        """Find the segments of the borders of checked labels."""
         faces, sides, others = _border_sides(mesh, graph, labels)
         ends = lowest_vertices(mesh.vertices, weld, n_threads)[ends_of_sides(mesh, faces, sides)]
         is_edge = ends[:, 0] != ends[:, 1]
@@ -148,11 +150,11 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """A key per edge, (B,). Edges with equal keys separate the same regions."""
+        """Key of each edge, (B,). Edges with equal keys separate the same regions."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
-        # The rare edges with several pairs of regions have negative keys.
+        # Edges with several pairs of regions are rare. They get negative keys.
         several: dict[tuple[int, ...], int] = {}
         stops = np.append(firsts[1:], len(keys))
         for edge in np.flatnonzero(stops - firsts > 1).tolist():
@@ -164,7 +166,10 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return faces of the first region at borders, their border sides, and the second region."""
+    """Return faces at borders, their sides at the border, and the region behind the border.
+
+    Of the two regions at a border, only faces of the lower region are returned.
+    """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
@@ -183,15 +188,15 @@ def _border_sides(
 
 
 def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
-    vertices, places = np.unique(segments.ends, return_inverse=True)
-    ends = places.reshape(-1, 2)  # indices into the vertices of borders
-    goes_on = _goes_on(segments, ends, len(vertices))
-    partners = _partners_of(ends.ravel(), segments.regions, goes_on)
+    vertices, indices = np.unique(segments.ends, return_inverse=True)
+    ends = indices.reshape(-1, 2)  # indices into `vertices`
+    continues = _continues(segments, ends, len(vertices))
+    partners = _partners_of(ends.ravel(), segments.regions, continues)
     offsets, entries, is_closed = _core.trace_lines(partners)
     is_open = is_closed == 0
     steps = mesh.vertices[segments.ends[:, 1]] - mesh.vertices[segments.ends[:, 0]]
     lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))[entries >> 1]
-    # An open line has one vertex more than segments.
+    # An open line has one more vertex than segments.
     ends_before = np.concatenate([[0], np.cumsum(is_open)])
     numbers = np.repeat(np.arange(len(is_open)), np.diff(offsets))
     along = np.empty(len(entries) + ends_before[-1], dtype=np.int32)
@@ -204,15 +209,15 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
         "regions": segments.regions[entries[offsets[:-1]] >> 1],
         "is_closed": ~is_open,
         "lengths": np.bincount(numbers, weights=lengths, minlength=len(is_open)),
-        "junctions": vertices[~goes_on],
+        "junctions": vertices[~continues],
     }
     lines = BorderLines(**arrays)
     freeze(lines, **arrays)
     return lines
 
 
-def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Return whether a line continues through each vertex, which has two edges of equal regions."""
+def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
+    """Whether a line continues at each vertex, because it has two edges between equal regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)
@@ -223,10 +228,13 @@ def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
     return np.asarray(is_pair & (lowest == highest))
 
 
-def _partners_of(at: Longs, regions: Ints, goes_on: Bools) -> Longs:
-    """Return for each end of a segment the next end of the line, or -1, shape (2 S,)."""
+def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
+    """Return the end of another segment at which the line continues from each end of a segment.
+
+    The result has shape (2 S,), and is -1 where the line ends. `at` is the vertex of each end.
+    """
     partners = np.full(len(at), -1, dtype=np.int64)
-    ends = np.flatnonzero(goes_on[at])
+    ends = np.flatnonzero(continues[at])
     pairs = regions[ends >> 1]
     ends = ends[np.lexsort((pairs[:, 1], pairs[:, 0], at[ends]))]
     partners[ends[::2]], partners[ends[1::2]] = ends[1::2], ends[::2]
@@ -240,18 +248,19 @@ def find_boundaries(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Bools:
-    """Return which cells have a neighbor with another label.
+    """Return whether each cell has a neighbor with another label.
 
     Cells on both sides of a border are marked, like pixels by ``find_boundaries`` of scikit-image
-    in mode ``"thick"``. The boundary of an open mesh is not a border. `border_lines` returns the
-    edges of borders.
+    in mode ``"thick"``. The boundary of an open mesh is not a border. To get the edges of borders,
+    use `border_lines`.
 
     Parameters
     ----------
     cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; -1 for cells in no region, which also have borders.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region, which
+        also have borders.
     weld, n_threads
         As for `segment`.
 
@@ -264,7 +273,7 @@ def find_boundaries(
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If the labels are not integers, not one per cell, below -1 or with gaps.
+        If labels are not one integer >= -1 per cell, or if a label from 0 to K - 1 is missing.
 
     Examples
     --------
@@ -281,5 +290,5 @@ def find_boundaries(
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
-    is_boundary[neighbors[differ]] = True  # a graph may have one-way arcs
+    is_boundary[neighbors[differ]] = True  # only needed for one-way arcs
     return is_boundary

@@ -1,4 +1,4 @@
-"""Votes of pixels: the visible area of each region in each mask."""
+"""Votes of masks for regions: the visible area of each region in each mask."""
 
 from __future__ import annotations
 
@@ -21,43 +21,44 @@ from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
 MOST_PIXELS = 1 << 23
-"""Maximum number of pixels in memory at a time, with about 30 bytes per pixel."""
+"""Maximum number of pixels that are processed together, with about 30 bytes per pixel."""
 
 LEAST_IMAGES = 8
-"""One image per thread may be in memory up to this number of images, even beyond MOST_PIXELS."""
+"""Number of images that may be processed together, one per thread, even beyond MOST_PIXELS."""
 
 
 class Votes(NamedTuple):
-    """Areas of regions in masks. Masks are numbered over all images, image by image."""
+    """Visible areas of regions in the masks of all images."""
 
-    masks: Ints  # (A,) mask of each area, ascending within an image; -1: no mask
+    masks: Ints  # (A,) mask of each area, ascending within an image; -1 outside masks
     regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) > 0
+    areas: Floats  # (A,) area, > 0, in the squared unit of the mesh
     image_of: Ints  # (M,) image of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, >= 1
-    seen: Bools  # (N,) whether an image sees the cell
+    seen: Bools  # (N,) whether each cell is visible in an image
 
 
 class SeenSurface:
-    """The visible triangles of a mesh and the label of each."""
+    """Triangles that cameras can see, and the label of each triangle."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
         if outside is None:
             raise TypeError(
-                f"{kind_of(cells).plural} have no surface that cameras could see: lift masks"
-                " to a mesh of the object, then use transfer"
+                f"masks need a mesh, got {kind_of(cells).plural}, which have no surface: lift the"
+                " masks to a mesh of the object, then use transfer"
             )
         self._vertices = outside.mesh.vertices
         self._triangles, sources = cut_into_triangles(outside.mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
         self._cells = owners if outside.sources is None else outside.sources[owners]
-        self._labels = np.append(labels[self._cells], np.int32(-1))  # index -1: no triangle
+        # The last entry is the label of pixels without a triangle, whose index is -1.
+        self._labels = np.append(labels[self._cells], np.int32(-1))
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield, for each camera, the label of each pixel (or -1), and the area in each pixel."""
+        """Yield the label of each pixel or -1, and the area in each pixel, for each camera."""
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -83,9 +84,10 @@ class SeenSurface:
 def collect_votes(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Votes:
-    """Return the votes of all images for the labels of a surface; warn of images without votes.
+    """Return the votes of the masks of all images for the labels of a surface.
 
-    Raises a MeshError if there are no votes, or if the sizes of an image and its camera differ.
+    Warns if an image gives no votes. Raises a MeshError if there are no votes at all, or if the
+    sizes of an image and its camera differ.
     """
     images = list(_votes_of_images(surface, masks, cameras, overlap))
     _check_images(images, cameras)
@@ -106,19 +108,19 @@ def collect_votes(
 
 
 class _ImageVotes(NamedTuple):
-    """Votes of one image."""
+    """Visible areas of regions in the masks of one image."""
 
-    masks: Ints  # (A,) index into `ids`; -1: no mask
+    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 outside masks
     regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) > 0
+    areas: Floats  # (A,) area, > 0
     ids: Array  # (M,) ids of the masks of the image, ascending
-    n_seen: int  # number of pixels that vote
+    n_seen: int  # number of pixels in which a region is visible
 
 
 def _votes_of_images(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Iterator[_ImageVotes]:
-    """Yield the votes of each image; a ValueError if the numbers of images and cameras differ."""
+    """Yield the votes of each image; `masks` and `cameras` must have the same length."""
     given, n_images = iter(masks), 0
     for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
         camera = cameras[n_images]
@@ -127,13 +129,19 @@ def _votes_of_images(
         yield _votes_of(ids, regions, areas)
         n_images += 1
     if n_images < len(cameras):
-        raise ValueError(f"there are masks of {n_images} images for {len(cameras)} cameras")
+        raise ValueError(
+            f"masks must have one item per camera: there are {len(cameras)} cameras, masks has"
+            f" {n_images} items"
+        )
     if next(given, given) is not given:
-        raise ValueError(f"there are masks of more images than {len(cameras)}, one per camera")
+        raise ValueError(
+            f"masks must have one item per camera: there are {len(cameras)} cameras, masks has more"
+            " items"
+        )
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
-    """Sum the areas of the pixels of an image by mask and region."""
+    """Sum the areas of the pixels of an image for each pair of a mask and a region."""
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)
@@ -141,31 +149,35 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
     keys = (ranks[votes].astype(np.int64) + 1) * shape[1] + local[votes]
     sums = sums_by_label(keys, areas[votes], shape[0] * shape[1])
     found = np.flatnonzero(sums)
-    masks, places = np.divmod(found, max(shape[1], 1))
+    masks, ranks = np.divmod(found, max(shape[1], 1))
     return _ImageVotes(
-        masks - 1, regions_seen[places].astype(np.int32), sums[found], names, len(keys)
+        masks - 1, regions_seen[ranks].astype(np.int32), sums[found], names, len(keys)
     )
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn of images without votes; a MeshError if no image votes."""
-    titles = [_title(place, camera) for place, camera in enumerate(cameras)]
+    """Warn of images without votes, or raise a MeshError if no image gives votes."""
+    titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]
     if len(blind) == len(images):
         raise MeshError(
-            "no camera sees the mesh: check that poses map camera to world, in the frame and unit"
-            " of the mesh, and that the axes (OpenCV or OpenGL) are right"
+            "no camera sees the mesh: check that poses are camera-to-world matrices in the"
+            " coordinates of the mesh, with the axes of OpenCV (for OpenGL, use"
+            " PinholeCamera.of_opengl)"
         )
     if len(empty) == len(images):
-        raise MeshError("all masks are empty: object ids start at 1, and 0 is background")
+        raise MeshError("all images are without masks: mask ids start at 1, and 0 is background")
     if not any((image.masks >= 0).any() for image in images):
-        raise MeshError("no mask shows a part of the mesh: check the order of masks and cameras")
+        raise MeshError(
+            "no mask contains a visible part of the mesh: check that masks and cameras are in the"
+            " same order"
+        )
     for found, what in ((blind, "the mesh is not visible"), (empty, "there is no mask")):
         if found:
             more = f" and {len(found) - 1} more" if len(found) > 1 else ""
             warnings.warn(f"{what} in {found[0]}{more}", ViewWarning, stacklevel=4)
 
 
-def _title(place: int, camera: PinholeCamera) -> str:
-    return f"image {place} ({camera.name})" if camera.name else f"image {place}"
+def _title(i: int, camera: PinholeCamera) -> str:
+    return f"image {i} ({camera.name})" if camera.name else f"image {i}"

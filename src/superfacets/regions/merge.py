@@ -19,7 +19,7 @@ from ..cells.sums import sums_by_label
 from ..cells.surface import Surface
 from .edit import BorderCosts, LabeledPart, RegionEdit
 
-Places = npt.NDArray[np.intp]
+Indices = npt.NDArray[np.intp]
 
 
 def merge_small_regions(
@@ -32,10 +32,10 @@ def merge_small_regions(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> RegionEdit:
-    """Return labels without small regions.
+    """Merge small regions with their neighbors.
 
-    While the smallest region is too small, this region joins the neighbor with the longest common
-    border. Borders in creases count less, as in `smooth_borders`.
+    While the smallest region is too small, it joins the neighbor with the longest common border.
+    The length of borders in creases is reduced, as in `smooth_borders`.
 
     Parameters
     ----------
@@ -44,11 +44,12 @@ def merge_small_regions(
     labels : array_like of int, shape (N,)
         0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     min_size : float
-        Smallest area of a region, >= 0, as a fraction of the mean area of the given regions.
+        Minimum area of a region, >= 0, as a fraction of the mean area of the given regions.
     islands : {"keep", "nearest"}
-        What to do with small regions that have no neighbor. ``"keep"``: the regions do not change.
-        ``"nearest"``: they join the region of the face nearest (Euclidean) to their center; the
-        joined region is then not connected. If all regions are small islands, nothing changes.
+        Whether small regions without a neighbor are kept (``"keep"``), or join the region of the
+        face with the smallest Euclidean distance from their center (``"nearest"``). The joined
+        region is then not connected. If all regions are small and without neighbors, nothing
+        changes.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -57,21 +58,21 @@ def merge_small_regions(
     Returns
     -------
     RegionEdit
-        Regions keep the order of their old labels. ``sources`` holds the old label of the region
-        that other regions joined. So ``centers[edit.sources]`` are the centers of the new regions,
-        if ``centers`` are the centers of the old regions.
+        Regions are renumbered without changing their order. ``sources`` is the old label of each
+        new region, which the other regions joined. If ``centers`` are the centers of the old
+        regions, ``centers[edit.sources]`` are the centers of the new regions.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If labels are not integers >= -1, one per face, a label 0..K-1 is missing or all are -1, or
-        another parameter is out of range or of the wrong type.
+        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
+        labels are -1, or if another parameter is not valid.
 
     Notes
     -----
-    Time O(N + M + B log^2 B) for B borders between regions.
+    Time is O(N + M + B log^2 B) for B borders between regions.
 
     Examples
     --------
@@ -97,7 +98,10 @@ def merge_regions(
     islands: str,
     groups: Ints = NO_GROUPS,
 ) -> RegionEdit:
-    """Join small regions to neighbors; islands join only regions of their group (see `Cut`)."""
+    """Do the work of `merge_small_regions` for checked arguments.
+
+    Regions without neighbors only join regions of the same group; see `Cut.groups`.
+    """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
     least = min_size * float(areas.sum()) / n_regions
@@ -118,12 +122,12 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join each island to the region with the cell nearest to the island's center."""
+    """Join each island to the region of the cell that is nearest to the center of the island."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
         return roots
-    lengths = np.ones(surface.n_arcs, np.float32)  # not used: no paths are computed
+    lengths = np.ones(surface.n_arcs, np.float32)  # has no effect, because no paths are computed
     placed = _core.PlacedCells(surface.positions, surface.measures, surface.n_threads)
     cells = _core.OrderedGraph(placed, *surface.arcs, lengths, surface.n_threads)
     regions, compact = np.unique(region_of_cell, return_inverse=True)
@@ -140,17 +144,17 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 
 
 def _by_group(
-    islands: Ints, wanted: Places, region_of_cell: Ints, groups: Ints, n_regions: int
-) -> Iterator[tuple[Ints, Places]]:
-    """Yield islands, and the cells (ascending) whose regions they may join. Time O(N log N).
+    islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
+) -> Iterator[tuple[Ints, Indices]]:
+    """Yield islands of one group, and the cells, in ascending order, whose regions they may join.
 
-    Islands without such cells are skipped.
+    Islands that cannot join any region are skipped. Time is O(N log N).
     """
     if not len(groups):
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # one group per region, or ANY_GROUP
+    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is the minimum
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)
@@ -159,7 +163,7 @@ def _by_group(
 
 
 def _split_by(values: Array, keys: Ints) -> dict[int, Array]:
-    """Return the values of each key, in their given order."""
+    """Return a dict from each key to its values, in their given order."""
     found, counts = np.unique(keys, return_counts=True)
     parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])
     return dict(zip(found.tolist(), parts, strict=True))

@@ -1,4 +1,4 @@
-"""Stage 5: transfer labels to another mesh or cloud, or to points."""
+"""Stage 5: transfer of labels to another mesh, to a cloud, or to points."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..errors import MismatchWarning
 from ..mesh.faces import sample_faces
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
-"""Bound of the rounding error of centroids, as a fraction of the largest coordinate."""
+"""Upper bound of the rounding error of centroids, as a fraction of the largest coordinate."""
 
 _FAR = 0.05
-"""Distance beyond which a point of the target is far, as a fraction of the mesh's diagonal."""
+"""Distance above which a point of the target is far, as a fraction of the diagonal of the mesh."""
 
 _MOST_FAR = 0.1
-"""`transfer` warns if more than this fraction of the target's points is far."""
+"""Fraction of far points in the target above which `transfer` warns."""
 
 
 def transfer(
@@ -36,7 +36,7 @@ def transfer(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> Ints:
-    """Return labels of points, or of cells of another mesh, from the nearest labeled cells.
+    """Transfer labels from the cells of a mesh to points, or to the cells of another mesh.
 
     Parameters
     ----------
@@ -45,23 +45,23 @@ def transfer(
         (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
         position of a cell of a graph.
     labels : array_like of int, shape (N,)
-        One label per face, point or tetrahedron: any integers >= 0, or -1 for no label.
+        Label of each cell, which may be any integer >= 0, or -1 for cells without a label.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
-        Finite points, possibly none; or another mesh of the same object, coarser or finer. Points,
-        centroids of tetrahedra and cells of a graph get the label of the nearest cell. A face gets
-        the label with the largest area in the face: each of its triangles is sampled at the
-        centroids of 1 to 64 equal parts, depending on its size.
+        Points with finite coordinates, where M may be 0, or another mesh or cloud of the same
+        object. Points, tetrahedra and cells of a graph get the label of the cell nearest to their
+        position or centroid. A face gets the label with the largest area in the face. To estimate
+        areas, each triangle is sampled at 1 to 64 points, depending on its size.
     max_distance : float, optional
-        Largest distance, >= 0, in the unit of the meshes. Beyond this distance the label is -1.
-        Both meshes must use the same coordinate frame.
+        Maximum distance, >= 0, in the unit of the meshes. Beyond this distance, the label is -1.
     n_threads : int, optional
-        As for `segment`. The labels do not depend on it.
+        As for `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (M,)
-        One label per point or cell of the target. -1 beyond `max_distance`, or if the nearest cell
-        is labeled -1. Ties go to the lowest cell, then to the lowest label.
+        Label of each point or cell of the target. It is -1 beyond `max_distance`, or if the nearest
+        cell is labeled -1. If several cells are equally near, the lowest index is used. If several
+        labels have the same area in a face, the lowest label is used.
 
     Warns
     -----
@@ -72,10 +72,9 @@ def transfer(
     Raises
     ------
     MeshError
-        If a mesh is not valid, or points are not finite or not of shape (M, 3).
+        If a mesh is not valid, or if points are not finite or do not have shape (M, 3).
     ValueError, TypeError
-        If labels are not integers >= -1, one per cell, or another parameter is out of range or of
-        the wrong type.
+        If labels are not one integer >= -1 per cell, or if another parameter is not valid.
 
     See Also
     --------
@@ -84,8 +83,8 @@ def transfer(
 
     Notes
     -----
-    Time O(N log N) to build a box tree, and O(log N) per point near the surface. A mesh of M faces
-    is sampled at about N + M + 2 sqrt(N M) points.
+    Building a bounding volume hierarchy takes O(N log N). A query near the surface takes O(log N).
+    A mesh of M faces is sampled at about N + M + 2 sqrt(N M) points.
 
     Examples
     --------
@@ -117,17 +116,18 @@ def _warn_if_far(distances: Floats, bounds: Floats) -> None:
     """Warn the caller of `transfer` if many points of the target are far from the mesh."""
     limit = _FAR * float(np.linalg.norm(bounds[1] - bounds[0]))
     limit += _ROUNDING * float(np.abs(bounds).max())
-    share = float(np.mean(distances > limit)) if len(distances) else 0.0
-    if share > _MOST_FAR:
+    fraction = float(np.mean(distances > limit)) if len(distances) else 0.0
+    if fraction > _MOST_FAR:
         note = (
-            f"{share:.0%} of the target is farther from the mesh than {limit:.3g} (5% of its"
-            " diagonal): check that both use the same frame and unit, or set max_distance"
+            f"{fraction:.0%} of the target is farther from the mesh than {limit:.3g} (5% of the"
+            " diagonal of the mesh): check that both use the same coordinates and unit, or set"
+            " max_distance"
         )
         warnings.warn(note, MismatchWarning, stacklevel=3)
 
 
 def _as_target(target: Any) -> Any:
-    """Return the target as a mesh with faces, or as points, (M, 3), one per cell."""
+    """Return the target as a mesh with faces, or else as one point per cell, (M, 3)."""
     if _are_points(target):
         return query_points(target)
     cells = as_known(target)
@@ -136,7 +136,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Return whether the target is an array or list of points (a mesh may be a pair of arrays)."""
+    """Whether the target is an array or a list of points, and not a pair of arrays (a mesh)."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

@@ -1,4 +1,4 @@
-"""Stage 5: reduce values of cells to one value per region, and copy region values to cells."""
+"""Stage 5: reduction of values of cells to values of regions, and the reverse."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from .._validate import (
     checked_nonnegative_array,
     checked_partial_labels,
     checked_threads,
+    refuse_first,
     refuse_mask,
 )
 from ..adapters.convert import CloudLike, MeshLike
@@ -29,7 +30,7 @@ Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
 
 _ROWS_AT_ONCE = 1 << 14
-"""Number of rows processed at a time. Rows of 64 numbers then fit into a cache of 8 MB."""
+"""Number of rows that are processed together. Rows of 64 numbers then fit into 8 MB of cache."""
 
 
 def pool(
@@ -40,52 +41,52 @@ def pool(
     cells: MeshLike | CloudLike | CellGraph | None = None,
     measures: npt.ArrayLike | None = None,
 ) -> Array:
-    """Return one value, or one row of values, per region.
+    """Reduce values of cells to one value, or one row of values, per region.
 
     Parameters
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
         One value or row per cell or, if ``cells`` have vertices, per vertex: shape (V,) or (V, F).
-        Values of vertices count with equal parts of the areas of the cells around each vertex. If N
-        equals V, values belong to cells.
+        The weight of a value at a vertex is the sum, over the cells at the vertex, of the cell area
+        divided by the number of corners. If N equals V, values belong to cells.
     labels : array_like of int, shape (N,)
-        Regions 0..K-1, each at least once. Cells labeled -1 are ignored. For labels of vertices,
-        such as superpoints, pass values of vertices and no ``cells``.
+        Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. For
+        labels of vertices, such as superpoints, pass values of vertices, but not ``cells``.
     how : {"mean", "sum", "max", "min", "majority"}
         ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
         integral over the region. All weights are 1 if neither ``cells`` nor ``measures`` are given.
         ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
-        total area; ties go to the lowest value. It needs integers or bools; -1 means unknown, and
-        is the result only if a region has no known value.
+        total area; if areas are equal, the lowest value is used. It needs integers or bools, where
+        -1 means unknown. A region without known values gets -1.
     cells : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
-        Weights, >= 0, in place of ``cells``.
+        Weights of the cells, >= 0, if ``cells`` are not given.
 
     Returns
     -------
     ndarray, shape (K,) or (K, F)
-        float64 for means and sums; else the dtype of `values`. If all cells of a region have area
-        0, its mean is unweighted. A NaN makes the mean, sum, maximum and minimum of its region NaN.
-        The mean of equal numbers is exactly this number.
+        Values of regions: float64 for means and sums, and the dtype of `values` otherwise. The mean
+        is unweighted in a region whose cells all have area 0. A NaN makes the mean, sum, maximum
+        and minimum of its region NaN. The mean of equal numbers is exactly this number.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If the shapes of values, labels and measures do not match, a dtype is wrong, `how` is
-        unknown, or both ``cells`` and ``measures`` are given.
+        If the shapes of values, labels and measures do not match, if a dtype is wrong, if `how` is
+        unknown, or if both ``cells`` and ``measures`` are given.
 
     See Also
     --------
-    unpool : the reverse: copy values of regions to cells.
-    snap : replace noisy labels by the majority in each region.
+    unpool : copies values of regions to cells.
+    snap : replaces noisy labels by the majority in each region.
 
     Notes
     -----
-    Time O(N log N) to sort the labels and O(N F) for the values. Sums have double precision and a
-    fixed order.
+    Time is O(N log N) to sort the labels, and O(N F) for the values. Sums are computed in double
+    precision and in a fixed order.
 
     Examples
     --------
@@ -114,21 +115,21 @@ def pool(
 
 
 def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None) -> Array:
-    """Return, for each cell, the value or row of values of its region.
+    """Copy the value, or the row of values, of each region to its cells.
 
     Parameters
     ----------
     values : array_like, shape (K,) or (K, F)
         One value or row per region. Regions without cells are allowed.
     labels : array_like of int, shape (N,)
-        Region of each cell, -1 to K - 1.
+        Region of each cell, from -1 to K - 1.
     fill : number, optional
-        Value of cells labeled -1. By default NaN for floats and -1 for signed integers.
+        Value of cells labeled -1. The default is NaN for floats, and -1 for signed integers.
 
     Returns
     -------
     ndarray, shape (N,) or (N, F)
-        Has the dtype of `values`.
+        Value or row of each cell, with the dtype of `values`.
 
     Raises
     ------
@@ -144,11 +145,10 @@ def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = No
     refuse_mask(values, "values")
     table = np.asarray(values)
     if table.ndim == 0:
-        raise ValueError("values must hold one value or row per region, got a single number")
+        raise ValueError("values must have one value or row per region, got a single number")
     array = checked_classes(labels, np.size(labels), "labels")
-    if array.max(initial=-1) >= len(table):
-        place = int(np.argmax(array))
-        raise ValueError(f"labels[{place}] is {array[place]} but there are {len(table)} values")
+    must = f"less than {len(table)}, the number of values"
+    refuse_first(array >= len(table), "labels", array, must)
     is_outside = array < 0
     if not is_outside.any():
         return table[array]
@@ -166,31 +166,32 @@ def snap(
     *,
     cells: MeshLike | CloudLike | CellGraph | None = None,
 ) -> Ints:
-    """Return labels of cells after a majority vote in each region, to remove noise.
+    """Remove noise from labels, by a majority vote of the cells in each region.
 
     Parameters
     ----------
     noisy_labels : array_like of int, shape (N,)
-        Predicted classes, for example from a network: any integers >= 0. Cells labeled -1 (unknown)
-        do not vote, and get the label of their region.
+        Label of each cell, for example a class predicted by a neural network, which may be any
+        integer >= 0. Cells labeled -1 (unknown) do not vote, and get the label of their region.
     regions : array_like of int, shape (N,)
-        Regions 0..K-1, each at least once, as returned by `segment`. Cells in region -1 do not
-        vote and keep their labels.
+        Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells in
+        region -1 do not vote, and keep their labels.
     cells : Mesh or mesh-like, or CellGraph, optional
-        The labeled cells. Each cell votes with its area (volume). By default all votes are equal.
+        The labeled cells, whose areas or volumes are the weights of the votes. By default, all
+        votes have the same weight.
 
     Returns
     -------
     ndarray of int32, shape (N,)
-        The label with the largest total area in the region of each cell; ties go to the lowest
-        label. -1 in regions without labeled cells.
+        Label with the largest total area in the region of each cell. If areas are equal, the lowest
+        label is used. Regions without labeled cells get -1.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If labels are not integers >= -1, one per cell, or if a region 0..K-1 is missing.
+        If labels are not one integer >= -1 per cell, or if a region from 0 to K - 1 is missing.
 
     Examples
     --------
@@ -210,29 +211,26 @@ def snap(
 
 @dataclass(frozen=True, eq=False)
 class _Members:
-    """Cells, or corners of cells, sorted by region."""
+    """Members of regions, which are cells or corners of cells, sorted by region."""
 
-    regions: npt.NDArray[np.integer]  # region of each member
-    rows: npt.NDArray[np.integer]  # row in the values of each member
-    weights: Floats | None  # one per member; None: all are 1
-    starts: Longs  # (K + 1,) first member of each region; every region has members
+    regions: npt.NDArray[np.integer]  # (m,) region of each member
+    rows: npt.NDArray[np.integer]  # (m,) row in the table of values of each member
+    weights: Floats | None  # (m,) weight of each member; None if all weights are 1
+    starts: Longs  # (K + 1,) index of the first member of each region
 
     @property
     def n_regions(self) -> int:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield ranges of regions and of their members, and the start of each region in a range."""
+        """Yield slices of regions, slices of their members, and starts of regions in the slice."""
         first = 0
         while first < self.n_regions:
-            end = self.starts[first] + _ROWS_AT_ONCE
+            start = self.starts[first]
+            end = start + _ROWS_AT_ONCE
             last = max(first + 1, int(np.searchsorted(self.starts, end, side="right")) - 1)
-            begin = self.starts[first]
-            yield (
-                slice(first, last),
-                slice(begin, self.starts[last]),
-                self.starts[first:last] - begin,
-            )
+            members = slice(start, self.starts[last])
+            yield slice(first, last), members, self.starts[first:last] - start
             first = last
 
 
@@ -243,13 +241,16 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Sort cells by region; sort corners of cells if there is one value per vertex."""
+    """Sort the cells by region or, if there is one value per vertex, the corners of the cells."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
         if len(values) != n_vertices:
-            also = "" if n_vertices is None else f" and {n_vertices} vertices"
-            raise ValueError(f"there are {len(values)} values for {len(labels)} cells{also}")
+            vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+            raise ValueError(
+                f"values must have one row per cell ({len(labels)}){vertices}, got"
+                f" {len(values)} rows"
+            )
         rows, sizes = corner_groups(source)
         labels = np.repeat(labels, sizes)
         weights = None if weights is None else np.repeat(weights / sizes, sizes)
@@ -267,10 +268,10 @@ def _members_of(
 def _means(table: Array, members: _Members) -> Floats:
     means = np.empty((members.n_regions, table.shape[1]))
     weights = _positive_weights(members)
-    with np.errstate(invalid="ignore", over="ignore"):  # of infinite values
+    with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
         for regions, inside, starts in members.blocks():
             part = table[members.rows[inside]].astype(np.float64, copy=False)
-            # Averaging differences to one value makes the mean of equal values exact.
+            # Averaging differences from the first value makes the mean of equal values exact.
             base = np.where(np.isfinite(part[starts]), part[starts], 0.0)
             part -= np.repeat(base, np.diff(starts, append=len(part)), axis=0)
             part *= weights[inside, np.newaxis]
@@ -280,7 +281,7 @@ def _means(table: Array, members: _Members) -> Floats:
 
 
 def _positive_weights(members: _Members) -> Floats:
-    """Return the weights of the members, replaced by 1 in regions where all weights are 0."""
+    """Return the weights of the members, or 1 in regions whose weights are all 0."""
     if members.weights is None:
         return np.ones(len(members.rows))
     highest = np.zeros(members.n_regions)
@@ -315,7 +316,7 @@ def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:
 
 
 def _majorities(column: Array, members: _Members) -> Array:
-    """Return the value with the largest weight in each region; -1 if no value is known."""
+    """Return the value with the largest total weight in each region, or -1 if none is known."""
     votes, names = _codes(column[members.rows])
     regions, weights = members.regions, members.weights
     if weights is None:
@@ -328,9 +329,9 @@ def _majorities(column: Array, members: _Members) -> Array:
 
 
 def _codes(values: Array) -> tuple[Ints, Array | None]:
-    """Encode integers as int32 codes in the same order (-1 stays -1), and return their values.
+    """Encode integers as int32 codes that sort in the same order, and return a table of values.
 
-    The values are None if each code is its own value.
+    The code of -1 is -1. The table is None if all codes equal their values.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:
@@ -338,27 +339,27 @@ def _codes(values: Array) -> tuple[Ints, Array | None]:
     names, codes = np.unique(values, return_inverse=True)
     if low < 0:
         codes[values == -1] = -1
-        names = np.append(names, -1)  # value of code -1
+        names = np.append(names, -1)  # names[-1] is the value of code -1
     return codes.astype(np.int32), names
 
 
 def _checked_values(values: npt.ArrayLike, how: str) -> Array:
-    """Return values as an array of numbers or bools of one or two dimensions."""
+    """Return values as a one- or two-dimensional array of numbers or bools."""
     refuse_mask(values, "values")
     array = np.asarray(values)
     if array.ndim not in (1, 2):
         raise ValueError(f"values must have shape (N,) or (N, F), got {array.shape}")
     if how == "majority":
         if array.size and array.dtype.kind not in "biu":
-            raise TypeError(f"how='majority' needs integers or bools, got {array.dtype}")
+            raise TypeError(f"values must be integers or bools for 'majority', got {array.dtype}")
     elif array.dtype.kind not in "biuf":
-        raise TypeError(f"values must be numbers, got {array.dtype}")
+        raise TypeError(f"values must be numbers or bools, got {array.dtype}")
     return array
 
 
 def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
     if cells is not None and measures is not None:
-        raise ValueError("give cells or measures, not both: cells have measures of their own")
+        raise ValueError("cells already define the measures: leave out cells or measures")
     return None if cells is None else as_known(cells)
 
 
@@ -379,16 +380,17 @@ def _weights_of(
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
-    """Return the fill value in this dtype; a ValueError if it cannot represent the value."""
+    """Convert the fill value to a dtype, or raise a ValueError if the dtype cannot represent it."""
     if fill is None:
         fill = np.nan if dtype.kind == "f" else -1
     given = np.asarray(fill)
     with np.errstate(invalid="ignore", over="ignore"):
-        held = given.astype(dtype)
+        converted = given.astype(dtype)
     is_of_kind = dtype.kind in "iufc" or given.dtype.kind == dtype.kind
-    is_changed = dtype.kind not in "fc" and not np.array_equal(held, given)
+    is_changed = dtype.kind not in "fc" and not np.array_equal(converted, given)
     if is_changed or not is_of_kind:
         raise ValueError(
-            f"some cells are labeled -1, and {dtype} cannot hold fill={fill}: choose another fill"
+            f"fill must be representable as {dtype} because some cells are labeled -1, got {fill}:"
+            " choose another fill"
         )
-    return held
+    return converted

@@ -1,4 +1,4 @@
-"""Stage 5: keep sizes of regions within bounds, or make them exact."""
+"""Stage 5: moves of single cells that bring regions to their target sizes."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from .edit import BorderCosts
 from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
 SPREAD = 0.2
-"""Largest relative deviation of balanced regions from their goals, unless single cells are larger.
-On the benchmark models at k = 150 the undersegmentation error is 0.135, compactness is 4.50, and
-the coefficient of variation of areas is 0.09. With a deviation of 0.15, they are 0.139, 4.5 and
-0.083."""
+"""Maximum relative deviation of balanced regions from their target sizes, if cells are small. On
+the benchmark models with 150 regions, the undersegmentation error is 0.135, the compactness is
+4.50, and the coefficient of variation of areas is 0.09. With a maximum of 0.15, these numbers are
+0.139, 4.5 and 0.083."""
 
 
 class Goals(NamedTuple):
-    """Target sizes of regions; the size of a region is the sum of the sizes of its cells."""
+    """Target sizes of regions. The size of a region is the sum of the sizes of its cells."""
 
     sizes: Floats  # (N,) size of each cell
     goals: Floats  # (K,) target size of each region
-    bounds: tuple[float, float] = (0.0, math.inf)  # smallest and largest size
-    is_exact: bool = False  # whether regions must reach their goals, even in several pieces
+    bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of regions
+    is_exact: bool = False  # whether sizes must equal the goals, even if regions get disconnected
 
     @property
     def limits(self) -> tuple[Floats, Floats]:
-        """Smallest and largest size of each region."""
+        """Minimum and maximum size of each region."""
         if self.is_exact:
             return self.goals, self.goals
         low, high = self.bounds
@@ -41,7 +41,7 @@ class Goals(NamedTuple):
 
     @classmethod
     def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Return the goals of the loop; the goal of an island added later is its size."""
+        """Take the goals from the loop; regions that were added later keep their sizes."""
         rules = balancer.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
@@ -49,7 +49,7 @@ class Goals(NamedTuple):
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
-        """Return regions whose sizes are out of bounds, or not equal to exact goals."""
+        """Return the regions whose sizes are out of bounds, or not equal to exact goals."""
         low, high = self.limits if self.is_exact else self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())
@@ -63,23 +63,23 @@ class Goals(NamedTuple):
             if self.is_exact:
                 wanted = self.goals[region]
                 raise MeshError(
-                    f"exact sizes were not found: region {region} has {size:g} cells instead of"
-                    f" {wanted:g}"
+                    f"no regions with cells_per_region={self.goals.max():g} were found: region"
+                    f" {region} has {size:g} cells instead of {wanted:g}"
                 )
             name, bound = ("min", low) if size < low else ("max", high)
             raise MeshError(
-                f"{name}_measure={bound:g} could not be kept: region {region} has {size:g};"
-                " try looser bounds or another number of regions"
+                f"no regions with {name}_measure={bound:g} were found: region {region} has"
+                f" {size:g}; try less strict bounds or another number of regions"
             )
 
 
 def settle(
     costs: BorderCosts, labels: Ints, centers: Ints, goals: Goals, smoothing: SmoothOptions | None
 ) -> tuple[Ints, Ints]:
-    """Return labels with sizes of regions within their limits, and centers in these regions.
+    """Move cells until the sizes of regions are within their limits; return labels and centers.
 
-    Moved cells make borders rough, so `smoothing` is applied once more. Raises a MeshError if a
-    region is out of its bounds.
+    Moved cells make borders rough, so borders are smoothed again if `smoothing` is given. Raises a
+    MeshError if the size of a region is out of bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
     labels = move_to_goals(costs, labels, goals)
@@ -95,10 +95,10 @@ def settle(
 
 
 def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
-    """Return labels with sizes of regions within their limits, if possible.
+    """Move cells until the sizes of regions are within their limits, if possible.
 
-    Cells move from regions that are too large to smaller regions, along shortest paths of
-    neighboring regions. Regions stay connected, unless an exact size is impossible otherwise.
+    Cells move from large regions to small regions, along shortest paths in the graph of regions.
+    Regions stay connected, unless exact sizes cannot be reached otherwise.
     """
     lows, highs = goals.limits
     return _core.move_cells(
@@ -107,7 +107,7 @@ def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
 
 
 def recentered(centers: Ints, labels: Ints, positions: Floats, measures: Floats) -> Ints:
-    """Replace each center outside its region by the cell nearest to the region's centroid."""
+    """Replace each center outside its region by the cell nearest to the centroid of the region."""
     centers = centers.copy()
     for region in np.flatnonzero(labels[centers] != np.arange(len(centers))).tolist():
         cells = np.flatnonzero(labels == region)

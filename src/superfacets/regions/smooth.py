@@ -1,4 +1,4 @@
-"""Stage 5: straighten borders between regions."""
+"""Stage 5: smoothing of the borders between regions."""
 
 from __future__ import annotations
 
@@ -16,52 +16,53 @@ from ..cells.cell_graph import CellGraph
 from .edit import BorderCosts, LabeledPart
 
 MAX_DISTANCE = 1.0
-"""Default of `max_distance`, in r. On the benchmark models with 0.6, 1 and 1.3, compactness is
-4.59, 4.49 and 4.44, and the undersegmentation error is 0.1232, 0.1237 and 0.1254."""
+"""Default of `max_distance` in `smooth_borders`, in units of r. On the benchmark models with 0.6, 1
+and 1.3, the compactness is 4.59, 4.49 and 4.44, and the undersegmentation error is 0.1232, 0.1237
+and 0.1254."""
 
 MAX_CHAIN = 8
-"""Largest number of faces that move at once. With 1, 4, 8 and 16, compactness is 4.80, 4.60, 4.57
-and 4.56."""
+"""Maximum number of faces that move together. With 1, 4, 8 and 16, the compactness is 4.80, 4.60,
+4.57 and 4.56."""
 
 MAX_SWEEPS = 10
-"""Largest number of sweeps. Most meshes need 4 sweeps. The limit makes the time linear."""
+"""Maximum number of sweeps over all border faces. Most meshes need 4 sweeps."""
 
 
 ROUNDNESS = 0.13
-"""Weight of second moments relative to changes of area, in 1 / r^2. With 0 at k = 150, the
-undersegmentation error is 0.0006 lower and compactness is 0.01 higher, but the median elongation of
-regions of a square grid is 1.25 instead of 1.19."""
+"""Weight of second moments relative to changes of area, in units of 1 / r^2. With 0 and 150
+regions, the undersegmentation error is 0.0006 lower and the compactness is 0.01 higher, but the
+median elongation of regions on a square grid is 1.25 instead of 1.19."""
 
 
 SmoothArgs: TypeAlias = tuple[
     _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
 ]
-"""Arguments of the kernels: border costs, labels, fixed cells, limits, stiffness, roundness and
-threads."""
+"""Arguments for the core: the four of `BorderCosts.args`, labels, fixed cells, `max_distance`,
+`max_chain`, number of sweeps, stiffness, roundness and number of threads."""
 
 
 class SmoothOptions(NamedTuple):
-    """Parameters of smoothing: how far borders move, how many cells at once, and stiffness."""
+    """Parameters of smoothing."""
 
-    max_distance: float = MAX_DISTANCE  # in r
-    max_chain: int = MAX_CHAIN
-    stiffness: float = 0.0  # in 1 / r
+    max_distance: float = MAX_DISTANCE  # maximum distance that borders move, in units of r
+    max_chain: int = MAX_CHAIN  # maximum number of faces that move together
+    stiffness: float = 0.0  # resistance to changes of area and position, in units of 1 / r
 
     def args(self, costs: BorderCosts, labels: Ints, fixed: Ints) -> SmoothArgs:
-        """Return the arguments of the kernels."""
+        """Return the arguments for the core; cells in `fixed` keep their labels."""
         radius, n_threads = costs.radius, costs.surface.n_threads
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
-        if not math.isfinite(roundness):  # r is so small that regions are single cells
+        if not math.isfinite(roundness):  # happens only if regions are single cells
             stiffness = roundness = 0.0
         limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
         return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
 
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
-"""Options for weights ``"parts"``. On the benchmark models at k = 150, the undersegmentation error
-and compactness are 0.1079 and 4.410. They are 0.1095 and 4.433 with stiffness 0, max_distance 3 and
-chains of 8, and 0.1084 and 4.396 with max_distance 3."""
+"""Options for weights ``"parts"``. On the benchmark models with 150 regions, the undersegmentation
+error and the compactness are 0.1079 and 4.410. With `max_distance` 3 they are 0.1084 and 4.396. If
+also `stiffness` is 0 and `max_chain` is 8, they are 0.1095 and 4.433."""
 
 
 def smooth_borders(
@@ -75,68 +76,68 @@ def smooth_borders(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Ints:
-    r"""Return labels with straight borders on smooth surface, and with borders in creases.
+    r"""Straighten borders between regions where the surface is smooth, but keep them in creases.
 
-    Chains of up to eight faces move to a neighboring region while this lowers the cost of the
-    borders. The cost of a border is the sum over its edges of
+    Chains of up to eight faces move to a neighboring region while this reduces the total cost of
+    borders. The cost of a border is the sum over its edges e of
 
     .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
 
-    with w the weight of the arc across the edge, g the distance between the two centroids via its
-    midpoint (eq. 1) and r the expected radius of a region. The difference w - g is the cost of
-    crossing the crease, so borders in creases are cheap. This cost alone shrinks small regions, and
-    on regular grids allows long regions. A stiffness s prevents both by an additional cost, which
-    depends on the areas A of the regions and on their initial areas :math:`A_0` and centroids
-    :math:`x_0`:
+    where w is the weight of the arc across the edge, g is the distance between the two centroids
+    through the midpoint of the edge, and r is the expected radius of a region. The difference w - g
+    is the cost of the crease, so borders in creases have a low cost. With this cost alone, small
+    regions would shrink, and regions on regular grids could become elongated. A stiffness s
+    prevents this by an additional cost, which depends on the areas :math:`A_i` of the regions, and
+    on their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{(A_i - A_{0,i})^2}{2 A_{0,i}}
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
 
-    Connected faces of a region stay connected, and no region vanishes. The test for connectivity is
-    local, so it rejects some valid moves at edges of three or more faces.
+    Connected faces of a region stay connected, and no region vanishes. Connectivity is tested
+    locally, so some valid moves are rejected at edges of three or more faces.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells. A cell of a graph moves only if its neighbors in
-        its region are connected with each other.
+        As for `segment`, or a graph of any cells. A cell of a graph only moves if its neighbors in
+        the same region are connected with each other.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     weights : array_like, shape (M,), optional
-        Arc weights of ``build_face_graph(mesh, weld=weld)`` in units of d; by default
-        `crease_weights` for r = sqrt(A / (pi K)).
+        One weight per arc of ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the
+        bounding box. The default is `crease_weights` for the radius r = sqrt(A / (pi K)).
     centers : array_like of int, optional
         Distinct faces that keep their labels.
     max_distance : float, default 1.0
-        Largest distance that a border moves, >= 0, in r. It is the path length, in the given
-        weights, from a moved face to the initial border of its new region. Creases make paths long,
-        so borders stay in creases.
+        Maximum distance that a border moves, >= 0, in units of r. The distance is the length of the
+        shortest path from a moved face to the initial border of its new region. The path length
+        includes the cost of creases, so borders stay in creases.
     stiffness : float, default 0.0
-        Resistance, >= 0, of regions to changes of their area and position. `segment` uses 1.5.
+        Resistance of regions to changes of their area and position, >= 0. `segment` uses 1.5.
     weld, n_threads
         As for `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (N,)
-        0..K-1, each at least once, and -1 where the given label is -1. Among moves with equal gain,
-        the face with the lowest index moves first.
+        New labels. Each label from 0 to K - 1 occurs, and cells labeled -1 keep this label. If
+        several moves reduce the cost equally, the face with the lowest index moves first.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If labels are not integers >= -1, one per face, a label 0..K-1 is missing or all are -1, or
-        another parameter is out of range or of the wrong type.
+        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
+        labels are -1, or if another parameter is not valid.
 
     Notes
     -----
-    Time O(N + M), plus constant time per border face for each of up to ten sweeps.
+    Time is O(N + M), plus constant time per border face for each of up to ten sweeps.
 
     Examples
     --------
-    Straighten a zigzag border in a flat strip:
+    The zigzag border in a flat grid becomes straight:
 
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(3)]
@@ -156,14 +157,15 @@ def smooth_borders(
 
 
 BALANCED_STIFFNESS = 15.0
-"""Stiffness of regions with target sizes, in 1 / r. With 5, 15 and 30, the coefficient of variation
-of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, compactness is 0.1 higher."""
+"""Stiffness of regions with target sizes, in units of 1 / r. With 5, 15 and 30, the coefficient of
+variation of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, the compactness is 0.1
+higher."""
 
 BALANCED_SWEEPS = 20
-"""Largest number of sweeps for regions with target sizes."""
+"""Maximum number of sweeps for regions with target sizes."""
 
 NO_SIZES = np.empty(0)
-"""Argument for the core: no target sizes."""
+"""Empty array that is passed to the core if there are no target sizes."""
 
 
 def straighten(
@@ -173,9 +175,9 @@ def straighten(
     options: SmoothOptions,
     goals: tuple[Floats, Floats] | None = None,
 ) -> Ints:
-    """Return smoothed labels; the arguments are checked.
+    """Smooth the borders of checked labels; cells in `fixed` keep their labels.
 
-    `goals` holds the sizes of cells and the target sizes of regions.
+    `goals` are the sizes of cells, and the target sizes of regions.
     """
     args = options.args(costs, labels, fixed)
     if goals is None or not goals[1].sum() > 0:

@@ -1,4 +1,4 @@
-"""Stage 5: split a mesh into one submesh per region, with maps to the whole mesh."""
+"""Stage 5: split of a mesh into one mesh per region."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from ..mesh.cells import Cells
 
 
 class Submesh(NamedTuple):
-    """A part of a mesh, with maps to the whole mesh.
+    """A part of a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Attributes
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or PointCloud
-        The part, of the same class as the whole. Cells and vertices keep their order, and unused
-        vertices are removed. Points keep their normals and colors.
+        The part, of the same class as the whole mesh. Cells and vertices keep their order, and
+        unused vertices are removed. Points keep their normals and colors.
     cells : ndarray of int32
-        Index in the whole mesh of each face (tetrahedron, point) of the part, ascending.
+        Index in the whole mesh of each cell of the part, in ascending order.
     vertices : ndarray of int32
-        Index in the whole mesh of each vertex of the part, ascending. Equal to ``cells`` for a
-        cloud.
+        Index in the whole mesh of each vertex of the part, in ascending order. For a cloud, it
+        equals ``cells``.
     """
 
     mesh: Cells
@@ -39,16 +39,16 @@ class Submesh(NamedTuple):
 
 
 def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> Submesh:
-    """Return the mesh of one region, with maps to the whole mesh.
+    """Return the mesh of one region, and the indices of its cells and vertices.
 
     Parameters
     ----------
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, or mesh-like or cloud-like
         As for `segment`.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; -1 for cells in no region.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
     region : int
-        0 to K - 1.
+        Label of the region, from 0 to K - 1.
 
     Returns
     -------
@@ -57,10 +57,10 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     Raises
     ------
     MeshError
-        If the mesh is not valid, or all vertices of the region are at one position.
+        If the mesh is not valid, or if all vertices of the region are at one position.
     ValueError, TypeError
-        If labels are not integers >= -1, one per cell, a label 0..K-1 is missing, or `region` does
-        not exist.
+        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if
+        `region` is out of range.
 
     Examples
     --------
@@ -73,12 +73,12 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
     number = operator.index(region)
     if not 0 <= number < n_regions:
-        raise ValueError(f"there is no region {number}: there are {n_regions}")
+        raise ValueError(f"region must be 0 to {n_regions - 1}, got {number}")
     return Splitter(whole).named_part(np.flatnonzero(array == number).astype(np.int32), number)
 
 
 def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
-    """Yield the mesh of each region 0..K-1, with maps to the whole mesh.
+    """Yield the mesh of each region, and the indices of its cells and vertices.
 
     Parameters
     ----------
@@ -88,12 +88,13 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     Yields
     ------
     Submesh
-        In the order of the labels, each made on request. Total time O(N log N).
+        Meshes of regions 0 to K - 1, in this order. Each mesh is made when it is requested. The
+        total time is O(N log N).
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        As for `submesh`. The call raises errors in cells or labels before iteration.
+        As for `submesh`. Errors in cells or labels are raised by the call, before the iteration.
 
     Examples
     --------
@@ -112,12 +113,12 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
 
 
 def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
-    """Yield all parts; vertices are numbered, and extents are checked, for all parts at once.
+    """Yield the parts of a mesh, where the cells of part i are ``order[starts[i]:starts[i + 1]]``.
 
-    The cells of part i are ``order[starts[i]:starts[i + 1]]``.
+    This is faster than `Splitter`, because vertices of all parts are renumbered in one step.
     """
     kind = kind_of(whole)
-    corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]  # it has some
+    corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]
     part_of_corner = np.repeat(np.arange(len(starts) - 1), np.diff(offsets[starts]))
     keys, numbers = np.unique(part_of_corner * whole.n_vertices + corners, return_inverse=True)
     part_of_vertex, vertices = np.divmod(keys, whole.n_vertices)
@@ -134,7 +135,7 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
         zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
     ):
         if not has_extent[part]:
-            yield splitter.named_part(order[a:b], part)  # raises a MeshError
+            yield splitter.named_part(order[a:b], part)  # always raises a MeshError
             continue
         ends = offsets[a : b + 1]
         mesh = kind.with_corners(
@@ -145,17 +146,17 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
 
 
 class Splitter:
-    """Extracts parts of a mesh, each in time and memory linear in the part."""
+    """Extracts parts of a mesh. Time and memory are linear in the size of each part."""
 
     def __init__(self, whole: Any) -> None:
         self._whole = whole
         self._corners = kind_of(whole).corners(whole)
         n_vertices = 0 if self._corners is None else whole.n_vertices
-        # Number of each vertex within the current part. Entries of other vertices are undefined.
+        # Index of each vertex in the current part. Entries of other vertices are undefined.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:
-        """Return the mesh of these cells."""
+        """Return the mesh of the given cells."""
         whole = self._whole
         kind = kind_of(whole)
         if self._corners is None:
@@ -166,14 +167,14 @@ class Splitter:
         return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
     def named_part(self, cells: Ints, region: int) -> Submesh:
-        """Return the mesh of these cells; errors name the region."""
+        """Return the mesh of the given cells; messages of errors contain the region."""
         try:
             return self.part(cells)
         except MeshError as error:  # all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:
-        """Number the vertices of a part in ascending order, and return them."""
+        """Set `_numbers` for the vertices of a part, and return the vertices, ascending."""
         vertices = np.unique(corners)
         self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         return vertices

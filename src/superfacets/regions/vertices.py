@@ -1,4 +1,4 @@
-"""Stage 5: derive labels of vertices from labels of cells, and labels of cells from vertices."""
+"""Stage 5: conversion of labels of cells to labels of vertices, and back."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ..cells.sums import weighted_majority
 from .crease_labels import corners_in, crease_labels
 
 METHODS = ("majority", "creases")
-"""Methods of `vertex_labels`."""
+"""Names of the methods of `vertex_labels`."""
 
 LEAST_IN_FILES = 20
-"""Minimum number of vertices of a region in files for networks. It is the default (segMinVerts) of
-ScanNet's segmenter, whose output these networks are trained on."""
+"""Minimum number of vertices of a region in files for neural networks. It is the default of
+segMinVerts in the Segmentator of ScanNet, which made the training data of these networks."""
 
 
 def vertex_labels(
@@ -36,57 +36,56 @@ def vertex_labels(
     min_vertices: int = 1,
     n_threads: int | None = None,
 ) -> Ints:
-    """Return one label per vertex, by majority of its cells or with borders along creases.
+    """Convert labels of cells to labels of vertices.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. For a point cloud the result equals `labels`.
+        As for `segment`. For a point cloud, the result equals `labels`.
     labels : array_like of int, shape (N,)
-        One label per face or tetrahedron, or -1 for no label. Gaps are allowed.
+        Label of each face or tetrahedron, or -1 for cells without a label. Labels may have gaps.
     method : {"majority", "creases"}, default "majority"
-        ``"majority"``: the label with the largest total area (volume) of the cells at the vertex;
-        ties go to the lowest label. A region may have no vertices, or several pieces. Vertices are
-        not welded. A polygon that contains a vertex twice counts twice.
+        ``"majority"``: A vertex gets the label with the largest total area (volume) of its cells.
+        If areas are equal, the lowest label is used. A region may have no vertices, or several
+        pieces. Vertices are not welded. If a polygon contains a vertex twice, its area is added
+        twice.
 
-        ``"creases"``: borders follow creases. A vertex gets the label of its cells if they have the
-        same label. Other vertices are labeled in the order of edge weights (see Notes). Each region
-        has at least one vertex if there are enough vertices. A region of connected cells stays
-        connected along the edges of the mesh: only its largest piece keeps the label. Unconnected
-        cells with the same label are treated as separate regions. Vertices at the same position are
-        welded, and share a label.
+        ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
+        the same label. Other vertices are labeled in the order of edge weights (see Notes). Each
+        region has at least one vertex if there are enough vertices. A region of connected cells
+        stays connected along the edges of the mesh: only its largest piece keeps the label.
+        Disconnected cells with the same label are treated as separate regions. Vertices at the same
+        position are welded, and get the same label.
     min_vertices : int, default 1
-        With ``"creases"``, smaller regions grow to this number of vertices. They take vertices
-        across the edges with the lowest weights, from regions that stay connected and keep
-        `min_vertices`. If there are no such regions, as in a small component, the region stays
-        small.
+        Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
+        vertices across the edges with the lowest weights, from regions that stay connected and keep
+        `min_vertices` vertices. Without such neighbors, a region stays smaller.
     n_threads : int, optional
-        As for `segment`; labels do not depend on it.
+        As for `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (V,)
-        -1 if no labeled cell contains the vertex.
+        Label of each vertex, or -1 if no labeled cell contains the vertex.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If labels are not integers >= -1, one per cell, or another parameter is out of range or of
-        the wrong type.
+        If labels are not one integer >= -1 per cell, or if another parameter is not valid.
 
     Notes
     -----
     The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
     is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i . (x_i -
-    x_j) > 0. Edges are visited in ascending order of weight; in a tie, edges inside a majority
-    region come first. Each edge gives both ends the same label, unless both ends already have a
-    label. So borders are at the edges of highest weight, which are the concave creases. In a volume
-    all weights are equal.
+    x_j) > 0. Edges are visited in ascending order of weight. If weights are equal, edges inside a
+    majority region are visited first. Each visited edge gives both ends the same label, unless both
+    ends already have a label. Therefore borders are at the edges with the highest weights, which
+    are concave creases. In a volume, all weights are equal.
 
-    Time is linear in the number of corners. ``"creases"`` takes less than 0.2 s per million faces
-    on two cores.
+    Time is linear in the number of corners. On two cores, ``"creases"`` takes less than 0.2 s per
+    million faces.
 
     References
     ----------
@@ -96,7 +95,7 @@ def vertex_labels(
 
     Examples
     --------
-    Two triangles of a square, and an unused vertex:
+    The mesh has two triangles of a square, and an unused vertex:
 
     >>> from superfacets import Mesh
     >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]
@@ -109,7 +108,9 @@ def vertex_labels(
     least = checked_count(min_vertices, "min_vertices")
     threads = checked_threads(n_threads)
     if method == "majority" and least > 1:
-        raise ValueError('min_vertices needs method="creases"')
+        raise ValueError(
+            f"min_vertices must be 1 with method='majority', got {least}: use method='creases'"
+        )
     if kind_of(cells).are_points:
         return array
     if method == "creases":
@@ -126,10 +127,10 @@ def vertex_labels(
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return an id for each vertex, with borders along creases, for files of networks.
+    """Convert labels of cells to ids of vertices, for files that neural networks read.
 
-    Regions grow to `LEAST_IN_FILES` vertices if possible. Labels are >= 0, and gaps are allowed.
-    Each unused vertex gets its own id, above all labels.
+    Borders follow creases, and regions grow to `LEAST_IN_FILES` vertices if possible. Labels are
+    >= 0 and may have gaps. Each unused vertex gets a separate id above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
@@ -140,7 +141,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Map labels 0..K-1 to names. Each vertex labeled -1 gets its own id, above all names."""
+    """Replace labels 0 to K - 1 by names; each vertex labeled -1 gets a separate id above them."""
     ids = names.astype(np.int64)[labels]
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
@@ -163,6 +164,6 @@ def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> 
 
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
-    """Return the vertices of all corners, cell by cell, and the number of corners of each cell."""
+    """Return the vertices at all corners, grouped by cell, and the number of corners per cell."""
     corners = corners_in(cells)
     return corners.vertices, corners.sizes

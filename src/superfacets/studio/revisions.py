@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Ints, Longs
-from .._validate import checked_share
+from .._validate import checked_fraction
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
 from ..io.guards import shortened
@@ -96,7 +96,7 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
     (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does not exist,
     or the tolerance is not between 0 and 1.
     """
-    limit = checked_share(tolerance, "tolerance")
+    limit = checked_fraction(tolerance, "tolerance")
     if not 0 <= region < graph.n_regions:
         raise ValueError(f"region {region} does not exist: there are {graph.n_regions} regions")
     shapes = _shapes(graph)

@@ -68,7 +68,8 @@ def _fill_buckets(
     if not is_finite.all():
         first = int(np.argmin(is_finite))
         raise MeshError(
-            f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
+            f"{name}[{begin + first}] must be finite, got"
+            f" {positions[first].astype(np.float64).tolist()}"
         )
     buckets = _buckets_of(positions.astype(np.float64), n_buckets)
     order = np.argsort(buckets, kind="stable").astype(np.uint32)

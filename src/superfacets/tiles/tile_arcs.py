@@ -128,7 +128,7 @@ def _weigh_faces(
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
     graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are already welded
-    surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
+    surface = Surface.of_part_of_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
     edges = NO_SUMS
     if rule.has_hollows:

@@ -124,7 +124,7 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
             f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}{hint}"
         )
     is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
-    must = f"it must be {NO_REGION} to {MAX_LABEL}"
+    must = f"{NO_REGION} to {MAX_LABEL}"
     refuse_first(is_wrong, "labels", array, must, MeshError)
     return np.ascontiguousarray(array, dtype=np.int32)
 
