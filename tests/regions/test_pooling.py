@@ -250,9 +250,9 @@ def test_what_does_not_fit_is_refused():
         (lambda: sf.view(mesh, [0] * 5), r"transfer\(mesh.vertices, labels, mesh\)"),
         (lambda: sf.view(mesh, ground_truth=[0] * 5), "For one label per vertex"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1]), "measures must have one value per cell"),
-        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] must be finite and not negative"),
-        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "leave out cells or measures"),
-        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "values must not have masked entries"),
+        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] must be finite"),
+        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "leave out cells"),
+        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "must not have masked"),
         (lambda: sf.unpool(3, [0, 0]), "values must have one value or row per region"),
         (lambda: sf.unpool([1, 2], [0, 2]), r"labels\[1\] must be less than 2, .* got 2"),
         (lambda: sf.unpool([1, 2], [0, -2]), "got -2"),
@@ -263,9 +263,9 @@ def test_what_does_not_fit_is_refused():
     for call, message in cases:
         with pytest.raises(ValueError, match=message):
             call()
-    with pytest.raises(TypeError, match="needs integers or bools, got float64"):
+    with pytest.raises(TypeError, match="must be integers or bools for"):
         sf.pool([1.0, 2.0], [0, 0], how="majority")
-    with pytest.raises(TypeError, match="values must be numbers, got <U1"):
+    with pytest.raises(TypeError, match="values must be numbers or bools, got <U1"):
         sf.pool(["a", "b"], [0, 0])
     with pytest.raises(TypeError, match="labels must be integers"):
         sf.pool([1, 2], [0.0, 0.0])
