@@ -267,5 +267,5 @@ def test_what_does_not_fit_is_refused():
         sf.pool([1.0, 2.0], [0, 0], how="majority")
     with pytest.raises(TypeError, match="values must be numbers or bools, got <U1"):
         sf.pool(["a", "b"], [0, 0])
-    with pytest.raises(TypeError, match="labels must be integers"):
+    with pytest.raises(TypeError, match="labels must contain integers"):
         sf.pool([1, 2], [0.0, 0.0])
