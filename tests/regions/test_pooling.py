@@ -250,22 +250,22 @@ def test_what_does_not_fit_is_refused():
         (lambda: sf.view(mesh, [0] * 5), r"transfer\(mesh.vertices, labels, mesh\)"),
         (lambda: sf.view(mesh, ground_truth=[0] * 5), "For one label per vertex"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1]), "measures must have one value per cell"),
-        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] is -1"),
-        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "not both"),
-        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "values has masked entries"),
-        (lambda: sf.unpool(3, [0, 0]), "values must hold one value or row per region"),
-        (lambda: sf.unpool([1, 2], [0, 2]), r"labels\[1\] is 2 but there are 2 values"),
-        (lambda: sf.unpool([1, 2], [0, -2]), r"labels\[1\] is -2"),
-        (lambda: sf.snap([1, 2], [0, 2]), r"regions\[1\] is 2; labels must be -1 to K - 1"),
-        (lambda: sf.snap([1], [0, 0]), "there are 1 noisy_labels for 2 cells"),
-        (lambda: sf.snap([1, -2], [0, 0]), r"noisy_labels\[1\] is -2"),
+        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] must be finite"),
+        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "leave out cells"),
+        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "must not have masked"),
+        (lambda: sf.unpool(3, [0, 0]), "values must have one value or row per region"),
+        (lambda: sf.unpool([1, 2], [0, 2]), r"labels\[1\] must be less than 2, .* got 2"),
+        (lambda: sf.unpool([1, 2], [0, -2]), "got -2"),
+        (lambda: sf.snap([1, 2], [0, 2]), r"regions\[1\] must be -1 to 1 .* got 2"),
+        (lambda: sf.snap([1], [0, 0]), "noisy_labels has 1 values"),
+        (lambda: sf.snap([1, -2], [0, 0]), r"noisy_labels\[1\] must be -1 to"),
     ]  # fmt: skip
     for call, message in cases:
         with pytest.raises(ValueError, match=message):
             call()
-    with pytest.raises(TypeError, match="needs integers or bools, got float64"):
+    with pytest.raises(TypeError, match="must be integers or bools for"):
         sf.pool([1.0, 2.0], [0, 0], how="majority")
-    with pytest.raises(TypeError, match="values must be numbers, got <U1"):
+    with pytest.raises(TypeError, match="values must be numbers or bools, got <U1"):
         sf.pool(["a", "b"], [0, 0])
-    with pytest.raises(TypeError, match="labels must be integers"):
+    with pytest.raises(TypeError, match="labels must contain integers"):
         sf.pool([1, 2], [0.0, 0.0])
