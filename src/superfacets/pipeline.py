@@ -54,7 +54,14 @@ from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
-from .mesh.denoising import Denoise, checked_denoise, denoised, slack_of
+from .mesh.denoising import (
+    STEPS_WITH_SLACK,
+    Denoise,
+    Roughness,
+    checked_denoise,
+    slack_of,
+    smoothed,
+)
 from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
@@ -69,6 +76,7 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "radius_factor": 2.0,
         "tol": 0.0,
         "smooth": False,
+        "denoise": 0,
     }
 )
 """Keywords for the paper's algorithm exactly as published: ``segment(mesh, 150, **PAPER)``.
@@ -119,6 +127,12 @@ class Prepared:
     """
 
     source: Cells
+    smooth: Cells
+    """The source, with smoothed positions if it is noisy."""
+    n_steps: int | None
+    """Number of smoothing steps; None for cells that are not faces."""
+    slack: float
+    """Angle, in radians, up to which edges count as flat after smoothing."""
     kind: Kind
     cells: Any
     graph: Any
@@ -127,13 +141,35 @@ class Prepared:
     """`cells`, `graph`, `found` and `order` are as in `OrderedCells`."""
 
     @classmethod
-    def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
-        """Build the graph of cells from `as_cells`: by far the longest part of the preparation."""
+    def of(
+        cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
+        denoise: Denoise = "auto",
+    ) -> Prepared:  # fmt: skip
+        """Smooth noisy cells, and build their graph: by far the longest part of the preparation."""
         kind = kind_of(source)
-        ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
-        if ordered is None:
-            ordered = OrderedCells(source, *kind.build_graph(source, weld, n_threads), None)
-        return cls(source, kind, *ordered)
+
+        def ordered(cells: Cells) -> OrderedCells:
+            found = kind.sorted_graph(cells, weld, n_threads) if is_sorted else None
+            if found is None:
+                found = OrderedCells(cells, *kind.build_graph(cells, weld, n_threads), None)
+            return found
+
+        if not kind.has_faces:
+            if denoise not in (None, "auto"):
+                raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
+            return cls(source, source, None, 0.0, kind, *ordered(source))
+        mesh, is_auto = cast(FaceMesh, source), denoise == "auto"
+        n_steps = 0 if is_auto else int(denoise or 0)
+        smooth = smoothed(mesh, n_steps, weld=weld, n_threads=n_threads)
+        made, slack = ordered(smooth), 0.0
+        if is_auto or n_steps >= STEPS_WITH_SLACK:
+            roughness = Roughness.of_mesh(made.cells, made.graph, made.order, n_threads)
+            if is_auto and roughness.n_steps > 0:
+                n_steps = roughness.n_steps
+                smooth = smoothed(mesh, n_steps, weld=weld, n_threads=n_threads)
+                made = ordered(smooth)
+            slack = slack_of(n_steps, is_regular=roughness.is_regular)
+        return cls(source, smooth, n_steps, slack, kind, *made)
 
 
 @says_what_is_meant(OTHER_NAMES)
@@ -143,7 +179,7 @@ def segment(
     *,
     alpha: float | None = None,
     features: npt.ArrayLike | str | Sequence[str] | None = None,
-    denoise: Denoise = None,
+    denoise: Denoise = "auto",
     n_threads: int | None = None,
     radius: float | None = None,
     weights: WeightName | Weights = "parts",
@@ -189,8 +225,9 @@ def segment(
         Data that borders follow in addition to creases: F numbers per face or per vertex, or a
         name. Names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
         ``"normals"``, ``"height"``, and the properties in the file.
-    denoise : int or "auto", optional
+    denoise : int or "auto", default "auto"
         Number of smoothing steps before creases are measured. The input mesh is not changed.
+        ``"auto"`` estimates the noise, and takes 0 steps if the mesh is smooth.
     n_threads : int, optional
         Number of threads. The default is ``SUPERFACETS_NUM_THREADS`` from the environment, or one
         thread per core. Labels do not depend on the number of threads.
@@ -321,7 +358,7 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = None  # "auto" becomes a number of steps when cells are prepared
+    denoise: Denoise = "auto"  # becomes a number of steps when cells are prepared
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     @classmethod
@@ -350,10 +387,9 @@ class Options:
             ConstraintOptions(given.mask, given.barriers), checked_denoise(given.denoise), sizes,
         )  # fmt: skip
 
-    def smoothed(self, n_steps: int | None) -> Options:
-        """Return the options for cells smoothed in `n_steps` steps."""
-        weights = replace(self.weights, slack=slack_of(n_steps or 0))
-        return replace(self, denoise=n_steps, weights=weights)
+    def smoothed(self, n_steps: int | None, slack: float) -> Options:
+        """Return the options for cells smoothed in `n_steps` steps, whose edges have a slack."""
+        return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
 
     def needs_order(self, kind: Kind) -> bool:
         """Whether cells must keep their input order, even if it is bad for the cache.
@@ -458,18 +494,23 @@ def _prepare(work: _Work) -> _Work:
                 "the prepared cells are not in input order: give weights by name, and leave out"
                 " radius_factor"
             )
-        if options.denoise is not None:
+        if options.denoise not in ("auto", mesh.n_steps):
             raise ValueError("denoise needs the mesh, but the cells are already prepared")
-        return replace(work, source=mesh.source, order=mesh.order)
-    with work.timed("mesh"):
-        source, options = _with_named_features(mesh, options)
-    with work.timed("face_graph"):
-        cells, options = _denoised(source, options)
-        prepared = Prepared.of(
-            cells, weld=options.weld, n_threads=options.loop.n_threads,
-            is_sorted=not options.needs_order(kind_of(source)),
-        )  # fmt: skip
-    return replace(work, options=options, source=source, prepared=prepared, order=prepared.order)
+        prepared = mesh
+    else:
+        with work.timed("mesh"):
+            source, options = _with_named_features(mesh, options)
+        are_given = options.weights.given is not None and options.denoise == "auto"
+        denoise = None if are_given else options.denoise
+        with work.timed("face_graph"):
+            prepared = Prepared.of(
+                source, weld=options.weld, n_threads=options.loop.n_threads,
+                is_sorted=not options.needs_order(kind_of(source)), denoise=denoise,
+            )  # fmt: skip
+    options = options.smoothed(prepared.n_steps, prepared.slack)
+    return replace(
+        work, options=options, source=prepared.source, prepared=prepared, order=prepared.order
+    )
 
 
 def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
@@ -490,26 +531,12 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
     return source, replace(options, features=replace(options.features, given=table))
 
 
-def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
-    """Return the smoothed cells, and options with the number of smoothing steps."""
-    if options.denoise is None:
-        return source, options
-    kind = kind_of(source)
-    if not kind.has_faces:
-        raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
-    cells, n_steps = denoised(
-        cast(FaceMesh, source), options.denoise, weld=options.weld,
-        n_threads=options.loop.n_threads,
-    )  # fmt: skip
-    return cells, options.smoothed(n_steps)
-
-
 def _plan(work: _Work) -> _Work:
     """Decide which cells are kept, how large regions are, and where the loop starts."""
     options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            cells.source, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
+            cells.smooth, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
         )
         sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order)
         size = options.size if sizes is None else sizes.asked(options.size)

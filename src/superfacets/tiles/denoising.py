@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal, NamedTuple, cast
+from typing import Literal
 
 import numpy as np
 
 from .. import _core
-from .._types import Array, Bools, Floats, Longs
+from .._types import Array, Floats, Longs
 from ..batches.mapping import Run
 from ..io.readers.pieces import Pieces
 from ..io.tables import Rows, take_rows
-from ..mesh.denoising import AUTO_STEPS, NOISE_LIMIT, Denoise, estimated_noise, noise_products
-from ..mesh.faces import FaceMesh, VertexGraph, corners_in_a_row, mesh_like, vertex_graph
+from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, sampled_faces, slack_of
+from ..mesh.faces import VertexGraph, arcs_of_faces, vertex_graph
 from ..workers.scratch import Scratch
-from .arrays import index_in
+from .arrays import index_in, rows
 from .chunks import BlockRows, Chunks
 from .halos import OF_FACES, faces_with_halo, find_halos
 from .mesh_tiles import tiles_of_chunks
@@ -23,22 +23,14 @@ from .part import Part
 from .store import TileStore
 
 
-class _Noise(NamedTuple):
-    """Sums over the vertices of a tile that no lower tile has."""
-
-    products: Floats  # see `noise_products`
-    length: float  # total length of all edges, counted at both ends
-    n_ends: int
-
-
 def make_mesh_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, denoise: Denoise = None, *,
     welds: bool, run: Run, n_threads: int,
-) -> tuple[TileStore, int | None]:  # fmt: skip
-    """Write a mesh as tiles; return the tiles, and the number of steps of denoising.
+) -> tuple[TileStore, int, float]:  # fmt: skip
+    """Write a mesh as tiles; return the tiles, the number of smoothing steps, and the slack.
 
     Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has
-    `n_threads` threads for each tile. Smoothed positions are those of `mesh.denoising.denoised`,
+    `n_threads` threads for each tile. Smoothed positions are those of `mesh.denoising.smoothed`,
     bit for bit. For smoothing, tiles of the input mesh are made first. Tiles of the smoothed mesh,
     whose faces have another order, replace them.
 
@@ -48,44 +40,38 @@ def make_mesh_tiles(
     make = scratch, tile_cells, run, n_threads, welds
     chunks = Chunks.welded(pieces, *make)
     store = tiles_of_chunks(chunks, scratch, run)
-    n_steps = None if denoise is None else _smooth_all(store, denoise, run, n_threads)
+    n_steps, slack = (0, 0.0) if not denoise else _smooth_all(store, denoise, run, n_threads)
     if n_steps:
         smooth = replace(pieces, points=_table(chunks, store, n_steps, run))
         for tile in range(store.n_tiles):
             scratch.remove_folder(f"tile{tile}")
         store = tiles_of_chunks(Chunks.welded(smooth, *make), scratch, run)
     scratch.remove_folder("representatives")
-    return store, n_steps
+    return store, n_steps, slack
 
 
-def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int) -> int:
-    """Write the positions of all vertices after the last step; return the number of steps.
+def _smooth_all(
+    store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int
+) -> tuple[int, float]:
+    """Write the positions of all vertices after the last step; return number of steps and slack.
 
     Each step is a pass over the tiles, with two rings of faces around each.
     """
     halos = find_halos(store, run)
-    tiles, n_steps = range(store.n_tiles), 1 if denoise == "auto" else denoise
+    tiles, n_steps, slack = range(store.n_tiles), 0 if denoise == "auto" else denoise, 0.0
+    if denoise == "auto" or n_steps >= STEPS_WITH_SLACK:
+        found = run(_measure, store, [(tile, halos[tile], n_threads) for tile in tiles])
+        samples, parts = zip(*found, strict=True)
+        roughness = Roughness.joined(list(parts), np.concatenate(samples))
+        n_steps = roughness.n_steps if denoise == "auto" else n_steps
+        slack = slack_of(n_steps, is_regular=roughness.is_regular)
     if n_steps:
         run(_link_vertices, store, [(tile, halos[tile], n_threads) for tile in tiles])
-    step = 0
-    while step < n_steps:
+    for step in range(n_steps):
         run(_smooth, store, [(tile, halos[tile], step, n_threads) for tile in tiles])
         if step:
             store.remove_from_all(f"smoothed{step}", f"outer/smoothed{step}")
-        step += 1
-        if denoise == "auto" and step == 1:
-            found = run(_measure_noise, store, [(tile, halos[tile], n_threads) for tile in tiles])
-            n_steps = AUTO_STEPS if _noise_of(found) >= NOISE_LIMIT else 0
-    return n_steps
-
-
-def _noise_of(found: list[_Noise]) -> float:
-    """The noise, in mean edge lengths; 8 bytes per vertex are in memory."""
-    n_ends = sum(some.n_ends for some in found)
-    if not n_ends:
-        return 0.0
-    mean_length = sum(some.length for some in found) / n_ends
-    return estimated_noise(np.concatenate([some.products for some in found]), mean_length)
+    return n_steps, slack
 
 
 def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
@@ -130,29 +116,23 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
     return points
 
 
-def _measure_noise(store: TileStore, tile: int, others: list[int], n_threads: int) -> _Noise:
-    """The noise after the first step of smoothing."""
-    faces, graph = _faces_around(store, tile, others, n_threads)
-    mesh, ids = faces.mesh(store), faces.vertices["ids"]
-    points = _points_after(store, tile, others, 1, ids)
-    made = mesh_like(mesh, points, corners_in_a_row(mesh), faces.corners()[0], store.bounds)
-    own_numbers = np.arange(len(ids), dtype=np.int32)
-    products = noise_products(mesh.vertices, cast(FaceMesh, made), graph, own_numbers)
-    is_own = _is_first(store, tile, others, ids) & (np.diff(graph.offsets) > 0)
-    is_end = np.repeat(is_own, np.diff(graph.offsets))
-    lengths = graph.lengths[is_end]
-    return _Noise(products[is_own], _core.sum_of(lengths, n_threads), len(lengths))
-
-
-def _is_first(store: TileStore, tile: int, others: list[int], ids: Longs) -> Bools:
-    """Whether each vertex belongs to a tile, and to no lower one."""
-    is_first = np.zeros(len(ids), bool)
-    is_first[np.searchsorted(ids, store.read(tile, "vertices/ids"))] = True
-    for other in others:
-        if other < tile:
-            at = index_in(store.read(other, "outer/vertices/ids"), ids)
-            is_first[at[at >= 0]] = False
-    return is_first
+def _measure(
+    store: TileStore, tile: int, others: list[int], n_threads: int
+) -> tuple[Longs, Roughness]:
+    """Measure the roughness at the sampled faces of a tile; return their sample indices."""
+    own = Part.of_tile(store, tile, OF_FACES)
+    faces = sampled_faces(store.n_cells)
+    samples = np.flatnonzero(np.isin(faces, own.columns["cells"]))
+    part = faces_with_halo(store, own, others)
+    offsets, corners = part.corners()
+    rings = np.zeros(len(part.vertices["ids"]), np.uint8)
+    rings[corners[rows(offsets, index_in(faces[samples], part.columns["cells"]))[1]]] = 2
+    rings = _core.spread_rings(offsets, corners, rings)
+    part = part.take(np.flatnonzero(np.maximum.reduceat(rings[corners], offsets[:-1]) > 0))
+    mesh = part.mesh(store)
+    arcs = arcs_of_faces(mesh, np.arange(len(mesh.vertices), dtype=np.int32), n_threads)
+    at = index_in(faces[samples], part.columns["cells"]).astype(np.int32)
+    return samples, Roughness.of(mesh, arcs, at, n_threads)
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
