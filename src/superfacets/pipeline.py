@@ -155,7 +155,7 @@ class Prepared:
             return found
 
         if not kind.has_faces:
-            if denoise not in (None, "auto"):
+            if denoise not in (None, 0, "auto"):
                 raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
             return cls(source, source, None, 0.0, kind, *ordered(source))
         mesh, is_auto = cast(FaceMesh, source), denoise == "auto"

@@ -156,7 +156,7 @@ class Surroundings {
     return true;
   }
 
-  // Adds the normal of a face at its corner at the center, turned to the side of the first normal.
+  // Adds the normal of a face at its corner at the center.
   void add_normal(Face face) {
     const auto ring = corners_[face];
     const std::size_t n = ring.size();
@@ -164,7 +164,7 @@ class Surroundings {
       if (place_of(ring[i], 1) < 0) continue;
       const Point normal = cross(vertices_[ring[(i + 1) % n]] - points_[0],
                                  vertices_[ring[(i + n - 1) % n]] - points_[0]);
-      normal_ = normal_ + (dot(normal, normal_) < 0.0 ? -1.0 : 1.0) * normal;
+      normal_ = normal_ + normal;
     }
   }
 

@@ -87,8 +87,8 @@ segment_options = options(
            "Regions within the parts of a shape: --weights parts --relocate, the default."),
     option("--scans", opts.FLAG, "For fused scans of rooms: --denoise 5 --alpha 80."),
     option("--denoise N|auto", opts.CountOr("auto", 0),
-           "Measure creases on positions smoothed in N steps; auto: 5 if the mesh is noisy, else 0."
-           " Results belong to the mesh as it is.  [default: 0; 5 with --scans]"),
+           "Measure creases on positions smoothed in N steps; auto: 0 steps if the mesh is clean."
+           " Results belong to the mesh as it is.  [default: auto; 5 with --scans]"),
     option("--max-iter max_num_iter", opts.Count(0),
            "Maximum number of iterations; with 0, the first centers stay.", default=50),
     option("--tol", opts.NOT_NEGATIVE,

@@ -54,15 +54,14 @@ LOW_PART, LOW_MEAN_OF_NORMAL = 0.6, 0.3966
 """The lowest part of the samples that gives the scale, and its mean for normally distributed
 numbers of variance 1. Creases are in the other samples."""
 
-STEPS_PER_NOISE = 200
-"""Steps of smoothing for noise of one edge length. On 32 benchmark models with noise of 0.03, 0.05,
-0.1 and 0.2, the best numbers of steps are 5, 5 to 20, 20 and 40."""
+STEPS_PER_NOISE, STEPS_ON_GRIDS = 100, 200
+"""Number of smoothing steps per edge length of noise, of any mesh and of regular grids."""
 
-LEAST_STEPS, MOST_AUTO_STEPS = 5, 100
-"""Limits of the number of steps for ``"auto"``."""
+LEAST_STEPS, LEAST_STEPS_ON_GRIDS = 5, 20
+"""Least number of steps of noisy meshes. On grids, even small creases stretch regions."""
 
-LEAST_STEPS_ON_GRIDS = 20
-"""Least number of steps for ``"auto"`` on regular grids, where small creases stretch regions."""
+MOST_AUTO_STEPS = 100
+"""Largest number of steps for ``"auto"``."""
 
 LEAST_EVEN = 0.98
 """Least fraction of vertices inside a regular grid that have an even number of faces. The median of
@@ -197,8 +196,10 @@ class Roughness(NamedTuple):
         noise = self.noise
         if noise < self.limit:
             return 0
-        least = LEAST_STEPS_ON_GRIDS if self.is_regular else LEAST_STEPS
-        return min(max(round(STEPS_PER_NOISE * noise), least), MOST_AUTO_STEPS)
+        per_noise, least = STEPS_PER_NOISE, LEAST_STEPS
+        if self.is_regular:
+            per_noise, least = STEPS_ON_GRIDS, LEAST_STEPS_ON_GRIDS
+        return min(max(round(per_noise * noise), least), MOST_AUTO_STEPS)
 
 
 def _scale_of(heights: Floats) -> float:

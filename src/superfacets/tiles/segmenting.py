@@ -293,7 +293,7 @@ def _make_tiles(
 ) -> tuple[TileStore, Options]:
     """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder and the size."""
     pieces, is_cloud = made[0], made[0].corners is None
-    if is_cloud and options.denoise not in (None, "auto"):
+    if is_cloud and options.denoise not in (None, 0, "auto"):
         raise ValueError("denoise needs a mesh of faces, not points")
     if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
         raise MeshError("a viewpoint is for point clouds that have neither normals nor viewpoints")
