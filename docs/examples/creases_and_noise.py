@@ -39,7 +39,8 @@ def scan(n_faces=60_000):
 
 
 # %%
-# Noise makes many small creases. By default, creases of a noisy mesh are measured on a smoothed copy.
+# Noise makes many small creases. By default, creases of a noisy mesh are measured on a smoothed
+# copy.
 # ``min_size=0.2`` joins regions below a fifth of the mean area to a neighbor, and
 # ``islands="nearest"`` joins loose specks to the nearest region.
 

@@ -27,7 +27,7 @@ from ._options import (
     SizeOptions,
 )
 from ._timing import OnStage, timed
-from ._types import Ints
+from ._types import Floats, Ints
 from ._validate import checked_choice, says_what_is_meant
 from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
@@ -148,28 +148,37 @@ class Prepared:
         """Smooth noisy cells, and build their graph: by far the longest part of the preparation."""
         kind = kind_of(source)
 
-        def ordered(cells: Cells) -> OrderedCells:
+        def ordered(cells: Cells, weld: bool) -> OrderedCells:
             found = kind.sorted_graph(cells, weld, n_threads) if is_sorted else None
             if found is None:
                 found = OrderedCells(cells, *kind.build_graph(cells, weld, n_threads), None)
             return found
 
+        def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
+            smooth = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
+            return smooth, ordered(smooth, False)
+
         if not kind.has_faces:
             if denoise not in (None, 0, "auto"):
                 raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
-            return cls(source, source, None, 0.0, kind, *ordered(source))
-        mesh, is_auto = cast(FaceMesh, source), denoise == "auto"
+            return cls(source, source, None, 0.0, kind, *ordered(source, weld))
+        is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        smooth = smoothed(mesh, n_steps, weld=weld, n_threads=n_threads)
-        made, slack = ordered(smooth), 0.0
+        smooth, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
         if is_auto or n_steps >= STEPS_WITH_SLACK:
             roughness = Roughness.of_mesh(made.cells, made.graph, made.order, n_threads)
             if is_auto and roughness.n_steps > 0:
                 n_steps = roughness.n_steps
-                smooth = smoothed(mesh, n_steps, weld=weld, n_threads=n_threads)
-                made = ordered(smooth)
+                smooth, made = smoothed_in(n_steps)
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         return cls(source, smooth, n_steps, slack, kind, *made)
+
+    def given_measures(self, n_threads: int) -> Floats:
+        """Return the measures of the cells before smoothing, (N,)."""
+        if not self.n_steps:
+            return np.asarray(self.graph.measures)
+        measures = self.kind.measures(self.source, n_threads)
+        return measures if self.order is None else measures[self.order]
 
 
 @says_what_is_meant(OTHER_NAMES)
@@ -538,7 +547,8 @@ def _plan(work: _Work) -> _Work:
         cut = options.constraints.cut(
             cells.smooth, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
         )
-        sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order)
+        measures = cells.given_measures(n_threads)
+        sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order, measures)
         size = options.size if sizes is None else sizes.asked(options.size)
         plan = Plan.of(
             cells.graph, cut, (size, options.init), n_threads,

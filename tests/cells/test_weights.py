@@ -311,7 +311,7 @@ def test_stk02_weights_are_the_same_for_any_number_of_threads():
     graph = build_face_graph(mesh)
     one, many = (stk02_weights(mesh, graph, n_threads=n) for n in (1, 4))
     assert np.array_equal(one, many)
-    by_name = segment(mesh, 20, weights="stk02", smooth=False)
+    by_name = segment(mesh, 20, weights="stk02", smooth=False, denoise=0)
     given = segment(mesh, 20, weights=stk02_weights(mesh, graph), smooth=False)
     assert np.array_equal(by_name.labels, given.labels)
 
@@ -405,7 +405,7 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
 def test_segment_uses_the_expected_radius_for_creases():
     mesh = shapes.bumpy_sheet(16)
     graph = build_face_graph(mesh)
-    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1)
+    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1, denoise=0)
     weights = superfacet_weights(
         mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
     )

@@ -286,6 +286,25 @@ def test_polygons_are_smoothed():
     )
 
 
+def test_specks_that_shrink_to_a_point_stay_connected():
+    """A speck of two faces loses its shape in 100 steps of smoothing."""
+    speck = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], [[0, 1, 2], [0, 2, 3]])
+    for mesh in (speck, shapes.soup(speck)):
+        both = shapes.together([shapes.bumpy_sheet(24), mesh])
+        labels = segment(both, denoise=100, init=[0, 1152]).labels
+        assert labels[1152] == labels[1153] == 1
+        assert np.count_nonzero(labels == 1) == 2
+
+
+def test_bounds_of_areas_hold_before_smoothing():
+    mesh = shapes.bumpy_sheet(24)
+    areas = build_face_graph(mesh).measures
+    bound = areas.sum() / 10
+    result = segment(mesh, 12, max_measure=bound)
+    assert result.params["denoise"] > 0
+    assert np.bincount(result.labels, areas).max() <= bound * (1 + 1e-9)
+
+
 def test_steps_are_checked():
     mesh = shapes.cube()
     for wrong, error in (

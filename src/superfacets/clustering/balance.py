@@ -77,12 +77,16 @@ class SizeRules:
 
     @classmethod
     def of(
-        cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None
-    ) -> SizeRules | None:
-        """Return the rules for the kept cells of a graph; None if sizes are free."""
+        cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None,
+        measures: Floats,
+    ) -> SizeRules | None:  # fmt: skip
+        """Return the rules for the kept cells of a graph; None if sizes are free.
+
+        `measures` are those of the cells before smoothing.
+        """
         if not options.is_used:
             return None
-        sizes = graph.measures
+        sizes = measures
         if options.cells_per_region is not None:
             sizes = np.ones(graph.n_cells)
         elif options.cell_weights is not None:

@@ -91,19 +91,18 @@ def checked_denoise(denoise: object) -> Denoise:
 
 
 def smoothed(mesh: FaceMesh, n_steps: int, *, weld: bool, n_threads: int) -> FaceMesh:
-    """Return the mesh after steps of smoothing.
+    """Return the mesh after at least one step of smoothing.
 
-    With `weld`, vertices at one position stay at one position.
+    With `weld`, vertices at one position stay at one position, and faces use the lowest of them. So
+    the mesh need not be welded again, which would join faces of specks that shrink to a point.
     """
-    if n_steps == 0:
-        return mesh
     lowest = lowest_vertices(mesh.vertices, weld, n_threads)
     graph = vertex_graph(mesh, lowest, n_threads)
     positions = _core.taubin_smooth(
         mesh.vertices, graph.offsets, graph.neighbors, n_steps, n_threads
     )
     offsets = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
-    made = mesh_like(mesh, positions[lowest], corners_in_a_row(mesh), offsets)
+    made = mesh_like(mesh, positions[lowest], lowest[corners_in_a_row(mesh)], offsets)
     return cast(FaceMesh, made)
 
 

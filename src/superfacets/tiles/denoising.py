@@ -11,7 +11,7 @@ from .. import _core
 from .._types import Array, Floats, Longs
 from ..batches.mapping import Run
 from ..io.readers.pieces import Pieces
-from ..io.tables import Rows, take_rows
+from ..io.tables import Rows
 from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, sampled_faces, slack_of
 from ..mesh.faces import VertexGraph, arcs_of_faces, vertex_graph
 from ..workers.scratch import Scratch
@@ -37,15 +37,14 @@ def make_mesh_tiles(
     A MeshError names the first wrong coordinate or index, as `Mesh` does, or says that there are
     too many faces.
     """
-    make = scratch, tile_cells, run, n_threads, welds
-    chunks = Chunks.welded(pieces, *make)
+    chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads, welds)
     store = tiles_of_chunks(chunks, scratch, run)
     n_steps, slack = (0, 0.0) if not denoise else _smooth_all(store, denoise, run, n_threads)
     if n_steps:
         smooth = replace(pieces, points=_table(chunks, store, n_steps, run))
         for tile in range(store.n_tiles):
             scratch.remove_folder(f"tile{tile}")
-        store = tiles_of_chunks(Chunks.welded(smooth, *make), scratch, run)
+        store = tiles_of_chunks(replace(chunks, pieces=smooth), scratch, run)
     scratch.remove_folder("representatives")
     return store, n_steps, slack
 
@@ -136,19 +135,14 @@ def _measure(
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Positions of all vertices of the input; vertices that no face uses are not smoothed."""
+    """Positions of all vertices; only the lowest at a position, if a face uses it, is smoothed."""
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
     cuts = np.array(run.all(_cut, store, store.n_tiles, ends))
     jobs = [(block, vertices, size, cuts[:, block : block + 2], step) for block in range(n_blocks)]
     run(_write_block, store, jobs)
-    table = BlockRows(scratch, "smoothed", size, vertices.n_rows)
-    if chunks.lowest is not None:
-        run.all(_copy_lowest, scratch, n_blocks, table, chunks.lowest)
-        scratch.remove_folder("smoothed")
-        table = replace(table, name="welded_smoothed")
-    return table
+    return BlockRows(scratch, "smoothed", size, vertices.n_rows)
 
 
 def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
@@ -168,10 +162,3 @@ def _write_block(
         )
         points[ids - begin] = found
     store.scratch.save(f"smoothed/{block}", points)
-
-
-def _copy_lowest(scratch: Scratch, block: int, table: BlockRows, lowest: Rows) -> None:
-    """Write, for each vertex of a block, the position of the lowest vertex welded with it."""
-    begin = block * table.size
-    vertices = lowest.read(begin, min(begin + table.size, table.n_rows))
-    scratch.save(f"welded_smoothed/{block}", take_rows(table, vertices, 2 * table.size))
