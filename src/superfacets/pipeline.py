@@ -509,12 +509,10 @@ def _prepare(work: _Work) -> _Work:
     else:
         with work.timed("mesh"):
             source, options = _with_named_features(mesh, options)
-        are_given = options.weights.given is not None and options.denoise == "auto"
-        denoise = None if are_given else options.denoise
         with work.timed("face_graph"):
             prepared = Prepared.of(
                 source, weld=options.weld, n_threads=options.loop.n_threads,
-                is_sorted=not options.needs_order(kind_of(source)), denoise=denoise,
+                is_sorted=not options.needs_order(kind_of(source)), denoise=options.denoise,
             )  # fmt: skip
     options = options.smoothed(prepared.n_steps, prepared.slack)
     return replace(

@@ -147,14 +147,18 @@ class Roughness(NamedTuple):
             places[order] = np.arange(len(order), dtype=order.dtype)
             faces = places[faces]
         first = cls.of(mesh, arcs, faces[:N_FIRST], n_threads)
-        return first if first.is_smooth else cls.of(mesh, arcs, faces, n_threads)
+        if first.is_smooth:
+            return first
+        more = cls.of(mesh, arcs, faces[N_FIRST:], n_threads)
+        return cls.joined([first, more], np.arange(len(faces)))
 
     @classmethod
     def joined(cls, parts: list[Roughness], samples: Ints) -> Roughness:
         """Return the same as `of_mesh`, for all samples in parts; `samples` has their indices."""
         order = np.argsort(samples)
-        whole = cls(*(np.concatenate(column)[order] for column in zip(*parts, strict=True)))
-        first = cls(*(column[:N_FIRST] for column in whole))
+        columns: Any = [np.concatenate(some)[order] for some in zip(*parts, strict=True)]
+        whole = cls(*columns)
+        first = cls(*(column[:N_FIRST] for column in columns))
         return first if first.is_smooth else whole
 
     @property
