@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, cast
 import numpy as np
 
 from .. import _core
-from .._types import Floats, Ints
+from .._types import Floats, Ints, Longs
 from .._validate import checked_count
 from .cells import lowest_vertices
 from .faces import (
@@ -150,10 +150,10 @@ class Roughness(NamedTuple):
         if first.is_smooth:
             return first
         more = cls.of(mesh, arcs, faces[N_FIRST:], n_threads)
-        return cls.joined([first, more], np.arange(len(faces)))
+        return cls.joined([first, more], np.arange(len(faces), dtype=np.int64))
 
     @classmethod
-    def joined(cls, parts: list[Roughness], samples: Ints) -> Roughness:
+    def joined(cls, parts: list[Roughness], samples: Longs) -> Roughness:
         """Return the same as `of_mesh`, for all samples in parts; `samples` has their indices."""
         order = np.argsort(samples)
         columns: Any = [np.concatenate(some)[order] for some in zip(*parts, strict=True)]

@@ -39,7 +39,10 @@ def make_mesh_tiles(
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads, welds)
     store = tiles_of_chunks(chunks, scratch, run)
-    n_steps, slack = (0, 0.0) if not denoise else _smooth_all(store, denoise, run, n_threads)
+    n_steps, slack = 0, 0.0
+    if denoise:
+        store = replace(store, halos=find_halos(store, run))
+        n_steps, slack = _smooth_all(store, denoise, run, n_threads)
     if n_steps:
         smooth = replace(pieces, points=_table(chunks, store, n_steps, run))
         for tile in range(store.n_tiles):
@@ -56,7 +59,8 @@ def _smooth_all(
 
     Each step is a pass over the tiles, with two rings of faces around each.
     """
-    halos = find_halos(store, run)
+    assert store.halos is not None
+    halos = store.halos
     tiles, n_steps, slack = range(store.n_tiles), 0 if denoise == "auto" else denoise, 0.0
     if denoise == "auto" or n_steps >= STEPS_WITH_SLACK:
         found = run(_measure, store, [(tile, halos[tile], n_threads) for tile in tiles])

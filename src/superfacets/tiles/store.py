@@ -45,6 +45,7 @@ class TileStore:
     starts: tuple[int, ...]  # first place of each tile, a multiple of RANGE; then N
     bounds: Floats  # (2, 3) box of the points, or of the vertices that faces use
     total_measure: float  # summed like the core's `sum_of` in input order
+    halos: list[list[int]] | None = None  # result of `find_halos`; None before
 
     @property
     def n_tiles(self) -> int:

@@ -83,7 +83,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     rows of ``ghosts``, the ascending places of neighbors in other tiles, whose cell numbers are
     ``ghost_cells``. Arcs have ``lengths``; ``border_lengths`` if `has_prices`; of faces ``sides``.
     """
-    halos = find_halos(store, run)
+    halos = find_halos(store, run) if store.halos is None else store.halos
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
     origin, tiles = _centroid(store, run), range(store.n_tiles)
 
