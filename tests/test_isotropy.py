@@ -138,15 +138,15 @@ def height_field(noise):
     return sf.Mesh(mesh.vertices + heights * [0, 0, 1], mesh.faces)
 
 
-@pytest.mark.parametrize(("noise", "n_steps"), [(0.05, 20), (0.1, 20), (0.2, 40), (0.5, 80)])
-def test_regions_of_a_smoothed_height_field_are_round_and_lean_nowhere(noise, n_steps):
-    """Measured: at most 1.19 and 0.18."""
-    ratios, axes = elongations_and_axes(height_field(noise), denoise=n_steps)
+@pytest.mark.parametrize("noise", [0.01, 0.03, 0.05, 0.1, 0.2, 0.5])
+def test_regions_of_a_noisy_height_field_are_round_and_lean_nowhere(noise):
+    """Measured: at most 1.19 and 0.16."""
+    ratios, axes = elongations_and_axes(height_field(noise))
     assert np.median(ratios) < 1.2
     assert alignment(axes) < 0.3
 
 
-def test_noise_stretches_regions_of_a_height_field():
+def test_noise_stretches_regions_of_a_height_field_without_enough_smoothing():
     """Also after five steps of smoothing, which leave small creases that count."""
     for n_steps in (0, 5):
         ratios, axes = elongations_and_axes(height_field(0.1), denoise=n_steps)

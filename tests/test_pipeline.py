@@ -26,7 +26,7 @@ from superfacets import (
 )
 from superfacets.metrics import compactness
 
-PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False}
+PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False, "denoise": 0}
 """The paper's weights and seeds, and labels as the loop leaves them."""
 
 
@@ -137,7 +137,7 @@ def test_without_number_or_radius_there_are_150_regions(sheet):
 
 
 def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
-    result = segment(sheet, radius=0.1)
+    result = segment(sheet, radius=0.1, denoise=0)
     graph = build_face_graph(sheet)
     assert result.params["expected_radius"] == 0.1 * graph.diagonal
     disks = graph.measures.sum() / (np.pi * (0.1 * graph.diagonal) ** 2)
@@ -231,9 +231,10 @@ def test_an_interrupt_in_progress_comes_through(sheet):
 def test_given_weights_take_the_place_of_the_paper_s(sheet):
     graph = build_face_graph(sheet)
     weights = superfacet_weights(sheet, graph, alpha=50)
-    given = segment(sheet, 20, weights=weights)
-    named = segment(sheet, 20, weights="superfacets", alpha=50, smooth=False)
-    assert np.array_equal(segment(sheet, 20, weights=weights, smooth=False).labels, named.labels)
+    given = segment(sheet, 20, weights=weights, denoise=0)
+    named = segment(sheet, 20, weights="superfacets", alpha=50, smooth=False, denoise=0)
+    rough = segment(sheet, 20, weights=weights, smooth=False, denoise=0)
+    assert np.array_equal(rough.labels, named.labels)
     assert given.params["weights"] == "given"
     assert "alpha" not in given.params
 
@@ -244,7 +245,7 @@ def test_given_seeds_are_the_first_centers(sheet):
 
 
 def test_segment_graph_does_the_work_of_segment(sheet):
-    result = segment(sheet, 20, weights="superfacets", smooth=False)
+    result = segment(sheet, 20, weights="superfacets", smooth=False, denoise=0)
     assert np.array_equal(result.labels, segment_graph(graph_of(sheet), 20).labels)
 
 
@@ -306,7 +307,7 @@ def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
 
         with monkeypatch.context() as patch:
             patch.setattr(_core, name, slow)
-            timings = segment(pair, 20, max_num_iter=2).timings
+            timings = segment(pair, 20, max_num_iter=2, denoise=0).timings
         assert timings[stage] >= 0.2, stage
         assert max(timings, key=timings.get) == stage
 
@@ -314,7 +315,7 @@ def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
 def test_paper_is_read_only_and_changes_what_it_says(sheet):
     assert dict(PAPER) == {
         "weights": "superfacets", "init": "farthest", "radius_factor": 2.0, "tol": 0.0,
-        "smooth": False,
+        "smooth": False, "denoise": 0,
     }  # fmt: skip
     with pytest.raises(TypeError):
         PAPER["tol"] = 1
@@ -410,8 +411,8 @@ def test_borders_are_straight_by_default_and_centers_stay_in_connected_regions(s
 
 
 def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
-    rough = segment(sheet, 20, weights="creases", smooth=False)
-    result = segment(sheet, 20, weights="creases")
+    rough = segment(sheet, 20, weights="creases", smooth=False, denoise=0)
+    result = segment(sheet, 20, weights="creases", denoise=0)
     graph = build_face_graph(sheet)
     weights = crease_weights(sheet, graph, rough.params["expected_radius"])
     cells = graph.with_weights(weights)  # paths, and borders, are measured in whole units

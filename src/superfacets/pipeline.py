@@ -27,7 +27,7 @@ from ._options import (
     SizeOptions,
 )
 from ._timing import OnStage, timed
-from ._types import Ints
+from ._types import Floats, Ints
 from ._validate import checked_choice, explains_parameters
 from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
@@ -54,7 +54,14 @@ from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
-from .mesh.denoising import Denoise, checked_denoise, denoised, slack_of
+from .mesh.denoising import (
+    STEPS_WITH_SLACK,
+    Denoise,
+    Roughness,
+    checked_denoise,
+    slack_of,
+    smoothed,
+)
 from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
@@ -69,6 +76,7 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "radius_factor": 2.0,
         "tol": 0.0,
         "smooth": False,
+        "denoise": 0,
     }
 )
 """Keywords for the algorithm of the paper as published: ``segment(mesh, 150, **PAPER)``. Weights
@@ -116,7 +124,10 @@ class Prepared:
     of `OrderedCells`.
     """
 
-    source: Cells  # cells in input order
+    source: Cells  # cells in input order, as given by the caller
+    smooth: Cells  # the source with smoothed positions; the source itself if it was not smoothed
+    n_steps: int | None  # number of smoothing steps; None for cells that are not faces
+    slack: float  # angle in radians below which edges are treated as flat after smoothing
     kind: Kind
     cells: Any
     graph: Any
@@ -124,13 +135,44 @@ class Prepared:
     order: Ints | None
 
     @classmethod
-    def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
-        """Build the cell graph of `source`, with sorted cells if this is faster."""
+    def of(
+        cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
+        denoise: Denoise = "auto",
+    ) -> Prepared:  # fmt: skip
+        """Smooth noisy cells and build their graph, with sorted cells if this is faster."""
         kind = kind_of(source)
-        ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
-        if ordered is None:
-            ordered = OrderedCells(source, *kind.build_graph(source, weld, n_threads), None)
-        return cls(source, kind, *ordered)
+
+        def ordered(cells: Cells, weld: bool) -> OrderedCells:
+            found = kind.sorted_graph(cells, weld, n_threads) if is_sorted else None
+            if found is None:
+                found = OrderedCells(cells, *kind.build_graph(cells, weld, n_threads), None)
+            return found
+
+        def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
+            smooth = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
+            return smooth, ordered(smooth, False)
+
+        if not kind.has_faces:
+            if denoise not in (None, 0, "auto"):
+                raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
+            return cls(source, source, None, 0.0, kind, *ordered(source, weld))
+        is_auto, slack = denoise == "auto", 0.0
+        n_steps = 0 if is_auto else int(denoise or 0)
+        smooth, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
+        if is_auto or n_steps >= STEPS_WITH_SLACK:
+            roughness = Roughness.of_mesh(made.cells, made.graph, made.order, n_threads)
+            if is_auto and roughness.n_steps > 0:
+                n_steps = roughness.n_steps
+                smooth, made = smoothed_in(n_steps)
+            slack = slack_of(n_steps, is_regular=roughness.is_regular)
+        return cls(source, smooth, n_steps, slack, kind, *made)
+
+    def given_measures(self, n_threads: int) -> Floats:
+        """Return the measures of the cells before smoothing, (N,)."""
+        if not self.n_steps:
+            return np.asarray(self.graph.measures)
+        measures = self.kind.measures(self.source, n_threads)
+        return measures if self.order is None else measures[self.order]
 
 
 @explains_parameters(OTHER_NAMES)
@@ -140,7 +182,7 @@ def segment(
     *,
     alpha: float | None = None,
     features: npt.ArrayLike | str | Sequence[str] | None = None,
-    denoise: Denoise = None,
+    denoise: Denoise = "auto",
     n_threads: int | None = None,
     radius: float | None = None,
     weights: WeightName | Weights = "parts",
@@ -187,8 +229,9 @@ def segment(
         Data that borders follow in addition to creases: F numbers per face or per vertex, or names
         of data. Names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
         ``"normals"``, ``"height"``, and the properties in the file.
-    denoise : int or "auto", optional
+    denoise : int or "auto", default "auto"
         Number of smoothing steps before creases are measured. The input mesh is not changed.
+        ``"auto"`` estimates the noise, and takes 0 steps if the mesh is smooth.
     n_threads : int, optional
         Number of threads. The default is ``SUPERFACETS_NUM_THREADS`` from the environment, or one
         thread per core. Labels do not depend on the number of threads.
@@ -322,7 +365,7 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = None  # `smoothed` replaces "auto" by the number of smoothing steps
+    denoise: Denoise = "auto"  # `smoothed` replaces "auto" by the number of smoothing steps
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     @classmethod
@@ -351,10 +394,9 @@ class Options:
             ConstraintOptions(given.mask, given.barriers), checked_denoise(given.denoise), sizes,
         )  # fmt: skip
 
-    def smoothed(self, n_steps: int | None) -> Options:
+    def smoothed(self, n_steps: int | None, slack: float) -> Options:
         """Return the options for cells that were smoothed in `n_steps` steps."""
-        weights = replace(self.weights, slack=slack_of(n_steps or 0))
-        return replace(self, denoise=n_steps, weights=weights)
+        return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
 
     def needs_order(self, kind: Kind) -> bool:
         """Whether cells must keep their input order, even if sorted cells are faster.
@@ -463,18 +505,21 @@ def _prepare(work: _Work) -> _Work:
                 "prepared cells are sorted, but radius_factor and arrays of weights need the input"
                 " order: pass the mesh instead, or leave these parameters out"
             )
-        if options.denoise is not None:
+        if options.denoise not in ("auto", mesh.n_steps):
             raise ValueError("denoise needs the mesh: pass the mesh instead of prepared cells")
-        return replace(work, source=mesh.source, order=mesh.order)
-    with work.timed("mesh"):
-        source, options = _with_named_features(mesh, options)
-    with work.timed("face_graph"):
-        cells, options = _denoised(source, options)
-        prepared = Prepared.of(
-            cells, weld=options.weld, n_threads=options.loop.n_threads,
-            is_sorted=not options.needs_order(kind_of(source)),
-        )  # fmt: skip
-    return replace(work, options=options, source=source, prepared=prepared, order=prepared.order)
+        prepared = mesh
+    else:
+        with work.timed("mesh"):
+            source, options = _with_named_features(mesh, options)
+        with work.timed("face_graph"):
+            prepared = Prepared.of(
+                source, weld=options.weld, n_threads=options.loop.n_threads,
+                is_sorted=not options.needs_order(kind_of(source)), denoise=options.denoise,
+            )  # fmt: skip
+    options = options.smoothed(prepared.n_steps, prepared.slack)
+    return replace(
+        work, options=options, source=prepared.source, prepared=prepared, order=prepared.order
+    )
 
 
 def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
@@ -495,28 +540,15 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
     return source, replace(options, features=replace(options.features, given=table))
 
 
-def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
-    """Return the smoothed cells, and options with the number of smoothing steps."""
-    if options.denoise is None:
-        return source, options
-    kind = kind_of(source)
-    if not kind.has_faces:
-        raise ValueError(f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out")
-    cells, n_steps = denoised(
-        cast(FaceMesh, source), options.denoise, weld=options.weld,
-        n_threads=options.loop.n_threads,
-    )  # fmt: skip
-    return cells, options.smoothed(n_steps)
-
-
 def _plan(work: _Work) -> _Work:
     """Determine the kept cells, the size of regions, and the start of the loop."""
     options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            cells.source, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
+            cells.smooth, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
         )
-        sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order)
+        measures = cells.given_measures(n_threads)
+        sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order, measures)
         size = options.size if sizes is None else sizes.asked(options.size)
         plan = Plan.of(
             cells.graph, cut, (size, options.init), n_threads,

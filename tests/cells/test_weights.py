@@ -311,8 +311,9 @@ def test_stk02_weights_are_the_same_for_any_number_of_threads():
     graph = build_face_graph(mesh)
     one, many = (stk02_weights(mesh, graph, n_threads=n) for n in (1, 4))
     assert np.array_equal(one, many)
-    by_name = segment(mesh, 20, weights="stk02", smooth=False)
-    given = segment(mesh, 20, weights=stk02_weights(mesh, graph), smooth=False)
+    by_name = segment(mesh, 20, weights="stk02", smooth=False, denoise=0)
+    weights = stk02_weights(mesh, graph)
+    given = segment(mesh, 20, weights=weights, smooth=False, denoise=0)
     assert np.array_equal(by_name.labels, given.labels)
 
 
@@ -409,11 +410,11 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
 def test_segment_uses_the_expected_radius_for_creases():
     mesh = shapes.bumpy_sheet(16)
     graph = build_face_graph(mesh)
-    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1)
+    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1, denoise=0)
     weights = superfacet_weights(
         mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
     )
-    assert np.array_equal(segment(mesh, 9, weights=weights).labels, result.labels)
+    assert np.array_equal(segment(mesh, 9, weights=weights, denoise=0).labels, result.labels)
     assert result.params["weights"] == "creases"
     flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])  # without area, r is 0
     assert segment(flat, 1, weights="creases").labels.tolist() == [0]

@@ -205,7 +205,7 @@ def test_progress_counts_through_the_levels_and_ends_all_of_them():
         n_spread = sum(level.n_cells == mesh.n_faces for level in result.levels)
         assert len(told) == result.n_iter - n_spread  # the last only labels all faces
     cancelled = segment(
-        mesh, 4, weights="creases", progress=lambda n_iter, n_moved: False, smooth=False
+        mesh, 4, weights="creases", progress=lambda n_iter, n_moved: False, smooth=False, denoise=0
     )
     assert cancelled.stop_reason == "cancelled"
     assert {level.n_iter for level in cancelled.levels} == {1}

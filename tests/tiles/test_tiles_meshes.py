@@ -20,7 +20,7 @@ def check(source, mesh, tmp_path, tile_cells=4096, *, welds=True, for_workers=Fa
     """Make tiles of a source, and compare all files with those of the mesh in memory."""
     with scratch_folder(tmp_path) as made, scratch_folder(tmp_path) as cut:
         pieces = open_pieces(source, made, for_workers=for_workers)
-        store, _ = make_mesh_tiles(
+        store, *_ = make_mesh_tiles(
             pieces, made, tile_cells, welds=welds, run=run_serially, n_threads=1
         )
         wanted = cut_mesh(mesh, cut, store.n_tiles, weld=welds)

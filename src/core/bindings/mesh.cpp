@@ -4,6 +4,7 @@
 #include "mesh/checks.hpp"
 #include "mesh/geometry.hpp"
 #include "mesh/polygons.hpp"
+#include "mesh/roughness.hpp"
 #include "mesh/subdivision.hpp"
 #include "mesh/vertex_graph.hpp"
 #include "mesh/vertex_normals.hpp"
@@ -20,6 +21,13 @@ VertexGraph vertex_graph(Points vertices, Integers corners, Offsets offsets, std
 Buffer<Point> normals_of_vertices(Points vertices, Integers corners, Offsets offsets,
                                   std::int64_t size, Integers representative) {
   return mean_normals(vertices, {corners, offsets, size}, representative);
+}
+
+Roughness roughness_of_faces(Points vertices, Integers corners, Offsets corner_offsets,
+                             std::int64_t size, Offsets offsets, Integers neighbors, Integers faces,
+                             ThreadTeam& team) {
+  return measure_roughness(vertices, {corners, corner_offsets, size}, offsets, neighbors, faces,
+                           team);
 }
 
 PolygonShapes shapes_of_polygons(Points vertices, Offsets offsets, Integers corners,
@@ -55,6 +63,8 @@ void bind_mesh(nb::module_& module) {
              "n_steps"_a, "n_threads"_a);
   module.def("mean_normals", serial(&normals_of_vertices), "vertices"_a, "corners"_a, "offsets"_a,
              "size"_a, "representative"_a);
+  module.def("measure_roughness", threaded(&roughness_of_faces), "vertices"_a, "corners"_a,
+             "corner_offsets"_a, "size"_a, "offsets"_a, "neighbors"_a, "faces"_a, "n_threads"_a);
   module.def("measure_polygons", threaded(&shapes_of_polygons), "vertices"_a, "offsets"_a,
              "corners"_a, "n_threads"_a);
   module.def("polygon_sliver_area", threaded(&sliver_area_of_polygons), "vertices"_a, "offsets"_a,

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Floats, Ints, Longs
 from ..mesh.cells import lowest_vertices
-from ..mesh.faces import Corners
+from ..mesh.faces import Corners, spread_indices
 
 MIN_CELLS = 1 << 17
 """Minimum number of cells for sorting. Smaller meshes fit into the cache in any order."""
@@ -23,9 +23,6 @@ subdivision have values below 0.3."""
 
 N_STEPS = 512
 """Number of sampled steps. The standard error of `far_steps` is then below 0.023."""
-
-GOLDEN = 0.6180339887498949
-"""Golden ratio. Its multiples modulo 1 are evenly spread and do not align with regular patterns."""
 
 
 class SortedCorners(NamedTuple):
@@ -60,7 +57,7 @@ def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
 
     Far apart means farther than a quarter of the median distance between two random elements.
     """
-    firsts = (np.arange(N_STEPS) * GOLDEN % 1.0 * (n - 1)).astype(np.int64)
+    firsts = spread_indices(N_STEPS, n - 1)
     here = positions_of(firsts)
     steps = _squared_lengths(positions_of(firsts + 1) - here)
     anywhere = _squared_lengths(here[::-1] - here)

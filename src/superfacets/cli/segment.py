@@ -190,7 +190,7 @@ class _Run:
         if not kind_of(cells).are_points:
             return
         typed = "--subdivide" if self.options.subdivide else None
-        if self.options.keywords.get("denoise") is not None:
+        if self.options.keywords.get("denoise"):
             typed = "--scans" if self.scans else "--denoise"
         if typed is not None:
             raise MeshError(

@@ -78,12 +78,16 @@ class SizeRules:
 
     @classmethod
     def of(
-        cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None
-    ) -> SizeRules | None:
-        """Return the rules for the kept cells of a graph, or None if sizes are not restricted."""
+        cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None,
+        measures: Floats,
+    ) -> SizeRules | None:  # fmt: skip
+        """Return the rules for the kept cells of a graph, or None if sizes are not restricted.
+
+        `measures` are the measures of the cells before smoothing.
+        """
         if not options.is_used:
             return None
-        sizes = graph.measures
+        sizes = measures
         if options.cells_per_region is not None:
             sizes = np.ones(graph.n_cells)
         elif options.cell_weights is not None:

@@ -298,6 +298,15 @@ def surface_of_faces(
     )
 
 
+GOLDEN = 0.6180339887498949
+"""Golden ratio. Its multiples modulo 1 are spread evenly and do not align with patterns."""
+
+
+def spread_indices(n_samples: int, n: int) -> Longs:
+    """Return indices spread over 0 to n - 1; those of fewer samples come first."""
+    return (np.arange(n_samples) * GOLDEN % 1.0 * n).astype(np.int64)
+
+
 MAX_STEPS = 8
 """Maximum number of equal parts per side of a triangle: 64 samples suffice to label a face."""
 

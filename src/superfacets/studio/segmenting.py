@@ -152,7 +152,7 @@ class Segmenter:
     def surface(self) -> Surface:
         """Surface for the stages after the clustering, with cells in input order."""
         prepared, n_threads = self.prepared, checked_threads(None)
-        if prepared.order is not None:
+        if prepared.order is not None or prepared.n_steps:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
 

@@ -82,7 +82,7 @@ def segment_tiled(
     relocate: bool | None = None,
     islands: Islands = "keep",
     smooth: bool = True,
-    denoise: Denoise = None,
+    denoise: Denoise = "auto",
     viewpoint: Sequence[float] | None = None,
     weld: bool = True,
     tile_size: int = TILE_SIZE,
@@ -294,16 +294,17 @@ def _make_tiles(
 ) -> tuple[TileStore, Options]:
     """Run stages 0 and 1; `made` has the input cells, the scratch folder and the tile size."""
     pieces, is_cloud = made[0], made[0].corners is None
-    if is_cloud and options.denoise is not None:
+    if is_cloud and options.denoise not in (None, 0, "auto"):
         raise ValueError("denoise needs a mesh of faces, not points")
     if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
         raise MeshError("omit viewpoint: it is only for point clouds without normals or viewpoints")
     if is_cloud:
+        options = options.smoothed(None, 0.0)
         return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
-    store, n_steps = make_mesh_tiles(
+    store, n_steps, slack = make_mesh_tiles(
         *made, options.denoise, welds=options.weld, run=run, n_threads=n_threads
     )
-    return store, options.smoothed(n_steps)
+    return store, options.smoothed(n_steps, slack)
 
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:

@@ -46,6 +46,7 @@ class TileStore:
     starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE; then N
     bounds: Floats  # (2, 3) bounding box of the points, or of the vertices used by faces
     total_measure: float  # sum of all measures, added in the same order as in `segment`
+    halos: list[list[int]] | None = None  # result of `find_halos`; None if it has not run yet
 
     @property
     def n_tiles(self) -> int:

@@ -84,7 +84,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     ``ghost_cells`` has the cell numbers of ghosts. Arcs have ``lengths``, ``border_lengths`` if
     `has_prices` is true, and ``sides`` if the cells are faces.
     """
-    halos = find_halos(store, run)
+    halos = find_halos(store, run) if store.halos is None else store.halos
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
     origin, tiles = _centroid(store, run), range(store.n_tiles)
 

@@ -1,0 +1,335 @@
+#include "mesh/roughness.hpp"
+
+#include <array>
+#include <bit>
+#include <limits>
+
+namespace superfacets {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Limits of the surroundings of a vertex. Regular triangles have 19 vertices and 54 faces (with
+// the faces of the third ring), and regular squares have 25 vertices and 36 faces.
+constexpr int kMostVertices = 96;
+constexpr int kMostFaces = 256;
+
+// Smallest pivot of the equations, relative to the diagonal: below, the points are on a conic.
+constexpr double kMinPivot = 1e-9;
+
+bool is_same(const Point& p, const Point& q) {
+  return p.x == q.x && p.y == q.y && p.z == q.z;
+}
+
+std::uint64_t code_of(std::uint64_t bits) {
+  return bits * 0x9E3779B97F4A7C15;
+}
+std::uint64_t code_of(const Point& p) {
+  const auto bits = [](double number) {  // adding 0 turns -0 into 0
+    return std::bit_cast<std::uint64_t>(number + 0.0);
+  };
+  return code_of(bits(p.x) ^ std::rotl(bits(p.y), 21) ^ std::rotl(bits(p.z), 42));
+}
+
+// A set of positions that rarely reports a position that was not added.
+class PositionFilter {
+ public:
+  void clear() { words_.fill(0); }
+  void add(const Point& p) { words_[code_of(p) >> 61] |= bit(code_of(p)); }
+  bool may_have(const Point& p) const { return (words_[code_of(p) >> 61] & bit(code_of(p))) != 0; }
+
+ private:
+  static std::uint64_t bit(std::uint64_t code) { return std::uint64_t{1} << (code >> 55 & 63); }
+  std::array<std::uint64_t, 8> words_{};
+};
+
+// A set of at most kMostFaces faces, as a hash table with open addressing.
+class FaceSet {
+ public:
+  void clear() { table_.fill(kNoCell); }
+  // Returns false if the face is in the set already.
+  bool add(Face face) {
+    std::size_t slot = code_of(static_cast<std::uint64_t>(face)) >> 55;
+    while (table_[slot] != kNoCell) {
+      if (table_[slot] == face) return false;
+      slot = (slot + 1) % table_.size();
+    }
+    table_[slot] = face;
+    return true;
+  }
+
+ private:
+  std::array<Face, 512> table_{};
+};
+
+// A vertex with its first and second ring of neighbors.
+class Surroundings {
+ public:
+  Surroundings(std::span<const Point> vertices, const CornerLists& corners,
+               std::span<const std::int64_t> offsets, std::span<const Face> neighbors)
+      : vertices_(vertices), corners_(corners), offsets_(offsets), neighbors_(neighbors) {}
+
+  // Returns false if there are too many vertices or faces.
+  bool gather(Face face) {
+    listed_.clear();
+    known_.clear();
+    listed_.add(face);
+    faces_[0] = face;
+    n_listed_ = 1;
+    n_vertices_ = 0;
+    add(corners_[face][0]);
+    return gather_ring(1) && gather_ring(n_vertices_);
+  }
+
+  // Vertices in the order of a walk over the faces: the center, the first and the second ring.
+  const Point& center() const { return points_[0]; }
+  std::span<const Point> near() const { return {points_.data() + 1, points_.data() + first_end_}; }
+  std::span<const Point> far() const {
+    return {points_.data() + first_end_, points_.data() + n_vertices_};
+  }
+  // Number of faces around the center; 0 if the center is on the boundary.
+  int n_faces() const { return n_center_faces_; }
+  const Point& normal() const { return normal_; }
+
+ private:
+  // Adds all vertices of the faces around the first n_inner vertices. These faces are listed first;
+  // the listed faces behind them are their neighbors.
+  bool gather_ring(int n_inner) {
+    const bool is_first = n_inner == 1;
+    if (is_first) normal_ = {0.0, 0.0, 0.0};
+    int n_around = 0;  // faces_[0 .. n_around - 1] are around the inner vertices
+    for (int next = 0; next < n_listed_; ++next) {
+      const Face face = faces_[next];
+      if (!touches(face, n_inner)) continue;
+      std::swap(faces_[next], faces_[n_around]);
+      ++n_around;
+      for (const Vertex corner : corners_[face]) {
+        if (place_of(corner, n_vertices_) < 0 && !add(corner)) return false;
+      }
+      if (is_first) add_normal(face);
+      for (std::int64_t arc = offsets_[face]; arc < offsets_[face + 1]; ++arc) {
+        if (!listed_.add(neighbors_[arc])) continue;
+        if (n_listed_ == kMostFaces) return false;
+        faces_[n_listed_++] = neighbors_[arc];
+      }
+    }
+    if (is_first) {
+      first_end_ = n_vertices_;
+      n_center_faces_ = is_closed(n_around) ? n_around : 0;
+    }
+    return true;
+  }
+
+  // Whether the faces around the center, and no others, follow each other in a ring: each shares
+  // one vertex of the first ring with the next.
+  bool is_closed(int n_around) const {
+    std::int64_t n_corners = 0;  // without the center
+    for (const Face face : std::span(faces_).first(n_around)) {
+      n_corners += std::ssize(corners_[face]) - 1;
+    }
+    return first_end_ - 1 == n_corners - n_around;
+  }
+
+  bool touches(Face face, int n_inner) const {
+    return std::ranges::any_of(corners_[face],
+                               [&](Vertex corner) { return place_of(corner, n_inner) >= 0; });
+  }
+
+  // Index of a vertex among the first n gathered vertices, or -1.
+  int place_of(Vertex vertex, int n) const {
+    for (int i = 0; i < n; ++i) {
+      if (ids_[i] == vertex) return i;
+    }
+    const Point& point = vertices_[vertex];
+    if (!known_.may_have(point)) return -1;
+    for (int i = 0; i < n; ++i) {
+      if (is_same(points_[i], point)) return i;
+    }
+    return -1;
+  }
+
+  bool add(Vertex vertex) {
+    if (n_vertices_ == kMostVertices) return false;
+    known_.add(vertices_[vertex]);
+    ids_[n_vertices_] = vertex;
+    points_[n_vertices_++] = vertices_[vertex];
+    return true;
+  }
+
+  // Adds the normal of a face at its corner at the center.
+  void add_normal(Face face) {
+    const auto ring = corners_[face];
+    const std::size_t n = ring.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (place_of(ring[i], 1) < 0) continue;
+      const Point normal = cross(vertices_[ring[(i + 1) % n]] - points_[0],
+                                 vertices_[ring[(i + n - 1) % n]] - points_[0]);
+      normal_ = normal_ + normal;
+    }
+  }
+
+  const std::span<const Point> vertices_;
+  const CornerLists& corners_;
+  const std::span<const std::int64_t> offsets_;
+  const std::span<const Face> neighbors_;
+  FaceSet listed_;
+  PositionFilter known_;
+  std::array<Face, kMostFaces> faces_{};
+  std::array<Vertex, kMostVertices> ids_{};
+  std::array<Point, kMostVertices> points_{};
+  int n_listed_ = 0;
+  int n_vertices_ = 0;
+  int first_end_ = 0;
+  int n_center_faces_ = 0;
+  Point normal_{0.0, 0.0, 0.0};
+};
+
+// Least squares for z = a x + b y + c x^2 + d x y + e y^2 + f.
+class Quadric {
+ public:
+  void add(double x, double y, double z) {
+    const std::array<double, kN + 1> row{x, y, x * x, x * y, y * y, 1.0, z};
+    for (int i = 0; i < kN; ++i) {
+      for (int j = i; j <= kN; ++j) sums_[i][j] += row[i] * row[j];
+    }
+  }
+  void add(const Quadric& other) {
+    for (int i = 0; i < kN; ++i) {
+      for (int j = i; j <= kN; ++j) sums_[i][j] += other.sums_[i][j];
+    }
+  }
+
+  // |f|, divided by the standard deviation of f plus one more point, for z of white noise.
+  double height() const {
+    auto a = sums_;
+    for (int k = 0; k < kN; ++k) {
+      if (!(a[k][k] > kMinPivot * sums_[k][k])) return kNaN;
+      for (int i = k + 1; i < kN; ++i) {
+        const double factor = a[k][i] / a[k][k];
+        for (int j = i; j <= kN; ++j) a[i][j] -= factor * a[k][j];
+      }
+    }
+    const double pivot = a[kN - 1][kN - 1];
+    return std::abs(a[kN - 1][kN] / pivot) / std::sqrt(1.0 + 1.0 / pivot);
+  }
+
+ private:
+  static constexpr int kN = 6;
+  std::array<std::array<double, kN + 1>, kN> sums_{};  // upper triangle, and the right-hand side
+};
+
+// Coordinates with the center as origin, the normal as z axis and the mean distance to the first
+// ring as unit.
+struct Frame {
+  Point x, y, z;
+
+  // All zero if there is no normal or no distance.
+  explicit Frame(const Surroundings& around) : x{}, y{}, z{} {
+    double distance = 0.0;
+    for (const Point& p : around.near()) distance += norm(p - around.center());
+    distance /= static_cast<double>(around.near().size());
+    const double length = norm(around.normal());
+    if (!(distance > 0.0 && length > 0.0)) return;
+    const Point unit = (1.0 / length) * around.normal();
+    const Point axis = std::abs(unit.x) < 0.6 ? Point{1.0, 0.0, 0.0} : Point{0.0, 1.0, 0.0};
+    const Point side = cross(unit, axis);
+    const Point first = (1.0 / norm(side)) * side;
+    x = (1.0 / distance) * first;
+    y = (1.0 / distance) * cross(unit, first);
+    z = (1.0 / distance) * unit;
+  }
+};
+
+struct Heights {
+  double near = kNaN;
+  double far = kNaN;
+};
+
+Heights heights_of(const Surroundings& around) {
+  const Frame frame(around);
+  const auto fit = [&](std::span<const Point> points) {
+    Quadric quadric;
+    for (const Point& p : points) {
+      const Point step = p - around.center();
+      quadric.add(dot(step, frame.x), dot(step, frame.y), dot(step, frame.z));
+    }
+    return quadric;
+  };
+  const Quadric far = fit(around.far());
+  Quadric near = fit(around.near());
+  near.add(far);
+  const Heights heights{near.height(), far.height()};
+  return std::isnan(heights.far) ? Heights{} : heights;
+}
+
+struct Plane {
+  Point center;
+  Point normal;  // not normalized
+};
+
+Plane plane_of(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  const Point& first = vertices[corners[0]];
+  Point sum{0.0, 0.0, 0.0};  // relative to the first corner
+  Point normal{0.0, 0.0, 0.0};
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const Point step = vertices[corners[i]] - first;
+    sum = sum + step;
+    if (i > 1) normal = normal + cross(vertices[corners[i - 1]] - first, step);
+  }
+  return {first + (1.0 / static_cast<double>(corners.size())) * sum, normal};
+}
+
+struct Bend {
+  double fold = kNaN;
+  double agreement = kNaN;
+};
+
+Bend bend_of(std::span<const Point> vertices, const CornerLists& corners, Face face,
+             std::span<const Face> adjacent) {
+  Bend bend;
+  const Plane own = plane_of(vertices, corners[face]);
+  std::int64_t n_above = 0;
+  for (const Face other : adjacent) {
+    const Plane plane = plane_of(vertices, corners[other]);
+    if (dot(own.normal, plane.center - own.center) > 0.0) ++n_above;
+    if (!std::isnan(bend.fold)) continue;
+    bend.fold =
+        std::atan2(norm(cross(own.normal, plane.normal)), std::abs(dot(own.normal, plane.normal)));
+  }
+  const auto n_pairs = [](std::int64_t n) { return static_cast<double>(n * (n - 1)) / 2.0; };
+  const std::int64_t n = std::ssize(adjacent);
+  if (n > 1) bend.agreement = (n_pairs(n_above) + n_pairs(n - n_above)) / n_pairs(n);
+  return bend;
+}
+
+}  // namespace
+
+Roughness measure_roughness(std::span<const Point> vertices, const CornerLists& corners,
+                            std::span<const std::int64_t> offsets, std::span<const Face> neighbors,
+                            std::span<const Face> faces, ThreadTeam& team) {
+  const std::int64_t n = std::ssize(faces);
+  Roughness found{Buffer<double>(n), Buffer<double>(n), Buffer<double>(n), Buffer<double>(n),
+                  Buffer<std::int32_t>(n)};
+  team.for_each_block(
+      n,
+      [&](std::int64_t begin, std::int64_t end) {
+        Surroundings around(vertices, corners, offsets, neighbors);
+        for (std::int64_t i = begin; i < end; ++i) {
+          const bool fits = around.gather(faces[i]);
+          const Heights heights = fits ? heights_of(around) : Heights{};
+          found.near[i] = heights.near;
+          found.far[i] = heights.far;
+          const Face face = faces[i];
+          const Bend bend =
+              bend_of(vertices, corners, face,
+                      neighbors.subspan(offsets[face], offsets[face + 1] - offsets[face]));
+          found.fold[i] = bend.fold;
+          found.agreement[i] = bend.agreement;
+          found.n_faces[i] = fits ? around.n_faces() : 0;
+        }
+      },
+      64);
+  return found;
+}
+
+}  // namespace superfacets
