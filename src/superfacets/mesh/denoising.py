@@ -47,8 +47,8 @@ noise have more."""
 
 FOLD_PER_NOISE = 2.4
 """Ratio of the bending angle of edges, in radians, to the noise in edge lengths; 2.4 to 3.3 on
-noisy models. It gives an upper bound of the noise, because noise bends all edges. In subdivided meshes
-and in planes, many edges are flat."""
+noisy models. It gives an upper bound of the noise, because noise bends all edges. In subdivided
+meshes and in planes, many edges are flat."""
 
 QUARTER_OF_NORMAL = 0.3186
 """First quartile of the absolute values of standard normal numbers."""
