@@ -154,7 +154,9 @@ class Prepared:
 
         if not kind.has_faces:
             if denoise not in (None, 0, "auto"):
-                raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
+                raise ValueError(
+                    f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
+                )
             return cls(source, source, None, 0.0, kind, *ordered(source, weld))
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)

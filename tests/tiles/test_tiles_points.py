@@ -75,7 +75,7 @@ def test_cells_that_know_their_sides_have_no_viewpoint(ball, tmp_path):
 
 
 def test_clouds_are_not_smoothed(ball, tmp_path):
-    with pytest.raises(ValueError, match="denoise needs a mesh of faces, not points"):
+    with pytest.raises(ValueError, match="denoise needs a mesh of faces, got points: leave"):
         segment_tiled(ball, 5, denoise=1, scratch=tmp_path)
 
 

@@ -295,7 +295,7 @@ def _make_tiles(
     """Run stages 0 and 1; `made` has the input cells, the scratch folder and the tile size."""
     pieces, is_cloud = made[0], made[0].corners is None
     if is_cloud and options.denoise not in (None, 0, "auto"):
-        raise ValueError("denoise needs a mesh of faces, not points")
+        raise ValueError("denoise needs a mesh of faces, got points: leave denoise out")
     if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
         raise MeshError("omit viewpoint: it is only for point clouds without normals or viewpoints")
     if is_cloud:
