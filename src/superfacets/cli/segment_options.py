@@ -92,8 +92,8 @@ segment_options = options(
            "Preset for fused scans of rooms: same as --denoise 5 --alpha 80."),
     option("--denoise N|auto", opts.CountOr("auto", 0),
            "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
-           " and uses 0 steps if the mesh is clean. Output meshes are not smoothed.  [default: auto;"
-           " 5 with --scans]"),
+           " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto; 5"
+           " with --scans]"),
     option("--max-iter max_num_iter", opts.Count(0),
            "Maximum number of iterations; 0 keeps the initial centers.", default=50),
     option("--tol", opts.NOT_NEGATIVE,
