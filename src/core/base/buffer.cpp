@@ -155,6 +155,12 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept {
   }
 }
 
+void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept) noexcept {
+  const std::size_t n_left = rounded_up(n_kept, kPage);
+  const std::size_t n_taken = rounded_up(n_bytes, kPage);
+  if (n_left < n_taken) return_memory(static_cast<std::byte*>(memory) + n_left, n_taken - n_left);
+}
+
 #else
 
 namespace {
@@ -167,6 +173,7 @@ void* take_memory(std::size_t n_bytes) {
 void return_memory(void* memory, std::size_t) noexcept {
   ::operator delete(memory, kAlignment);
 }
+void return_end_of_memory(void*, std::size_t, std::size_t) noexcept {}
 
 #endif
 
