@@ -430,7 +430,7 @@ class _Work:
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
     """Run all stages. The stack levels of warnings count the calls from `segment` to here."""
-    work = _Work(options, mesh)
+    works = [_Work(options, mesh)]
     for stage in (
         _prepare,
         _plan,
@@ -444,8 +444,8 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _clean,
         _finish,
     ):
-        work = stage(work)
-    result: Segmentation = work.result
+        works.append(stage(works.pop()))  # so that a stage can free what it replaces
+    result: Segmentation = works[0].result
     return result
 
 

@@ -9,6 +9,7 @@ from straight_graphs import StraightGraph, all_paths, distances, far_arcs, paths
 
 import superfacets as sf
 from superfacets import _core
+from superfacets.cells.parts import NO_GROUPS
 
 THREADS = (1, 3)
 
@@ -114,7 +115,7 @@ def test_means_are_weighted_by_measures(width):
     for n_threads in THREADS:
         coarse = _core.CoarseGraph(ordered, 5, n_threads)
         of, n_coarse = coarse.coarse_cells(1), coarse.graph.n_cells
-        found = coarse.means_of(rows, n_threads).reshape(n_coarse, width)
+        found = coarse.means_of(rows, NO_GROUPS, n_threads).reshape(n_coarse, width)
         sums, weights = np.zeros((n_coarse, width)), np.bincount(of, weights=graph.measures)
         np.add.at(sums, of, graph.measures[:, None] * rows)
         has_area = weights > 0
@@ -136,7 +137,7 @@ def test_prices_of_parts_are_added_to_all_arcs(width, far):
         ordered = graph.ordered(n_threads)
         if far:
             ordered.add_far_arcs(n_threads)
-        ordered.add_part_prices(rows, 123.4, n_threads)
+        ordered.add_part_prices(NO_GROUPS, rows, 123.4, n_threads)
         expected = all_paths(graph.n_cells, priced(arcs, rows, 123.4))
         assert np.array_equal(distances(ordered), expected)
         fine = graph.ordered(n_threads)

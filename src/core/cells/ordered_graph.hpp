@@ -85,8 +85,7 @@ class OrderedGraph : public PlacedCells {
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Adds the price of the distance in `vectors` to each arc (see part_prices.hpp). `vectors` has
-  // one row per cell.
+  // Adds the price of the distance in `vectors` to each arc (see part_prices.hpp).
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;

@@ -40,9 +40,8 @@ class CoarseGraph {
   const OrderedGraph& graph() const { return graph_; }
   const OrderedGraph& fine() const { return fine_; }
 
-  // For each coarse cell, the measure-weighted mean of the rows of its fine cells. Each row has
-  // `width` numbers.
-  Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
+  // For each coarse cell, the measure-weighted mean of the rows of its fine cells.
+  Buffer<float> means_of(const PartVectors& vectors, ThreadTeam& team) const;
   // Change the arcs of the coarse graph for the loop; see far_arcs.hpp and OrderedGraph.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
@@ -67,10 +66,11 @@ class CoarseGraph {
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
   // coarse cell. The path to a fine cell leads through the center of the coarse cell that makes the
   // path shortest. `centers` holds a fine cell of each region. The path to this cell is as long as
-  // the offset of the region, or 0 without offsets.
+  // the offset of the region, or 0 without offsets. Without needs_lengths, the result has labels
+  // only.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                      std::span<const Cell> centers, std::span<const PathLength> offsets,
-                     ThreadTeam& team) const;
+                     bool needs_lengths, ThreadTeam& team) const;
 
   // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }

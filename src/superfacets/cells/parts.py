@@ -128,19 +128,18 @@ class PartPrices:
         In the graph itself, far arcs join faces at most `far_steps` arcs apart. With 1 there are
         none, because far arcs would dominate the run time if regions have thousands of cells.
         """
-        rows = self.vectors
-        if len(self.group_of):
-            rows = np.take(rows, self.group_of, axis=0)
         graph.add_far_arcs(n_threads, far_steps)
-        graph.add_part_prices(rows, self.factor, n_threads)
+        graph.add_part_prices(self.group_of, self.vectors, self.factor, n_threads)
+        rows, group_of = self.vectors, self.group_of
         for level in coarse:
-            rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
+            rows = self._add_to(level, _means(level, rows, group_of, n_threads), n_threads)
+            group_of = NO_GROUPS
 
     def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
         """Do the work of `add_to_all` for the embedded graph and for coarser graphs only."""
         rows = self._add_to(coarse[0], self.vectors, n_threads)
         for level in coarse[1:]:
-            rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
+            rows = self._add_to(level, _means(level, rows, NO_GROUPS, n_threads), n_threads)
 
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
         """Add far arcs and prices to one coarse graph with these rows; return the rows."""
@@ -154,9 +153,9 @@ class PartPrices:
         return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
-def _means(level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-    """Return the mean row of the cells in each coarse cell."""
-    return level.means_of(rows, n_threads).reshape(-1, rows.shape[1])
+def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: int) -> Singles:
+    """Return the mean row of the cells in each coarse cell; rows are indexed by group."""
+    return level.means_of(rows, group_of, n_threads).reshape(-1, rows.shape[1])
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:

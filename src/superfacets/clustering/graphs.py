@@ -33,9 +33,12 @@ class CoarseCells(Protocol):
         """Return the centers of regions of coarse cells, as finer cells."""
 
     def spread(
-        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
+        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int, *, needs_lengths: bool
     ) -> tuple[Array, Ints]:
-        """Extend paths from coarse cells to all finer cells; return their lengths and labels."""
+        """Extend paths from coarse cells to all finer cells; return their lengths and labels.
+
+        The lengths may be empty unless they are needed.
+        """
 
 
 class LargeGraph(Protocol):

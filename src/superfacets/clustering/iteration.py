@@ -94,7 +94,7 @@ class Iteration:
             start = time.perf_counter()
             level = coarse.pop()
             with timed(self.timings, "classify"):
-                paths = self._spread_once(level, paths, centers)
+                paths = self._spread_once(level, paths, centers, is_last=not coarse)
             seconds = time.perf_counter() - start
             self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:
@@ -103,13 +103,16 @@ class Iteration:
         return paths[1], centers
 
     def _spread_once(
-        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints
+        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints, *, is_last: bool
     ) -> tuple[Array, Ints]:
+        n_threads, needs_lengths = self.options.n_threads, not is_last
         if self.balancer is None:
-            return level.spread(*paths, centers, self.options.n_threads)
+            return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
         assert isinstance(level, CoarseGraph)  # tiles have no balance
         offsets = self.balancer.paths_from()
-        lengths, labels = level.spread(*paths, centers, self.options.n_threads, offsets)
+        lengths, labels = level.spread(
+            *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
+        )
         labels[centers] = np.arange(len(centers))  # a path of another region may be shorter
         return lengths, labels
 
