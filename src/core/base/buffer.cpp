@@ -21,7 +21,7 @@ constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on mos
 // if that is more. kAlwaysKept suffices for a mesh of some hundred thousand faces. Keeping more
 // would raise peak memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
-constexpr std::size_t kKeptPart = 8;
+constexpr std::size_t kKeptPart = 1;
 
 constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
   return (n + unit - 1) / unit * unit;

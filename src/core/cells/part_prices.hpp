@@ -37,8 +37,8 @@ double distance_between(std::span<const Number> rows, std::size_t width, Cell on
 // Coordinates psi of groups of cells, in which different parts of a shape are far apart.
 struct PartVectors {
   std::size_t width;
-  std::span<const float> rows;      // (G, width)
-  std::span<const Cell> groups;     // (N,) group of each cell; empty if each cell is a group
+  std::span<const float> rows;   // (G, width)
+  std::span<const Cell> groups;  // (N,) group of each cell; empty if each cell is a group
 
   Cell group_of(Cell cell) const { return groups.empty() ? cell : groups[cell]; }
 
