@@ -607,8 +607,8 @@ def price_parts(
         groups = groups_to_embed(graph, n_threads)
         parts = PartPrices.of(graph, groups, factors, n_threads)
         far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
-        if levels.is_short:
-            far_steps = SHORT_STEPS
+        if levels.is_short or groups:
+            far_steps = min(far_steps, SHORT_STEPS)
         parts.add_to_all(graph, levels.coarse, n_threads, far_steps=far_steps)
     else:
         groups = levels.coarse[: levels.n_finer + 1]

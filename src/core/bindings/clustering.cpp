@@ -77,15 +77,15 @@ void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double 
 
 using Lengths = std::span<const PathLength>;
 
-auto spread_paths(const CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
+auto spread_paths(CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
                   int n_threads, Lengths offsets, bool needs_lengths) {
   return on_team(coarse.fine().n_cells(), n_threads, [&](ThreadTeam& team) {
     return coarse.spread(lengths, labels, centers, offsets, needs_lengths, team);
   });
 }
 
-auto spread_without_offsets(const CoarseGraph& coarse, Lengths lengths, Integers labels,
-                            Integers centers, int n_threads, bool needs_lengths) {
+auto spread_without_offsets(CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
+                            int n_threads, bool needs_lengths) {
   return spread_paths(coarse, lengths, labels, centers, n_threads, {}, needs_lengths);
 }
 

@@ -132,7 +132,7 @@ Buffer<float> CoarseGraph::means_of(const PartVectors& vectors, ThreadTeam& team
 
 SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                                 std::span<const Cell> centers, std::span<const PathLength> offsets,
-                                bool needs_lengths, ThreadTeam& team) const {
+                                bool needs_lengths, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph_.n_cells()));
   SUPERFACETS_ASSERT(offsets.empty() || offsets.size() == centers.size());
   SUPERFACETS_ASSERT(lengths.size() == labels.size());
@@ -146,14 +146,19 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
     if (labels[cell] == kNoLabel) continue;
     expansion.propose(centers_[cell], {lengths[cell], labels[cell]});
   }
+  if (!needs_lengths) graph_ = OrderedGraph();
   expansion.run();
-  SpreadPaths paths{Buffer<PathLength>(needs_lengths ? fine_.n_cells() : 0),
-                    Buffer<Label>(fine_.n_cells())};
-  team.for_each_index(fine_.n_cells(), [&](Cell cell) {
-    const Path path = expansion.path(fine_.place_of[cell]);
-    if (needs_lengths) paths.lengths[cell] = path.length;
-    paths.labels[cell] = path.label;
-  });
+  SpreadPaths paths;
+  if (needs_lengths) {
+    paths.lengths = Buffer<PathLength>(fine_.n_cells());
+    team.for_each_index(fine_.n_cells(), [&](Cell cell) {
+      paths.lengths[cell] = expansion.path(fine_.place_of[cell]).length;
+    });
+  }
+  const Buffer<Label> by_place = std::move(expansion).take_labels();
+  paths.labels = Buffer<Label>(fine_.n_cells());
+  team.for_each_index(fine_.n_cells(),
+                      [&](Cell cell) { paths.labels[cell] = by_place[fine_.place_of[cell]]; });
   return paths;
 }
 

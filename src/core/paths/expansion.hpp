@@ -56,6 +56,12 @@ class Expansion {
 
   void run();
 
+  // Returns the label of each place, and frees the lengths.
+  Buffer<Label> take_labels() && {
+    lengths_ = {};
+    return std::move(labels_);
+  }
+
   // Number of chunks. has_changed(chunk) tells whether a path in the chunk has changed since
   // settle(chunk).
   std::int64_t n_chunks() const { return static_cast<std::int64_t>(chunks_.size()); }

@@ -77,8 +77,9 @@ EQUAL = 1e-3
 arbitrary basis, so either all of them are used or none."""
 
 FAR_STEPS, SHORT_STEPS = 3, 2
-"""Most arcs between the ends of a far arc; and the same for a short loop, where 9 arcs per face in
-place of 20 make regions more compact by 0.4%, on regular grids longer by 5%."""
+"""Most arcs between the ends of a far arc; and the same for a short loop and for graphs with
+groups, where 9 arcs per face in place of 20 make regions more compact by 0.2% to 0.4%, on regular
+grids longer by 5%."""
 
 NO_GROUPS = np.empty(0, np.int32)
 
