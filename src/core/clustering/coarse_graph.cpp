@@ -136,6 +136,10 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph_.n_cells()));
   SUPERFACETS_ASSERT(offsets.empty() || offsets.size() == centers.size());
   SUPERFACETS_ASSERT(lengths.size() == labels.size());
+  if (!needs_lengths) {
+    graph_ = OrderedGraph();
+    local_ = {};
+  }
   Expansion expansion(fine_, team);
   const std::vector<Place> places = fine_.places_of(centers);
   for (std::size_t label = 0; label < places.size(); ++label) {
@@ -146,7 +150,6 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
     if (labels[cell] == kNoLabel) continue;
     expansion.propose(centers_[cell], {lengths[cell], labels[cell]});
   }
-  if (!needs_lengths) graph_ = OrderedGraph();
   expansion.run();
   SpreadPaths paths;
   if (needs_lengths) {

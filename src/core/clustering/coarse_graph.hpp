@@ -67,7 +67,7 @@ class CoarseGraph {
   // coarse cell. The path to a fine cell leads through the center of the coarse cell that makes the
   // path shortest. `centers` holds a fine cell of each region. The path to this cell is as long as
   // the offset of the region, or 0 without offsets. Without needs_lengths, the result has labels
-  // only, and the coarse graph is freed: it is empty afterwards.
+  // only, and this object must not be used again: its arrays are freed.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                      std::span<const Cell> centers, std::span<const PathLength> offsets,
                      bool needs_lengths, ThreadTeam& team);
