@@ -198,5 +198,8 @@ def test_paths_spread_from_coarse_cells_and_from_centers(name, n_regions):
         assert found[1].tolist() == [label for _, label in twin]
         reached = found[1] >= 0
         assert found[0][reached].tolist() == [length for length, label in twin if label >= 0]
+        last = coarse.spread(lengths, labels, centers, n_threads, needs_lengths=False)
+        assert len(last[0]) == 0
+        assert np.array_equal(last[1], found[1])
         assert found[1][centers].tolist() == list(range(n_regions))
         assert reached.all() == (name == "sheet")  # islands without a center are not reached

@@ -69,7 +69,8 @@ Components components_of(std::span<const Label> labels, const ForEachNeighbor& f
   DisjointSets sets(labels.size());
   for (Cell cell = 0; std::cmp_less(cell, labels.size()); ++cell) {
     for_each_neighbor(cell, [&](Cell neighbor) {
-      if (labels[neighbor] == labels[cell]) sets.unite(cell, neighbor);
+      if (labels[neighbor] != labels[cell] || sets.share_parent(cell, neighbor)) return;
+      sets.unite(cell, neighbor);
     });
   }
   return std::move(sets).number();

@@ -273,13 +273,12 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
-    const Candidate updated = candidate(cell, from, to);
     const auto known = std::ranges::find_if(
         candidates_, [&](const Candidate& other) { return other.cell == cell; });
     if (known == candidates_.end()) {
-      candidates_.push_back(updated);
+      candidates_.push_back(candidate(cell, from, to));
     } else {
-      *known = updated;
+      known->gain = regions_.gain_of(cell, from, to);
     }
   }
 }
