@@ -479,7 +479,7 @@ class _Work:
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
     """Run all stages. The `stacklevel` of warnings in the stages counts calls from `segment`."""
-    work = _Work(options, mesh)
+    works = [_Work(options, mesh)]
     for stage in (
         _prepare,
         _plan,
@@ -493,8 +493,8 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _clean,
         _finish,
     ):
-        work = stage(work)
-    result: Segmentation = work.result
+        works.append(stage(works.pop()))  # so that a stage can free what it replaces
+    result: Segmentation = works[0].result
     return result
 
 
@@ -647,8 +647,8 @@ def price_parts(
         groups = groups_to_embed(graph, n_threads)
         parts = PartPrices.of(graph, groups, factors, n_threads)
         far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
-        if levels.is_short:
-            far_steps = SHORT_STEPS
+        if levels.is_short or groups:
+            far_steps = min(far_steps, SHORT_STEPS)
         parts.add_to_all(graph, levels.coarse, n_threads, far_steps=far_steps)
     else:
         groups = levels.coarse[: levels.n_finer + 1]

@@ -143,6 +143,7 @@ FINE = sf.sample_mesh(60_000)
 def few_are_many(monkeypatch):
     """Let groups of cells be embedded on meshes of fewer faces."""
     monkeypatch.setattr("superfacets.cells.parts.LEAST_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.clustering.iteration.LEAST_GROUPED", 20_000)
 
 
 @pytest.mark.usefixtures("few_are_many")
@@ -151,6 +152,16 @@ def test_labels_of_groups_depend_on_no_thread(n_segments):
     one, other = (segment(FINE, n_segments, n_threads=n) for n in (1, 3))
     assert np.array_equal(one.labels, other.labels)
     assert one.n_segments == n_segments
+
+
+def test_large_meshes_have_five_iterations_on_all_faces(request):
+    k = FINE.n_faces // 120
+    small = segment(FINE, k, tol=1e-9)
+    request.getfixturevalue("few_are_many")
+    large = segment(FINE, k, tol=1e-9)
+    assert small.levels[-1].n_iter > large.levels[-1].n_iter == 5
+    assert len(small.levels) > 1
+    assert [level.n_cells for level in small.levels] == [level.n_cells for level in large.levels]
 
 
 def test_groups_have_the_parts_of_their_faces(monkeypatch):

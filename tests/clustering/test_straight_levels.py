@@ -9,6 +9,7 @@ from straight_graphs import StraightGraph, all_paths, distances, far_arcs, paths
 
 import superfacets as sf
 from superfacets import _core
+from superfacets.cells.parts import NO_GROUPS
 
 THREADS = (1, 3)
 
@@ -114,7 +115,7 @@ def test_means_are_weighted_by_measures(width):
     for n_threads in THREADS:
         coarse = _core.CoarseGraph(ordered, 5, n_threads)
         of, n_coarse = coarse.coarse_cells(1), coarse.graph.n_cells
-        found = coarse.means_of(rows, n_threads).reshape(n_coarse, width)
+        found = coarse.means_of(rows, NO_GROUPS, n_threads).reshape(n_coarse, width)
         sums, weights = np.zeros((n_coarse, width)), np.bincount(of, weights=graph.measures)
         np.add.at(sums, of, graph.measures[:, None] * rows)
         has_area = weights > 0
@@ -136,7 +137,7 @@ def test_prices_of_parts_are_added_to_all_arcs(width, far):
         ordered = graph.ordered(n_threads)
         if far:
             ordered.add_far_arcs(n_threads)
-        ordered.add_part_prices(rows, 123.4, n_threads)
+        ordered.add_part_prices(NO_GROUPS, rows, 123.4, n_threads)
         expected = all_paths(graph.n_cells, priced(arcs, rows, 123.4))
         assert np.array_equal(distances(ordered), expected)
         fine = graph.ordered(n_threads)
@@ -197,5 +198,8 @@ def test_paths_spread_from_coarse_cells_and_from_centers(name, n_regions):
         assert found[1].tolist() == [label for _, label in twin]
         reached = found[1] >= 0
         assert found[0][reached].tolist() == [length for length, label in twin if label >= 0]
+        last = coarse.spread(lengths, labels, centers, n_threads, needs_lengths=False)
+        assert len(last[0]) == 0
+        assert np.array_equal(last[1], found[1])
         assert found[1][centers].tolist() == list(range(n_regions))
         assert reached.all() == (name == "sheet")  # islands without a center are not reached

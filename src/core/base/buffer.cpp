@@ -21,7 +21,7 @@ constexpr std::size_t kHugePage = 1 << 21;  // in bytes; size of a huge page on 
 // if that is more. kAlwaysKept suffices for a mesh of a few hundred thousand faces. Keeping more
 // would raise peak memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
-constexpr std::size_t kKeptPart = 8;
+constexpr std::size_t kKeptPart = 1;
 
 constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
   return (n + unit - 1) / unit * unit;
@@ -156,6 +156,12 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept {
   }
 }
 
+void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept) noexcept {
+  const std::size_t n_left = rounded_up(n_kept, kPage);
+  const std::size_t n_taken = rounded_up(n_bytes, kPage);
+  if (n_left < n_taken) return_memory(static_cast<std::byte*>(memory) + n_left, n_taken - n_left);
+}
+
 #else
 
 namespace {
@@ -168,6 +174,7 @@ void* take_memory(std::size_t n_bytes) {
 void return_memory(void* memory, std::size_t) noexcept {
   ::operator delete(memory, kAlignment);
 }
+void return_end_of_memory(void*, std::size_t, std::size_t) noexcept {}
 
 #endif
 

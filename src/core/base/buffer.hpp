@@ -24,6 +24,10 @@ void* take_memory(std::size_t n_bytes);
 // keeps a limited amount for later calls, and returns any excess to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
+// Returns the end of memory of n_bytes, so that the first n_kept bytes, at least kLargeMemory, are
+// left. On systems other than Linux, the memory stays as it is.
+void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept) noexcept;
+
 // An array of uninitialized values. A std::vector would first write zeros on one thread, with a
 // page fault for each 4 KiB, which takes longer than most stages on meshes of millions of faces. In
 // a buffer, each thread causes the page faults of the memory that it fills.
@@ -63,6 +67,19 @@ class Buffer {
   const T* begin() const { return data_; }
   const T* end() const { return data_ + size_; }
   std::span<T> span() { return {data_, size_}; }
+
+  // Removes values at the end. In a large array, the other values stay in place.
+  void shrink(std::size_t size) {
+    SUPERFACETS_ASSERT(size <= size_);
+    if (bytes(size) < kLargeMemory) {
+      Buffer copy(size);
+      std::copy_n(data_, size, copy.data_);
+      *this = std::move(copy);
+    } else {
+      return_end_of_memory(data_, bytes(size_), bytes(size));
+      size_ = size;
+    }
+  }
   std::span<const T> span() const { return {data_, size_}; }
 
  private:

@@ -161,8 +161,10 @@ void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
   on_team(graph.n_cells(), n_threads, work, kMinSlowPerThread);
 }
 
-void price_arcs(OrderedGraph& graph, const Table<float>& vectors, double factor, ThreadTeam& team) {
-  graph.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
+void price_arcs(OrderedGraph& graph, Integers group_of, const Table<float>& vectors, double factor,
+                ThreadTeam& team) {
+  graph.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}, group_of}, factor,
+                        team);
 }
 
 Components components(Offsets offsets, Integers neighbors, Integers labels) {
@@ -255,8 +257,8 @@ void bind_graphs(nb::module_& module) {
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
       .def_rw("barrier", &OrderedGraph::barrier)
-      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "vectors"_a.noconvert(),
-           "factor"_a, "n_threads"_a)
+      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "group_of"_a,
+           "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
       .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting_arcs), "crease_unit"_a,
            "steepness"_a, "n_threads"_a)

@@ -56,8 +56,9 @@ Buffer<double> steps_of(const CoarseGraph& coarse, ThreadTeam& team) {
   return straight_steps(coarse.graph(), team);
 }
 
-Buffer<float> means_of(const CoarseGraph& coarse, const Table<float>& rows, ThreadTeam& team) {
-  return coarse.means_of({rows.data(), rows.size()}, rows.shape(1), team);
+Buffer<float> means_of(const CoarseGraph& coarse, const Table<float>& rows, Integers group_of,
+                       ThreadTeam& team) {
+  return coarse.means_of({rows.shape(1), {rows.data(), rows.size()}, group_of}, team);
 }
 
 void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
@@ -66,21 +67,21 @@ void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
 
 void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double factor,
                        ThreadTeam& team) {
-  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
+  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}, {}}, factor, team);
 }
 
 using Lengths = std::span<const PathLength>;
 
-auto spread_paths(const CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
-                  int n_threads, Lengths offsets) {
+auto spread_paths(CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
+                  int n_threads, Lengths offsets, bool needs_lengths) {
   return on_team(coarse.fine().n_cells(), n_threads, [&](ThreadTeam& team) {
-    return coarse.spread(lengths, labels, centers, offsets, team);
+    return coarse.spread(lengths, labels, centers, offsets, needs_lengths, team);
   });
 }
 
-auto spread_without_offsets(const CoarseGraph& coarse, Lengths lengths, Integers labels,
-                            Integers centers, int n_threads) {
-  return spread_paths(coarse, lengths, labels, centers, n_threads, {});
+auto spread_without_offsets(CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
+                            int n_threads, bool needs_lengths) {
+  return spread_paths(coarse, lengths, labels, centers, n_threads, {}, needs_lengths);
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
@@ -160,12 +161,14 @@ void bind_clustering_stages(nb::module_& module) {
       .def("cells", serial(&cells_of))
       .def("steps", threaded(&steps_of), "n_threads"_a)
       .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
-      .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "n_threads"_a)
+      .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "group_of"_a,
+           "n_threads"_a)
       .def("add_part_prices", threaded<kMinSlowPerThread>(&price_coarse_arcs),
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
-      .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
+      .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
+           nb::kw_only(), "needs_lengths"_a = true)
       .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
-           "offsets"_a)
+           "offsets"_a, nb::kw_only(), "needs_lengths"_a = true)
       .def("refine",
            threaded([](const CoarseGraph& coarse, Integers labels, Integers centers,
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),

@@ -62,8 +62,8 @@ Buffer<double> stk02_of_polygons(const PolygonSurface& surface, double alpha, Th
 Buffer<float> with_part_prices(Offsets offsets, Integers neighbors, Floats lengths,
                                Integers group_of, const Table<float>& vectors, double factor,
                                ThreadTeam& team) {
-  const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}};
-  return add_part_prices({offsets, neighbors}, lengths, group_of, psi, factor, team);
+  const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}, group_of};
+  return add_part_prices({offsets, neighbors}, lengths, psi, factor, team);
 }
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,

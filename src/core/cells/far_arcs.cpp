@@ -70,9 +70,9 @@ class ArcFinder {
     return static_cast<std::int64_t>(n_reached_ - first);
   }
 
-  // Returns a copy of all arcs found since the last call.
-  Buffer<Arc> take() {
-    Buffer<Arc> taken(n_reached_);
+  // Writes all arcs found since the last call to the beginning of a list, which grows if needed.
+  void take(std::vector<Arc>& taken) {
+    reserve(taken, n_reached_);
     std::array<float, 512> lengths;
     for (std::size_t first = 0; first < n_reached_; first += lengths.size()) {
       const std::size_t n = std::min(lengths.size(), n_reached_ - first);
@@ -81,7 +81,6 @@ class ArcFinder {
       for (std::size_t i = 0; i < n; ++i) taken[first + i] = {reached_[first + i], lengths[i]};
     }
     n_reached_ = 0;
-    return taken;
   }
 
  private:
@@ -136,32 +135,61 @@ int steps_of(const OrderedGraph& graph) {
   return n_arcs > 3.5 ? 2 : 3;
 }
 
+// Upper bound of the number of walks of up to n_steps arcs that do not turn back.
+std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team) {
+  const auto n_ways_on = [&](Place place) {
+    const std::size_t n_arcs = graph.arcs_of(place).size();
+    return n_arcs > kMostArcs ? 0.0 : static_cast<double>(n_arcs - 1);
+  };
+  const auto count = [&](std::int64_t begin, std::int64_t end) {
+    double n_walks = 0.0;
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      for (const Arc& arc : graph.arcs_of(place)) {
+        n_walks += 1.0 + n_ways_on(place) * (n_steps > 2 ? 1.0 + n_ways_on(arc.to) : 1.0);
+      }
+    }
+    return n_walks;
+  };
+  return static_cast<std::size_t>(sum_of_blocks(graph.n_cells(), count, team));
+}
+
 }  // namespace
 
+// The arcs of a few blocks are found in lists that stay in the cache, and then copied.
 void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
   const int n_steps = std::min(steps_of(graph), most_steps);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
   const std::int64_t size = block_size(graph);
-  std::vector<Buffer<Arc>> blocks((graph.n_cells() + size - 1) / size);
+  std::vector<std::vector<Arc>> found(std::size_t{8} * team.size());
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
+  Buffer<Arc> arcs(most_walks(graph, n_steps, team));
   offsets[0] = 0;
-  team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
-    ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
-    const std::int64_t begin = block * size;
-    const std::int64_t end = std::min<std::int64_t>(begin + size, graph.n_cells());
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      offsets[place + 1] = finder.find(place);
-    }
-    blocks[block] = finder.take();
-  });
-  for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
-  Buffer<Arc> arcs(offsets[graph.n_cells()]);
-  team.for_each(std::ssize(blocks), [&](std::int64_t block, int) {
-    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * size]);
-  });
+  for (Place first = 0; first < graph.n_cells();) {
+    const auto n_places = static_cast<Place>(
+        std::min(size * std::ssize(found), std::int64_t{graph.n_cells()} - first));
+    const std::int64_t n_blocks = (n_places + size - 1) / size;
+    const Place last = first + n_places;
+    const auto end_of = [&](std::int64_t block) {
+      return static_cast<Place>(std::min<std::int64_t>(first + (block + 1) * size, last));
+    };
+    team.for_each(n_blocks, [&](std::int64_t block, int thread) {
+      ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
+      for (auto place = static_cast<Place>(first + block * size); place < end_of(block); ++place) {
+        offsets[place + 1] = finder.find(place);
+      }
+      finder.take(found[block]);
+    });
+    for (Place place = first; place < last; ++place) offsets[place + 1] += offsets[place];
+    team.for_each(n_blocks, [&](std::int64_t block, int) {
+      const std::int64_t begin = offsets[first + block * size];
+      std::copy_n(found[block].begin(), offsets[end_of(block)] - begin, arcs.data() + begin);
+    });
+    first = last;
+  }
+  arcs.shrink(offsets[graph.n_cells()]);
   graph.offsets = std::move(offsets);
   graph.arcs = std::move(arcs);
   graph.n_arcs = std::ssize(graph.arcs);

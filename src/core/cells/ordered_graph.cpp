@@ -156,12 +156,18 @@ std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std:
 }
 
 void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(vectors.rows.size() == vectors.width * cells.size());
+  SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == cells.size());
+  SUPERFACETS_ASSERT(!vectors.groups.empty() ||
+                     vectors.rows.size() == vectors.width * cells.size());
+  Buffer<Cell> groups(cells.size());  // by place
+  team.for_each_index(n_cells(),
+                      [&](Place place) { groups[place] = vectors.group_of(cells[place]); });
   team.for_each_slow(n_cells(), [&](Place place) {
+    const Cell here = groups[place];
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
-      if (arc.to == place) continue;  // padding
-      const double distance = vectors.distance(cells[place], cells[arc.to]);
-      arc.length = with_price(arc.length, factor, distance);
+      const Cell there = groups[arc.to];
+      if (there == here) continue;  // also padding
+      arc.length = with_price(arc.length, factor, vectors.distance(here, there));
     }
   });
 }

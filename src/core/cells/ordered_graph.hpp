@@ -82,8 +82,8 @@ class OrderedGraph : public PlacedCells {
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is row
-  // i of `vectors` (see part_prices.hpp).
+  // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is the
+  // vector of cell i in `vectors` (see part_prices.hpp).
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;

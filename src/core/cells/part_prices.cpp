@@ -2,15 +2,13 @@
 
 namespace superfacets {
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
-                              std::span<const Cell> group_of, const PartVectors& vectors,
-                              double factor, ThreadTeam& team) {
+                              const PartVectors& vectors, double factor, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
-  const auto group = [&](Cell cell) { return group_of.empty() ? cell : group_of[cell]; };
   Buffer<float> sums(lengths.size());
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
-    const Cell here = group(cell);
+    const Cell here = vectors.group_of(cell);
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      const Cell there = group(neighbor);
+      const Cell there = vectors.group_of(neighbor);
       sums[arc] = here == there ? lengths[arc]
                                 : with_price(lengths[arc], factor, vectors.distance(here, there));
     }

@@ -30,12 +30,16 @@ double distance_between(std::span<const Number> rows, std::size_t width, Cell on
                     : distance_in<0>(rows, width, one, other);
 }
 
-// A feature vector psi for each cell or group of cells. The vectors of different parts of a shape
-// are far apart.
+// A feature vector psi for each group of cells. The vectors of different parts of a shape are far
+// apart.
 struct PartVectors {
-  std::size_t width;            // number of features
-  std::span<const float> rows;  // (G, width) one vector per cell or group
+  std::size_t width;             // number of features
+  std::span<const float> rows;   // (G, width) one vector per group
+  std::span<const Cell> groups;  // (N,) group of each cell; empty if each cell is its own group
 
+  Cell group_of(Cell cell) const { return groups.empty() ? cell : groups[cell]; }
+
+  // The distance between the rows of two groups.
   double distance(Cell one, Cell other) const { return distance_between(rows, width, one, other); }
 };
 
@@ -45,11 +49,9 @@ inline float with_price(float length, double factor, double distance) {
 }
 
 // Adds factor |psi_i - psi_j| to the length of each arc, and rounds the result; i and j are the
-// groups of the arc's two cells. group_of contains the group of each cell; if group_of is empty,
-// each cell is a group. An arc and its reverse arc get the same bits.
+// groups of the arc's two cells. An arc and its reverse arc get the same bits.
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
-                              std::span<const Cell> group_of, const PartVectors& vectors,
-                              double factor, ThreadTeam& team);
+                              const PartVectors& vectors, double factor, ThreadTeam& team);
 
 // Returns given[a] + factor |f_i - f_j| for each arc a; f_i and f_j are the features of its two
 // cells. `features` has n_features numbers per cell. An arc and its reverse arc get the same bits

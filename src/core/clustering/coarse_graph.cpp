@@ -104,9 +104,8 @@ Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
   return coarse;
 }
 
-Buffer<float> CoarseGraph::means_of(std::span<const float> rows, std::size_t width,
-                                    ThreadTeam& team) const {
-  SUPERFACETS_ASSERT(rows.size() == width * fine_.cells.size());
+Buffer<float> CoarseGraph::means_of(const PartVectors& vectors, ThreadTeam& team) const {
+  const std::size_t width = vectors.width;
   Buffer<float> means(width * centers_.size());
   team.for_each(n_ranges(), [&](std::int64_t range, int) {
     const auto [first, last] = cells_of(range);
@@ -116,7 +115,7 @@ Buffer<float> CoarseGraph::means_of(std::span<const float> rows, std::size_t wid
       const Cell cell = coarse_of(place) - first;
       const double weight = std::max(fine_.measures[place], kLeastMeasure);
       weights[cell] += weight;
-      const float* row = rows.data() + width * fine_.cells[place];
+      const float* row = vectors.rows.data() + width * vectors.group_of(fine_.cells[place]);
       for (std::size_t i = 0; i < width; ++i) sums[width * cell + i] += weight * double{row[i]};
     }
     for (Cell cell = first; cell < last; ++cell) {
@@ -131,10 +130,14 @@ Buffer<float> CoarseGraph::means_of(std::span<const float> rows, std::size_t wid
 
 SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                                 std::span<const Cell> centers, std::span<const PathLength> offsets,
-                                ThreadTeam& team) const {
+                                bool needs_lengths, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph_.n_cells()));
   SUPERFACETS_ASSERT(offsets.empty() || offsets.size() == centers.size());
   SUPERFACETS_ASSERT(lengths.size() == labels.size());
+  if (!needs_lengths) {
+    graph_ = OrderedGraph();
+    local_ = {};
+  }
   Expansion expansion(fine_, team);
   const std::vector<Place> places = fine_.places_of(centers);
   for (std::size_t label = 0; label < places.size(); ++label) {
@@ -146,12 +149,17 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
     expansion.propose(centers_[cell], {lengths[cell], labels[cell]});
   }
   expansion.run();
-  SpreadPaths paths{Buffer<PathLength>(fine_.n_cells()), Buffer<Label>(fine_.n_cells())};
-  team.for_each_index(fine_.n_cells(), [&](Cell cell) {
-    const Path path = expansion.path(fine_.place_of[cell]);
-    paths.lengths[cell] = path.length;
-    paths.labels[cell] = path.label;
-  });
+  SpreadPaths paths;
+  if (needs_lengths) {
+    paths.lengths = Buffer<PathLength>(fine_.n_cells());
+    team.for_each_index(fine_.n_cells(), [&](Cell cell) {
+      paths.lengths[cell] = expansion.path(fine_.place_of[cell]).length;
+    });
+  }
+  const Buffer<Label> by_place = std::move(expansion).take_labels();
+  paths.labels = Buffer<Label>(fine_.n_cells());
+  team.for_each_index(fine_.n_cells(),
+                      [&](Cell cell) { paths.labels[cell] = by_place[fine_.place_of[cell]]; });
   return paths;
 }
 

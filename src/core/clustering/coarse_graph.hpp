@@ -34,9 +34,8 @@ class CoarseGraph {
   const OrderedGraph& graph() const { return graph_; }
   const OrderedGraph& fine() const { return fine_; }
 
-  // For each coarse cell, the measure-weighted mean of the rows of its fine cells. Each row has
-  // `width` numbers.
-  Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
+  // For each coarse cell, the measure-weighted mean of the vectors of its fine cells.
+  Buffer<float> means_of(const PartVectors& vectors, ThreadTeam& team) const;
   // These two functions change the arcs of the coarse graph; see far_arcs.hpp and OrderedGraph.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
@@ -62,10 +61,12 @@ class CoarseGraph {
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
   // coarse cell. A path to a fine cell is the shortest path that passes through the center of a
   // coarse cell or starts at a fine center. `centers` contains the fine center of each region. The
-  // path to this center has the length offsets[region], or 0 if `offsets` is empty.
+  // path to this center has the length offsets[region], or 0 if `offsets` is empty. If
+  // needs_lengths is false, the result contains only labels, and this object is freed: it must not
+  // be used again.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                      std::span<const Cell> centers, std::span<const PathLength> offsets,
-                     ThreadTeam& team) const;
+                     bool needs_lengths, ThreadTeam& team);
 
   // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }

@@ -55,6 +55,12 @@ class Expansion {
 
   void run();
 
+  // Returns the label of each cell, in sorted order, and frees the path lengths.
+  Buffer<Label> take_labels() && {
+    lengths_ = {};
+    return std::move(labels_);
+  }
+
   // Number of chunks. has_changed(chunk) returns whether a path in the chunk has changed since the
   // last call of clear_changed(chunk).
   std::int64_t n_chunks() const { return static_cast<std::int64_t>(chunks_.size()); }

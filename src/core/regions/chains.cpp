@@ -248,12 +248,16 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
                                                  double least_gain) {
   const auto gain_of = [&](const Candidate& of) { return of.gain + stiff.of(of.stiff); };
   while (!candidates_.empty()) {
-    const auto best =
-        std::ranges::max_element(candidates_, [&](const Candidate& a, const Candidate& b) {
-          return std::pair(gain_of(a), b.cell) < std::pair(gain_of(b), a.cell);
-        });
+    auto best = candidates_.begin();
+    double best_gain = gain_of(*best);
+    for (auto other = best + 1; other != candidates_.end(); ++other) {
+      const double gain = gain_of(*other);
+      if (gain < best_gain || (gain == best_gain && other->cell > best->cell)) continue;
+      best = other;
+      best_gain = gain;
+    }
+    if (best_gain < least_gain) break;
     Candidate taken = *best;
-    if (gain_of(taken) < least_gain) break;
     *best = candidates_.back();
     candidates_.pop_back();
     const double travel = regions_.travel_to(taken.cell, to);
@@ -269,13 +273,12 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
-    const Candidate updated = candidate(cell, from, to);
     const auto known = std::ranges::find_if(
         candidates_, [&](const Candidate& other) { return other.cell == cell; });
     if (known == candidates_.end()) {
-      candidates_.push_back(updated);
+      candidates_.push_back(candidate(cell, from, to));
     } else {
-      *known = updated;
+      known->gain = regions_.gain_of(cell, from, to);
     }
   }
 }

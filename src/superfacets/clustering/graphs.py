@@ -33,9 +33,12 @@ class CoarseCells(Protocol):
         """Convert centers of regions from coarse cells to finer cells."""
 
     def spread(
-        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
+        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int, *, needs_lengths: bool
     ) -> tuple[Array, Ints]:
-        """Extend paths from coarse cells to all finer cells; return path lengths and labels."""
+        """Extend paths from coarse cells to all finer cells; return path lengths and labels.
+
+        If `needs_lengths` is False, the returned path lengths may be empty.
+        """
 
 
 class LargeGraph(Protocol):

@@ -13,6 +13,7 @@ from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
+from ..cells.parts import LEAST_GROUPED
 from .balance import Balancer
 from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
@@ -27,6 +28,12 @@ ITERATIONS_PER_ROUND = 8
 SHORT_FRACTIONS, SHORT_ITERATIONS = (0.13,), 3
 """Values of RELOCATED_FRACTIONS and ITERATIONS_PER_ROUND for a short loop. There are also at most
 SHORT_ITERATIONS iterations before this round. More iterations would move only one center in 300."""
+
+LAST_ITERATIONS = 5
+"""Largest number of iterations on all cells after coarser levels, if there are `LEAST_GROUPED` or
+more cells. On 19 benchmark models with 16 times as many faces and k = 3,000, five iterations with
+fewer far arcs raise the undersegmentation error from 0.0193 to 0.0194, and compactness falls from
+4.309 to 4.303."""
 
 
 @dataclass
@@ -64,7 +71,8 @@ class Iteration:
                 labels, centers = _labels_and_centers(clustering)
                 centers = level.refine(labels, centers, self.options.n_threads)
         if levels.on_all or not is_straight(graph):
-            clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
+            must_stay = not levels.on_all
+            clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
             return _labels_and_centers(clustering)
         assert isinstance(clustering, Clustering)
@@ -94,7 +102,7 @@ class Iteration:
             start = time.perf_counter()
             level = coarse.pop()
             with timed(self.timings, "classify"):
-                paths = self._spread_once(level, paths, centers)
+                paths = self._spread_once(level, paths, centers, is_last=not coarse)
             seconds = time.perf_counter() - start
             self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:
@@ -103,17 +111,22 @@ class Iteration:
         return paths[1], centers
 
     def _spread_once(
-        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints
+        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints, *, is_last: bool
     ) -> tuple[Array, Ints]:
+        n_threads, needs_lengths = self.options.n_threads, not is_last
         if self.balancer is None:
-            return level.spread(*paths, centers, self.options.n_threads)
+            return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
         assert isinstance(level, CoarseGraph)  # regions of tiles are never balanced
         offsets = self.balancer.paths_from()
-        lengths, labels = level.spread(*paths, centers, self.options.n_threads, offsets)
+        lengths, labels = level.spread(
+            *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
+        )
         labels[centers] = np.arange(len(centers))  # with offsets, another region may be nearer
         return lengths, labels
 
-    def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
+    def _run_level(
+        self, graph: AnyGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
+    ) -> Regions:
         """Run the loop on one level, starting from the given centers."""
         start = time.perf_counter()
         reach = math.inf
@@ -126,6 +139,8 @@ class Iteration:
         most = self.options.max_num_iter
         if self.is_short:
             most = min(most, SHORT_ITERATIONS)
+        elif self.levels and is_last and graph.n_cells >= LEAST_GROUPED:
+            most = min(most, LAST_ITERATIONS)
         elif relocates:
             most -= most // 3  # reserves a third of the iterations for relocation
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)

@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from ..batches.mapping import Run
+from ..cells.parts import NO_GROUPS
 from .arrays import rows
 from .part import Lists, Part
 from .store import TileStore, find_cells
@@ -154,14 +155,20 @@ class TiledCoarseGraph:
 
     def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
         """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_prices` does."""
-        self.graph.add_part_prices(rows, factor, n_threads)
+        self.graph.add_part_prices(NO_GROUPS, rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
         """Return the numbers of all coarse cells; `spread` converts their labels to all cells."""
         return np.arange(self.graph.n_cells, dtype=np.int32)
 
     def spread(
-        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
+        self,
+        lengths: Array,
+        labels: Ints,
+        centers: Ints,
+        n_threads: int,
+        *,
+        needs_lengths: bool = False,
     ) -> tuple[Array, Ints]:
         """Label all cells, starting from the paths to coarse cells; returned lengths are empty.
 
