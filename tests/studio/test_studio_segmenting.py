@@ -10,7 +10,7 @@ import superfacets
 from superfacets import PointCloud, crease_weights
 from superfacets._validate import checked_threads
 from superfacets.pipeline import Prepared
-from superfacets.studio.segmenting import (
+from superfacets.studio.regions.segmenting import (
     Cancelled,
     Segmenter,
     Turn,

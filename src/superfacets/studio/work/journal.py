@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..io.atomic import lock_file, open_own
+from ...io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
 VERSION = 2

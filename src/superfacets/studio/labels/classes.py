@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..io.atomic import atomic_outputs
-from ..io.attributes import is_encodable
+from ...io.atomic import atomic_outputs
+from ...io.attributes import is_encodable
 
 CLASSES_FILE = "superfacets-classes.json"  # file with the classes that a folder's meshes share
 MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class

@@ -9,24 +9,24 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from .._validate import checked_choice, checked_flag
-from ..adapters.convert import as_mesh
-from ..cells.kinds import kind_of
-from ..errors import MeshError, MissingExtraError
-from ..pictures.camera import View
-from ..pictures.colors import PALETTE
-from ..pictures.page.shape import shape_of, view_facts
-from ..pictures.page.texture import texture_parts
-from .agreement import Side
-from .classes import checked_object
-from .coding import base64_of, bytes_from, cells_from, packet, unpack_cells
-from .document import Document
-from .exports import export, export_bytes, names_of_exports
-from .history import Change
-from .imports import read_import
-from .replies import BYTES, Body
-from .revisions import similar_regions
-from .segmenting import levels_of, ranges
+from ..._validate import checked_choice, checked_flag
+from ...adapters.convert import as_mesh
+from ...cells.kinds import kind_of
+from ...errors import MeshError, MissingExtraError
+from ...pictures.camera import View
+from ...pictures.colors import PALETTE
+from ...pictures.page.shape import shape_of, view_facts
+from ...pictures.page.texture import texture_parts
+from ..export.write import export, export_bytes, names_of_exports
+from ..labels.classes import checked_object
+from ..labels.coding import base64_of, bytes_from, cells_from, packet, unpack_cells
+from ..labels.imports import read_import
+from ..regions.revisions import similar_regions
+from ..regions.segmenting import levels_of, ranges
+from ..work.agreement import Side
+from ..work.changes import Change
+from ..work.document import Document
+from .messages import BYTES, Body
 
 Operation = Callable[[Document, Body], Any]
 """A function of a document and of the query or JSON object of a request. The caller has acquired

@@ -12,14 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
-from .._types import Floats, Ints
-from .._validate import checked_threads
-from ..cells.kinds import measures_of
-from ..io.atomic import atomic_outputs
-from ..mesh.cells import Cells
-from .agreement import Side, Theirs, agreement, read_theirs
-from .classes import (
+from ... import _core
+from ..._types import Floats, Ints
+from ..._validate import checked_threads
+from ...cells.kinds import measures_of
+from ...io.atomic import atomic_outputs
+from ...mesh.cells import Cells
+from ..labels.classes import (
     INSTANCES,
     MAX_CLASS,
     MAX_OBJECT,
@@ -34,15 +33,18 @@ from .classes import (
     with_missing,
     with_object_name,
 )
-from .coding import CellNumbers, pack_cells, unpack_cells
-from .history import Change, History, Partition, State, settling
-from .imports import Imported
+from ..labels.coding import CellNumbers, pack_cells, unpack_cells
+from ..labels.imports import Imported
+from ..labels.suggestions import suggestions_of
+from ..regions.revisions import GoneError, Partition, Revision, Revisions
+from ..regions.segmenting import Base, Segmenter, default_parameters
+from ..regions.splitting import split_cells
+from .agreement import Side, Theirs, agreement, read_theirs
+from .changes import Change, State, settling
+from .history import History
 from .journal import Journal, Line
-from .revisions import GoneError, Revision, Revisions
-from .segmenting import Base, Segmenter, default_parameters
+from .lines import line_of
 from .source import Source
-from .splitting import split_cells
-from .suggestions import suggestions_of
 
 
 def work_file_of(path: Path) -> Path:
@@ -438,7 +440,7 @@ class Document:
     def _commit(self, change: Change) -> None:
         """Apply a new change, and write it to the journal."""
         self.source.check()
-        self.history.make(change, lambda seq: self._write(seq, change.line()))
+        self.history.make(change, lambda seq: self._write(seq, line_of(change)))
 
     def _write(self, seq: int, line: Line) -> None:
         done = round(self.progress, 6)

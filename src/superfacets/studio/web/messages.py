@@ -10,12 +10,12 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from ..errors import MeshError, MissingExtraError, RenderError
-from ..io.attributes import is_encodable
-from .history import NothingError
-from .journal import JournalError, WriteError
-from .revisions import GoneError
-from .source import ChangedError
+from ...errors import MeshError, MissingExtraError, RenderError
+from ...io.attributes import is_encodable
+from ..regions.revisions import GoneError
+from ..work.history import NothingError
+from ..work.journal import JournalError, WriteError
+from ..work.source import ChangedError
 
 Body = dict[str, Any]
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..batches.sources import find_sources
-from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
+from ...batches.sources import find_sources
+from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
+from .changes import REVIEW_MARKS
 from .document import Document, work_file_of
-from .history import REVIEW_MARKS
 from .journal import JournalError, Line, summary
 
 MAX_OPEN = 3  # maximum number of meshes in memory; others are opened again on demand

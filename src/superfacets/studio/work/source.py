@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..cells.kinds import kind_of
-from ..errors import MeshError
-from ..io.guards import read_content
-from ..io.readers.read import cell_ending, parse_cells_and_attributes
-from ..io.textures import Texture
-from ..mesh.cells import Cells
+from ...cells.kinds import kind_of
+from ...errors import MeshError
+from ...io.guards import read_content
+from ...io.readers.read import cell_ending, parse_cells_and_attributes
+from ...io.textures import Texture
+from ...mesh.cells import Cells
 from .journal import Journal, JournalError
 
 

@@ -10,9 +10,9 @@ from collections.abc import Callable
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from ..work.folder import Files
 from .address import Address, address_file, keep
 from .app import Studio, studio_app
-from .folder import Files
 
 MAX_CONNECTIONS = 64
 """Maximum number of connections. A browser opens six; some systems limit open files to 256."""

@@ -5,20 +5,33 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Floats, Ints, Longs
-from .._validate import checked_fraction
-from ..cells.region_adjacency import RegionGraph, region_graph_of
-from ..cells.surface import Surface
-from ..io.guards import shortened
-from .history import Partition
+from ..._types import Floats, Ints, Longs
+from ..._validate import checked_fraction
+from ...cells.region_adjacency import RegionGraph, region_graph_of
+from ...cells.surface import Surface
+from ...io.guards import shortened
 
 MAX_KEPT = 6  # number of revisions that clients may still refer to
+
+
+@dataclass(frozen=True)
+class Partition:
+    """Description of the regions: parameters that reproduce them, and later splits."""
+
+    parameters: dict[str, Any]
+    digest: str = ""  # hash of the labels before splits; empty if unknown
+    splits: tuple[bytes, ...] = ()  # packed cells of each split; they get the next free label
+
+    def with_split(self, packed: bytes, digest: str) -> Partition:
+        """Copy with one more split; `digest` is the hash of the labels before all splits."""
+        return replace(self, digest=digest, splits=(*self.splits, packed))
 
 
 class GoneError(LookupError):

@@ -11,7 +11,7 @@ import tempfile
 import threading
 from pathlib import Path
 
-from ..errors import RenderError
+from ...errors import RenderError
 
 SIZE = (320, 240)
 
@@ -76,8 +76,8 @@ class Thumbnails:
 
 def main() -> None:
     """Draw a mesh file, the first argument, to a picture file, the second argument."""
-    from ..io.readers.read import read_cells
-    from ..pictures.rendering import render
+    from ...io.readers.read import read_cells
+    from ...pictures.rendering import render
 
     source, target = map(Path, sys.argv[1:3])
     try:

@@ -17,14 +17,14 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
-from ..errors import RenderError
-from .document import Document
-from .folder import Files
-from .history import Partition
+from ...errors import RenderError
+from ..regions.revisions import Partition
+from ..regions.segmenting import Cancelled, Turn, checked_parameters
+from ..work.document import Document
+from ..work.folder import Files
+from .messages import Body, JsonReply, answered, body_of, failure, message_of
 from .operations import OPERATIONS, READS, Operation, counts_of
-from .replies import Body, JsonReply, answered, body_of, failure, message_of
 from .security import Guard
-from .segmenting import Cancelled, Turn, checked_parameters
 from .thumbnails import Thumbnails
 
 NO_BUNDLE = """<!DOCTYPE html>
@@ -104,7 +104,7 @@ class Studio:
 
 def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     """ASGI application of the server: all routes, behind the access control of `Guard`."""
-    static = files(__package__).joinpath("static")
+    static = files("superfacets.studio").joinpath("static")
     routes: list[BaseRoute] = [
         Route("/", _page),
         Route("/api/files", studio.list_files),
@@ -121,7 +121,7 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
 
 
 async def _page(request: Request) -> Response:
-    index = files(__package__).joinpath("static", "index.html")
+    index = files("superfacets.studio").joinpath("static", "index.html")
     return HTMLResponse(index.read_text(encoding="utf-8") if index.is_file() else NO_BUNDLE)
 
 

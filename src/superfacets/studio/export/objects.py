@@ -13,17 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Array, Bools, Ints
-from ..cells.kinds import kind_of
-from ..export.cells import WRITERS
-from ..export.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
-from ..export.text import write_rows
-from ..export.write import write_mesh
-from ..io.atomic import atomic_outputs
-from ..regions.submeshes import split_regions
-from ..regions.vertices import vertex_labels
-from .classes import INSTANCES, stuff_of
-from .document import Document
+from ..._types import Array, Bools, Ints
+from ...cells.kinds import kind_of
+from ...export.cells import WRITERS
+from ...export.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
+from ...export.text import write_rows
+from ...export.write import write_mesh
+from ...io.atomic import atomic_outputs
+from ...regions.submeshes import split_regions
+from ...regions.vertices import vertex_labels
+from ..labels.classes import INSTANCES, stuff_of
+from ..work.document import Document
 
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 

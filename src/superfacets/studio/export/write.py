@@ -13,20 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Bytes, Floats, Ints
-from .._validate import checked_choice
-from ..batches.sources import MARK, output_names
-from ..cells.sums import sums_by_label, weighted_majority
-from ..export.cells import CLASS_OUTPUTS
-from ..export.scannet import NO_CLASS
-from ..export.write import ENDING_OF_FORMAT, write_labels, write_mesh
-from ..io.atomic import atomic_outputs, checked_targets
-from ..io.attributes import MeshAttributes
-from ..regions.vertices import vertex_labels
-from .classes import names_of
-from .document import Document
-from .object_exports import FORMATS, PAIRED, vertex_instances, write_objects
-from .revisions import Revision
+from ..._types import Bytes, Floats, Ints
+from ..._validate import checked_choice
+from ...batches.sources import MARK, output_names
+from ...cells.sums import sums_by_label, weighted_majority
+from ...export.cells import CLASS_OUTPUTS
+from ...export.scannet import NO_CLASS
+from ...export.write import ENDING_OF_FORMAT, write_labels, write_mesh
+from ...io.atomic import atomic_outputs, checked_targets
+from ...io.attributes import MeshAttributes
+from ...regions.vertices import vertex_labels
+from ..labels.classes import names_of
+from ..regions.revisions import Revision
+from ..work.document import Document
+from .objects import FORMATS, PAIRED, vertex_instances, write_objects
 
 _GRAY = (190, 190, 190)
 

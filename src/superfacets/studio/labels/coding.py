@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array
-from ..pictures.page.coding import Arrays, little_endian
+from ..._types import Array
+from ...pictures.page.coding import Arrays, little_endian
 
 MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays
 

@@ -12,20 +12,20 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from .. import _core
-from .._types import Ints
-from .._validate import checked_count, checked_flag, checked_number, checked_threads
-from ..cells.kinds import graph_and_surface
-from ..cells.size import DEFAULT_N_SEGMENTS
-from ..cells.surface import Surface
-from ..cells.weights import WEIGHTS
-from ..clustering.segmentation import Segmentation
-from ..errors import IslandWarning, SliverWarning
-from ..io.guards import counted
-from ..mesh.cells import Cells
-from ..pipeline import Prepared, segment
-from ..regions.edit import read_regions
-from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
+from ... import _core
+from ..._types import Ints
+from ..._validate import checked_count, checked_flag, checked_number, checked_threads
+from ...cells.kinds import graph_and_surface
+from ...cells.size import DEFAULT_N_SEGMENTS
+from ...cells.surface import Surface
+from ...cells.weights import WEIGHTS
+from ...clustering.segmentation import Segmentation
+from ...errors import IslandWarning, SliverWarning
+from ...io.guards import counted
+from ...mesh.cells import Cells
+from ...pipeline import Prepared, segment
+from ...regions.edit import read_regions
+from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels

@@ -12,10 +12,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._types import Array, Bools, Floats, Longs
-from ..cells.sums import sums_by_label
-from .classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
-from .history import History, State
+from ..._types import Array, Bools, Floats, Longs
+from ...cells.sums import sums_by_label
+from ..labels.classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
+from .changes import State
+from .history import History
 from .journal import JournalError, parsed_work
 from .source import Source
 

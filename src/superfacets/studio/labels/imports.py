@@ -13,14 +13,14 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Bools, Longs
-from ..cells.kinds import kind_of
-from ..errors import MeshError
-from ..export.scannet import NO_CLASS
-from ..io.guards import known_ending, shortened
-from ..io.readers.labels import read_labels
-from ..mesh.cells import Cells
-from ..regions.vertices import labels_of_corners
+from ..._types import Bools, Longs
+from ...cells.kinds import kind_of
+from ...errors import MeshError
+from ...export.scannet import NO_CLASS
+from ...io.guards import known_ending, shortened
+from ...io.readers.labels import read_labels
+from ...mesh.cells import Cells
+from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Bools, Floats, Ints, Longs
-from ..cells.constraints import NO_GROUPS, Cut
-from ..cells.surface import Surface
-from .coding import CellNumbers
+from ..._types import Bools, Floats, Ints, Longs
+from ...cells.constraints import NO_GROUPS, Cut
+from ...cells.surface import Surface
+from ..labels.coding import CellNumbers
 
 SHARPNESS = 12.5
 """Decrease of the cost of a border in a crease: the angle t of the crease multiplies the cost by
