@@ -1,15 +1,15 @@
 // Entry point of the studio: creates its parts and connects them.
 
 import "./studio.css";
-import { Api } from "./api";
-import type { Rgb } from "./colors";
-import { ClipBox } from "./clip";
-import { Desk } from "./desk";
-import { Drawing } from "./drawing";
-import { Keys } from "./keys";
-import { Modes } from "./modes";
-import { classOf, objectOf } from "./labeling";
-import { showNotices } from "./notices";
+import { Api } from "./session/api";
+import type { Rgb } from "./data/colors";
+import { ClipBox } from "./input/clip";
+import { Desk } from "./workbench";
+import { Drawing } from "./view/drawing";
+import { Keys } from "./input/keys";
+import { Modes } from "./input/modes";
+import { classOf, objectOf } from "./data/labeling";
+import { showNotices } from "./panels/notices";
 import { onClick, part } from "../shared/dom";
 import type { Place } from "../shared/picking";
 import { ClassesPanel } from "./panels/classes";
@@ -18,10 +18,10 @@ import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
 import { ParametersPanel } from "./panels/parameters";
 import { Suggestions } from "./panels/suggestions";
-import { Pointer } from "./pointer";
-import { remember, remembered } from "./remembered";
-import { Session } from "./session";
-import { Views } from "./views";
+import { Pointer } from "./input/pointer";
+import { remember, remembered } from "./session/remembered";
+import { Session } from "./session/session";
+import { Views } from "./panels/views";
 
 declare global {
   interface Window {

@@ -1,10 +1,10 @@
 // Panel with the classes and their objects: names, colors, percentage of the area, and the choice of what to paint.
 
-import { cssColor, parseColor, variant } from "../colors";
-import type { ClassEntry } from "../contract";
-import type { Desk } from "../desk";
-import { classOf, objectOf, paintOf } from "../labeling";
-import type { ClassDraft } from "../session";
+import { cssColor, parseColor, variant } from "../data/colors";
+import type { ClassEntry } from "../data/contract";
+import type { Desk } from "../workbench";
+import { classOf, objectOf, paintOf } from "../data/labeling";
+import type { ClassDraft } from "../session/session";
 import { allow, button, make, onClick, part, percent } from "../../shared/dom";
 
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];

@@ -2,9 +2,9 @@
 
 import { fromBase64, toBase64 } from "../../shared/arrays";
 import { button, make, part } from "../../shared/dom";
-import { MARK_DIFFERS } from "../celltable";
-import type { Agreement, CompareReply } from "../contract";
-import type { Desk } from "../desk";
+import { MARK_DIFFERS } from "../view/celltable";
+import type { Agreement, CompareReply } from "../data/contract";
+import type { Desk } from "../workbench";
 
 export class Comparison {
   private differing = new Uint32Array(0); // cells labeled differently in the two files

@@ -2,7 +2,7 @@
 
 import { toBase64 } from "../../shared/arrays";
 import { make, onClick, part } from "../../shared/dom";
-import type { Session } from "../session";
+import type { Session } from "../session/session";
 
 const NAMES: Record<string, string> = {
   cells: "Class per cell",

@@ -1,9 +1,9 @@
 // Panel with the files of a folder: thumbnails, progress, and buttons for the next and the previous file.
 
-import { ServerError } from "../api";
-import type { FileEntry } from "../contract";
+import { ServerError } from "../session/api";
+import type { FileEntry } from "../data/contract";
 import { make, onClick, part, percent } from "../../shared/dom";
-import type { Session } from "../session";
+import type { Session } from "../session/session";
 
 export class FilesPanel {
   private asked = -1; // id of the file requested last, which may have failed to open; -1 if there is none

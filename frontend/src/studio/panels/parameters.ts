@@ -1,8 +1,8 @@
 // Panel with sliders for the parameters of the segmentation, buttons for its levels, and its progress.
 
-import type { Parameters, Range, SegmentLine } from "../contract";
+import type { Parameters, Range, SegmentLine } from "../data/contract";
 import { allow, counted, make, onClick, part } from "../../shared/dom";
-import type { Session } from "../session";
+import type { Session } from "../session/session";
 
 type Name = "n_segments" | "alpha" | "ridges";
 

@@ -1,11 +1,11 @@
 // Panel with a list of suggested objects by decreasing score, and buttons that accept and reject suggestions.
 
 import { allow, make, onClick, part } from "../../shared/dom";
-import { cssColor, parseColor, type Rgb } from "../colors";
-import type { SuggestionEntry } from "../contract";
-import type { Desk } from "../desk";
-import { classOf, Groups } from "../labeling";
-import { byScore, type Suggested } from "../suggested";
+import { cssColor, parseColor, type Rgb } from "../data/colors";
+import type { SuggestionEntry } from "../data/contract";
+import type { Desk } from "../workbench";
+import { classOf, Groups } from "../data/labeling";
+import { byScore, type Suggested } from "../data/suggested";
 
 const MAX_LISTED = 200; // largest number of suggestions in the list
 const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class

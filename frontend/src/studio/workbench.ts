@@ -2,15 +2,15 @@
 
 import { counted, part } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
-import { MARK_HIDDEN } from "./celltable";
-import { parseColor, regionColors } from "./colors";
-import type { ClassEntry } from "./contract";
-import { addTo, classOf, objectOf, paintOf } from "./labeling";
-import type { Drawing } from "./drawing";
-import { Events } from "./events";
-import { classNameIn, paintNameIn } from "./names";
-import { Picker } from "./picker";
-import type { Session } from "./session";
+import { MARK_HIDDEN } from "./view/celltable";
+import { parseColor, regionColors } from "./data/colors";
+import type { ClassEntry } from "./data/contract";
+import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
+import type { Drawing } from "./view/drawing";
+import { Events } from "./session/events";
+import { classNameIn, paintNameIn } from "./data/names";
+import { Picker } from "./view/picker";
+import type { Session } from "./session/session";
 
 const MAX_OBJECT = 999; // highest object number of a class
 const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name

@@ -1,6 +1,6 @@
 // Region, class and object of each cell, and adjacency of regions.
 
-import { readPacket } from "./api";
+import { readPacket } from "./packet";
 
 /** Indices grouped by value with a counting sort. */
 export class Groups {

@@ -1,11 +1,11 @@
 // The clip box: only the part of the mesh inside the box is drawn. Handles and keys move its sides.
 
-import { onClick, part } from "../shared/dom";
-import { placeOf } from "../shared/picking";
-import type { Vector } from "../shared/vectors";
-import type { Desk } from "./desk";
-import type { Box } from "./drawing";
-import { putCircle } from "./picker";
+import { onClick, part } from "../../shared/dom";
+import { placeOf } from "../../shared/picking";
+import type { Vector } from "../../shared/vectors";
+import type { Desk } from "../workbench";
+import type { Box } from "../view/drawing";
+import { putCircle } from "../view/picker";
 
 const NAMES = ["x", "y", "z"];
 const LEAST = 0.02; // smallest thickness of the box, relative to the size of the mesh

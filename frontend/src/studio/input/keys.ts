@@ -1,14 +1,14 @@
 // Keyboard commands. The table of keys is also the content of the help dialog.
 
-import type { Desk } from "./desk";
+import type { Desk } from "../workbench";
 import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
-import type { Comparison } from "./panels/comparison";
-import type { Suggestions } from "./panels/suggestions";
-import { savedText } from "./notices";
+import type { Comparison } from "../panels/comparison";
+import type { Suggestions } from "../panels/suggestions";
+import { savedText } from "../panels/notices";
 import { SCHEMES } from "./pointer";
-import type { Views } from "./views";
-import { make, onClick, part } from "../shared/dom";
+import type { Views } from "../panels/views";
+import { make, onClick, part } from "../../shared/dom";
 
 interface Key {
   names: string[]; // names of keys, as returned by `nameOf`

@@ -1,17 +1,17 @@
 // Draws the canvas in two passes, which shaders.ts describes.
 
-import { Camera } from "../shared/camera";
-import { Frame, Gpu, Program, Table } from "../shared/gl";
-import { part } from "../shared/dom";
-import { cellsIn } from "../shared/picking";
-import { SURFACE } from "../shared/shaders";
-import { NONE } from "../shared/shape";
-import { Surface } from "../shared/surface";
-import { Blend, TexturePaint } from "../shared/texture";
-import type { Vector } from "../shared/vectors";
+import { Camera } from "../../shared/camera";
+import { Frame, Gpu, Program, Table } from "../../shared/gl";
+import { part } from "../../shared/dom";
+import { cellsIn } from "../../shared/picking";
+import { SURFACE } from "../../shared/shaders";
+import { NONE } from "../../shared/shape";
+import { Surface } from "../../shared/surface";
+import { Blend, TexturePaint } from "../../shared/texture";
+import type { Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
-import { parseColor, type Rgb } from "./colors";
-import type { Mesh } from "./mesh";
+import { parseColor, type Rgb } from "../data/colors";
+import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
 
 /** A box with sides parallel to the coordinate axes. */

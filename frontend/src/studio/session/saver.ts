@@ -2,15 +2,22 @@
 // has saved or rejected it.
 
 import { type Api, ServerGone, type ServerError } from "./api";
-import { fromBase64, toBase64 } from "../shared/arrays";
-import type { Progress } from "./contract";
-import { classOf, joined, objectOf } from "./labeling";
+import { fromBase64, toBase64 } from "../../shared/arrays";
+import type { Progress } from "../data/contract";
+import { classOf, joined, objectOf } from "../data/labeling";
 import { remember, remembered } from "./remembered";
 
 export interface Stroke {
   paint: number;
   cells: Uint32Array;
   stroke: string; // id of the stroke; parts with the same id are undone together
+}
+
+let nStrokes = 0;
+
+/** A unique id for a stroke. */
+export function newStroke(): string {
+  return `${Date.now().toString(36)}-${nStrokes++}`;
 }
 
 type Kept = [paint: number, cells: string, stroke: string];

@@ -1,10 +1,10 @@
 // The tool that the left mouse button currently uses, and the toolbar that selects the tool.
 
 import { CellCursor } from "./cellcursor";
-import { cssColor, parseColor, variant } from "./colors";
-import type { Desk } from "./desk";
-import { classOf, objectOf } from "./labeling";
-import { button, part } from "../shared/dom";
+import { cssColor, parseColor, variant } from "../data/colors";
+import type { Desk } from "../workbench";
+import { classOf, objectOf } from "../data/labeling";
+import { button, part } from "../../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
 type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";

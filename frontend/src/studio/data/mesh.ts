@@ -1,10 +1,10 @@
 // The mesh sent by the server, and the geometry of its cells.
 
-import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
-import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";
-import type { Arrays } from "../shared/arrays";
-import type { TextureFacts } from "../shared/texture";
-import { readPacket } from "./api";
+import { type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
+import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
+import type { Arrays } from "../../shared/arrays";
+import type { TextureFacts } from "../../shared/texture";
+import { readPacket } from "./packet";
 import type { Rgb } from "./colors";
 
 type Kind = "triangles" | "polygons" | "points" | "tets";

@@ -1,11 +1,11 @@
 // Finds the cells at a position of the canvas, the canvas position of a cell, and the neighbors of a cell.
 
-import type { Place } from "../shared/picking";
-import { NONE } from "../shared/shape";
-import { dot, type Vector } from "../shared/vectors";
+import type { Place } from "../../shared/picking";
+import { NONE } from "../../shared/shape";
+import { dot, type Vector } from "../../shared/vectors";
 import type { Drawing } from "./drawing";
-import { Groups } from "./labeling";
-import type { Mesh } from "./mesh";
+import { Groups } from "../data/labeling";
+import type { Mesh } from "../data/mesh";
 
 const SLABS = 1024; // number of slabs into which the longest side of the mesh is divided
 const NEAR = 8; // radius of the neighborhood of a point, in multiples of the diameter of a drawn point

@@ -1,6 +1,4 @@
-// Requests to the studio server, and decoding of its binary responses.
-
-import { type Arrays, decodeArrays, type Entry } from "../shared/arrays";
+// Requests to the studio server.
 
 /** The server rejected a request. The error has the message and the HTTP status of the response. */
 export class ServerError extends Error {
@@ -79,17 +77,4 @@ export class Api {
     }
     if (rest.trim()) yield JSON.parse(rest) as T;
   }
-}
-
-const MAGIC = "SFSTUDIO";
-
-/** Decodes a binary response: magic word, length of the header, header in JSON, and arrays. */
-export function readPacket<Header>(buffer: ArrayBuffer): { header: Header; arrays: Arrays } {
-  const textOf = (start: number, length: number): string =>
-    new TextDecoder().decode(new Uint8Array(buffer, start, length));
-  if (textOf(0, MAGIC.length) !== MAGIC) throw new Error("the server sent a response in an unknown format");
-  const start = MAGIC.length + 4;
-  const length = new DataView(buffer).getUint32(MAGIC.length, true);
-  const header = JSON.parse(textOf(start, length)) as Header & { arrays: Entry[] };
-  return { header, arrays: decodeArrays(buffer, start + length, header.arrays) };
 }

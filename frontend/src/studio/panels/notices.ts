@@ -1,7 +1,7 @@
 // Messages, errors, and a banner that is shown while the server does not respond.
 
-import { counted, part } from "../shared/dom";
-import type { Session } from "./session";
+import { counted, part } from "../../shared/dom";
+import type { Session } from "../session/session";
 
 export function showNotices(session: Session): void {
   const { events } = session;

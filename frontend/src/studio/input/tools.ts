@@ -1,15 +1,15 @@
 // Tools for the canvas. The current tool handles strokes with the paint button of the mouse.
 
-import { counted } from "../shared/dom";
-import type { Place } from "../shared/picking";
-import { NONE } from "../shared/shape";
-import { lengthOf, minus } from "../shared/vectors";
+import { counted } from "../../shared/dom";
+import type { Place } from "../../shared/picking";
+import { NONE } from "../../shared/shape";
+import { lengthOf, minus } from "../../shared/vectors";
 import type { CellCursor } from "./cellcursor";
-import { MARK_BLUE, MARK_RED } from "./celltable";
-import type { Desk } from "./desk";
-import { addTo } from "./labeling";
-import { placesBetween } from "./picker";
-import { newStroke } from "./session";
+import { MARK_BLUE, MARK_RED } from "../view/celltable";
+import type { Desk } from "../workbench";
+import { addTo } from "../data/labeling";
+import { placesBetween } from "../view/picker";
+import { newStroke } from "../session/saver";
 
 export abstract class Tool {
   abstract readonly name: string;

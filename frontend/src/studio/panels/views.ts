@@ -1,9 +1,9 @@
 // Buttons and keys for standard views.
 
-import { button, onClick, part } from "../shared/dom";
-import { NONE } from "../shared/shape";
-import { dot, minus, plus } from "../shared/vectors";
-import type { Desk } from "./desk";
+import { button, onClick, part } from "../../shared/dom";
+import { NONE } from "../../shared/shape";
+import { dot, minus, plus } from "../../shared/vectors";
+import type { Desk } from "../workbench";
 
 const MANY_BACKS = 0.2; // if a larger fraction of visible cells is seen from behind, walls probably hide the inside of a room
 

@@ -1,6 +1,6 @@
 // Objects suggested by an imported file, and the cells of each object.
 
-import { readPacket } from "./api";
+import { readPacket } from "./packet";
 import type { SuggestionEntry } from "./contract";
 
 export interface Suggested {

@@ -1,16 +1,16 @@
 // The open file: a copy of its state on the server, and the operations that the user can apply to it.
 
 import { Api, ServerError, ServerGone } from "./api";
-import { fromBase64, toBase64 } from "../shared/arrays";
+import { fromBase64, toBase64 } from "../../shared/arrays";
 import type {
   ClassEntry, CompareReply, Effect, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State,
-} from "./contract";
+} from "../data/contract";
 import { Events } from "./events";
-import { Paints, Regions } from "./labeling";
-import { Mesh } from "./mesh";
-import { type Side, stepName } from "./names";
-import { Saver } from "./saver";
-import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "./suggested";
+import { Paints, Regions } from "../data/labeling";
+import { Mesh } from "../data/mesh";
+import { type Side, stepName } from "../data/names";
+import { newStroke, Saver } from "./saver";
+import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
 
 interface Kinds {
   file: Mesh;
@@ -38,13 +38,6 @@ function strangerLine(error: unknown): string {
 }
 
 const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(cells).buffer);
-
-let nStrokes = 0;
-
-/** A unique id for a stroke. */
-export function newStroke(): string {
-  return `${Date.now().toString(36)}-${nStrokes++}`;
-}
 
 const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
 const BEAT_MS = 5000; // interval between checks for changes made by other pages

@@ -1,7 +1,7 @@
 // Texture with the class, object and marks of each cell.
 
-import { type Gpu, Table } from "../shared/gl";
-import { classOf, objectOf } from "./labeling";
+import { type Gpu, Table } from "../../shared/gl";
+import { classOf, objectOf } from "../data/labeling";
 
 export const MARK_RED = 1; // the cell is in the red stroke of split mode
 export const MARK_BLUE = 2; // the cell is in the blue stroke of split mode

@@ -1,11 +1,11 @@
 // Mouse, pen and touch input on the canvas. A scheme assigns an action to each mouse button; the wheel zooms.
 
-import type { Desk } from "./desk";
+import type { Desk } from "../workbench";
 import type { Modes } from "./modes";
-import { classOf, objectOf } from "./labeling";
-import { remember, remembered } from "./remembered";
-import { part, percent } from "../shared/dom";
-import { type Place, placeOf, putTip, zoomByWheel } from "../shared/picking";
+import { classOf, objectOf } from "../data/labeling";
+import { remember, remembered } from "../session/remembered";
+import { part, percent } from "../../shared/dom";
+import { type Place, placeOf, putTip, zoomByWheel } from "../../shared/picking";
 
 type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 

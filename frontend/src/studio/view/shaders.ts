@@ -2,9 +2,9 @@
 // brightness of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
 // draws borders between pixels of different regions. Painting repeats only the second pass.
 
-import { VARIANTS } from "./colors";
-import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
-import { TEXTURE } from "../shared/texture";
+import { VARIANTS } from "../data/colors";
+import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
+import { TEXTURE } from "../../shared/texture";
 
 export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${TEXTURE}
 flat in uint triangle;

@@ -1,11 +1,11 @@
 // Keyboard cursor on a single cell. The arrow keys move the cursor to an adjacent cell.
 
-import { NONE } from "../shared/shape";
-import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../shared/vectors";
-import { MARK_CURSOR } from "./celltable";
-import type { Desk } from "./desk";
-import type { Mesh } from "./mesh";
-import { putCircle } from "./picker";
+import { NONE } from "../../shared/shape";
+import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../../shared/vectors";
+import { MARK_CURSOR } from "../view/celltable";
+import type { Desk } from "../workbench";
+import type { Mesh } from "../data/mesh";
+import { putCircle } from "../view/picker";
 
 const LEAST_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
 const MARGIN = 0.1; // width of the border of the canvas that the cursor must not enter, relative to the canvas size
