@@ -75,7 +75,7 @@ def lasso(page: Page, key: str, line: Line) -> None:
 def take(page: Page, path: Path) -> None:
     """Wait until smooth lines are drawn, and save a screenshot."""
     page.wait_for_timeout(1000)
-    page.evaluate("studio.desk.drawing.refine(true)")
+    page.evaluate("studio.workbench.drawing.refine(true)")
     page.screenshot(path=path, timeout=PATIENCE)
 
 

@@ -1,6 +1,6 @@
 // State shared by tools, keys and panels: open file, selection, and current class.
 
-import { counted, part } from "../shared/dom";
+import { counted, element } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
 import { parseColor, regionColors } from "./data/colors";
@@ -25,7 +25,7 @@ interface Kinds {
 const nameOf = (regions: readonly number[]): string =>
   regions.length === 1 ? `Region ${regions[0]}` : `${regions.length} regions`;
 
-export class Desk {
+export class Workbench {
   readonly events = new Events<Kinds>();
   picker!: Picker;
   currentPaint = 0;
@@ -45,7 +45,7 @@ export class Desk {
     events.on("classes", (classes) => this.takeClasses(classes));
     drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
     drawing.afterView.push(() => this.sayIfEmpty());
-    events.on("cells", (cells) => {
+    events.on("painted", (cells) => {
       drawing.cells.setPaint(session.paints.of, cells, this.stuff);
       drawing.redraw();
     });
@@ -72,7 +72,7 @@ export class Desk {
   private takeClasses(classes: ClassEntry[]): void {
     this.drawing.setClassColors(new Map(classes.map(({ id, color }) => [id, parseColor(color)])));
     this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
-    this.session.events.emit("cells", null);
+    this.session.events.emit("painted", null);
     const entry = classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
     this.choose(entry?.id ?? 0);
   }
@@ -92,7 +92,7 @@ export class Desk {
     return this.lastObjects.get(id) ?? this.session.paints.objectsOf(id).pop() ?? 1;
   }
 
-  /** Choose a new object of the current class, which later strokes paint. */
+  /** Start a new object of the current class. Cells painted from now on belong to this object. */
   newObject(): void {
     const id = classOf(this.currentPaint);
     if (this.isStuff(id)) return this.say(id ? `${this.className(id)} has no objects.` : "Choose a class first.");
@@ -152,7 +152,7 @@ export class Desk {
     if (!session.paints) return;
     const isEmpty = drawing.isEmpty && !drawing.cells.isAllHidden;
     if (isEmpty) this.say(EMPTY);
-    else if (part("status").textContent === EMPTY) this.say("");
+    else if (element("status").textContent === EMPTY) this.say("");
   }
 
   /** Move the keyboard focus to the canvas, unless a link, button, list or text field has the focus. */
@@ -385,7 +385,7 @@ export class Desk {
   /** Choose whether strokes leave cells that already have a class unchanged. */
   lock(isLocked = !this.session.isLocked): void {
     this.session.isLocked = isLocked;
-    part<HTMLInputElement>("lock").checked = isLocked;
+    element<HTMLInputElement>("lock").checked = isLocked;
     this.say(isLocked ? "Strokes paint unlabeled cells only." : "Strokes paint all cells.");
   }
 

@@ -3,7 +3,7 @@
 import { NONE } from "../../shared/shape";
 import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../../shared/vectors";
 import { MARK_CURSOR } from "../view/celltable";
-import type { Desk } from "../workbench";
+import type { Workbench } from "../workbench";
 import type { Mesh } from "../data/mesh";
 import { putCircle } from "../view/picker";
 
@@ -17,24 +17,24 @@ const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
 export class CellCursor {
   cell = -1;
 
-  constructor(private readonly desk: Desk, private readonly ring: SVGCircleElement) {
-    desk.session.events.on("file", () => {
+  constructor(private readonly workbench: Workbench, private readonly ring: SVGCircleElement) {
+    workbench.session.events.on("file", () => {
       this.cell = -1;
       this.showRing();
     });
-    desk.events.on("selection", () => this.clear());
-    desk.drawing.afterDraw.push(() => this.showRing());
+    workbench.events.on("selection", () => this.clear());
+    workbench.drawing.afterDraw.push(() => this.showRing());
   }
 
   private get mesh(): Mesh {
-    return this.desk.session.mesh;
+    return this.workbench.session.mesh;
   }
 
   clear(): void {
     if (this.cell < 0) return;
-    this.desk.drawing.cells.mark(Uint32Array.of(this.cell), MARK_CURSOR, false);
+    this.workbench.drawing.cells.mark(Uint32Array.of(this.cell), MARK_CURSOR, false);
     this.cell = -1;
-    this.desk.drawing.redraw();
+    this.workbench.drawing.redraw();
   }
 
   /**
@@ -42,24 +42,24 @@ export class CellCursor {
    * -1 for down. If the cursor is on no visible cell, it moves to a start cell.
    */
   move(x: number, y: number): void {
-    const isFirst = this.cell < 0 || this.desk.isHidden(this.cell);
+    const isFirst = this.cell < 0 || this.workbench.isHidden(this.cell);
     const next = isFirst ? this.start() : this.next(x, y);
     if (next >= 0) this.go(next, isFirst);
-    else this.desk.say(isFirst ? "No cell is visible." : `No ${this.mesh.oneCell} is in this direction.`);
+    else this.workbench.say(isFirst ? "No cell is visible." : `No ${this.mesh.oneCell} is in this direction.`);
   }
 
   private go(cell: number, isFirst: boolean): void {
-    const { desk } = this;
+    const { workbench } = this;
     this.clear();
     this.cell = cell;
-    desk.takeFocus();
-    desk.hover(-1);
-    desk.drawing.cells.mark(Uint32Array.of(cell), MARK_CURSOR, true);
-    desk.drawing.redraw();
+    workbench.takeFocus();
+    workbench.hover(-1);
+    workbench.drawing.cells.mark(Uint32Array.of(cell), MARK_CURSOR, true);
+    workbench.drawing.redraw();
     if (isFirst || !this.isWellSeen(cell)) this.fly(cell);
-    const region = desk.regionOf(cell);
+    const region = workbench.regionOf(cell);
     const where = region < 0 ? "in no region" : `region ${region}`;
-    desk.say(`${this.name}: ${where}, ${desk.paintName(desk.session.paints.of[cell])}.`);
+    workbench.say(`${this.name}: ${where}, ${workbench.paintName(workbench.session.paints.of[cell])}.`);
   }
 
   private get name(): string {
@@ -68,13 +68,16 @@ export class CellCursor {
 
   /** Give the cell at the cursor the class and object encoded by `paint`; 0 removes class and object. */
   paint(paint: number): void {
-    this.desk.session.paint(Uint32Array.of(this.cell), paint);
-    this.desk.sayPainted(this.name, paint);
+    this.workbench.session.paint(Uint32Array.of(this.cell), paint);
+    this.workbench.sayPainted(this.name, paint);
   }
 
-  /** A cell in the middle of the region selected by keyboard or, if there is none, of the canvas. */
+  /**
+   * The cell at which the cell cursor starts: the cell in the middle of the region selected by keyboard. If
+   * no region is selected, the visible cell nearest to the middle of the canvas.
+   */
   private start(): number {
-    const { cursor, session, drawing } = this.desk;
+    const { cursor, session, drawing } = this.workbench;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
     const seen = drawing.cellsSeen();
     let best = -1;
@@ -90,7 +93,7 @@ export class CellCursor {
   }
 
   private middleCell(cells: Uint32Array): number {
-    const shown = [...cells].filter((cell) => this.mesh.middleOf(cell) && !this.desk.isHidden(cell));
+    const shown = [...cells].filter((cell) => this.mesh.middleOf(cell) && !this.workbench.isHidden(cell));
     const middles = shown.map((cell) => this.mesh.middleOf(cell)!);
     const middle = middles.reduce((sum, at) => plus(sum, at, 1 / shown.length), [0, 0, 0]);
     const off = middles.map((at) => lengthOf(minus(at, middle)));
@@ -99,15 +102,15 @@ export class CellCursor {
   }
 
   private next(x: number, y: number): number {
-    const { mesh, desk } = this;
-    const [right, up] = desk.drawing.camera.directions();
+    const { mesh, workbench } = this;
+    const [right, up] = workbench.drawing.camera.directions();
     const way = plus(scaled(right, x), up, y);
     const from = mesh.middleOf(this.cell)!;
     let best = -1;
     let most = 0;
-    for (const cell of desk.picker.surroundings.around(this.cell)) {
+    for (const cell of workbench.picker.surroundings.around(this.cell)) {
       const middle = mesh.middleOf(cell);
-      if (cell === this.cell || desk.isHidden(cell) || !middle) continue;
+      if (cell === this.cell || workbench.isHidden(cell) || !middle) continue;
       const step = minus(middle, from);
       const distance = lengthOf(step);
       const cosine = distance > 0 ? dot(step, way) / distance : 0;
@@ -118,7 +121,7 @@ export class CellCursor {
   }
 
   private isWellSeen(cell: number): boolean {
-    const { drawing, picker } = this.desk;
+    const { drawing, picker } = this.workbench;
     const place = picker.placeOf(cell);
     if (!place) return false;
     const { clientWidth, clientHeight } = drawing.canvas;
@@ -129,7 +132,7 @@ export class CellCursor {
 
   private isFacing(cell: number): boolean {
     const normal = normalized(this.mesh.normalOf(cell));
-    const toward = this.desk.drawing.camera.directions()[2];
+    const toward = this.workbench.drawing.camera.directions()[2];
     return lengthOf(normal) === 0 || dot(normal, toward) > LEAST_FACING;
   }
 
@@ -139,7 +142,7 @@ export class CellCursor {
     const middle = mesh.middleOf(cell)!;
     const corners = mesh.cornersOf(cell);
     const radius = corners ? lengthOf(minus(corners[0], middle)) : mesh.shape.facts.point_size;
-    const { drawing, picker } = this.desk;
+    const { drawing, picker } = this.workbench;
     const place = picker.placeOf(cell);
     const isShown = place !== null && this.isFacing(cell) && picker.cellAt(place) === cell;
     const normal: Vector = isShown ? [0, 0, 0] : mesh.normalOf(cell);
@@ -147,6 +150,6 @@ export class CellCursor {
   }
 
   private showRing(): void {
-    putCircle(this.ring, this.cell < 0 ? null : this.desk.picker.placeOf(this.cell));
+    putCircle(this.ring, this.cell < 0 ? null : this.workbench.picker.placeOf(this.cell));
   }
 }

@@ -1,9 +1,9 @@
 // The clip box: only the part of the mesh inside the box is drawn. Handles and keys move its sides.
 
-import { onClick, part } from "../../shared/dom";
+import { element, onClick } from "../../shared/dom";
 import { placeOf } from "../../shared/picking";
 import type { Vector } from "../../shared/vectors";
-import type { Desk } from "../workbench";
+import type { Workbench } from "../workbench";
 import type { Box } from "../view/drawing";
 import { putCircle } from "../view/picker";
 
@@ -25,8 +25,8 @@ export class ClipBox {
   private hasHandles = false;
   private readonly handles: SVGCircleElement[] = [];
 
-  constructor(private readonly desk: Desk) {
-    const { drawing, session } = desk;
+  constructor(private readonly workbench: Workbench) {
+    const { drawing, session } = workbench;
     session.events.on("file", (mesh) => {
       this.whole = mesh.bounds;
       drawing.clip = null;
@@ -38,12 +38,12 @@ export class ClipBox {
   }
 
   private get box(): Box {
-    const { clip } = this.desk.drawing;
+    const { clip } = this.workbench.drawing;
     return clip ?? { low: [...this.whole.low], high: [...this.whole.high] };
   }
 
   private addHandle(face: Face): void {
-    const svg = part("overlay").namespaceURI;
+    const svg = element("overlay").namespaceURI;
     const handle = document.createElementNS(svg, "circle") as SVGCircleElement;
     handle.setAttribute("r", "9");
     handle.classList.add("handle", NAMES[face.axis]);
@@ -57,7 +57,7 @@ export class ClipBox {
       if (handle.hasPointerCapture(event.pointerId)) this.drag(face, event);
     });
     this.handles.push(handle);
-    part("overlay").append(handle);
+    element("overlay").append(handle);
   }
 
   /** Show or remove the clip box and its handles. */
@@ -65,7 +65,7 @@ export class ClipBox {
     this.hasHandles = !this.hasHandles;
     this.set(this.hasHandles ? this.box : null);
     const told = this.hasHandles ? "Drag the round handles to cut. The keys , and . move the last side; C removes the box." : "The clip box is removed.";
-    this.desk.say(told);
+    this.workbench.say(told);
   }
 
   /**
@@ -85,12 +85,12 @@ export class ClipBox {
     this.hasHandles = isCut;
     this.set(isCut ? box : null);
     const name = NAMES[axis];
-    this.desk.say(isHigh ? `The section along ${name} is removed.` : `Section along ${name}. The keys , and . move it.`);
+    this.workbench.say(isHigh ? `The section along ${name} is removed.` : `Section along ${name}. The keys , and . move it.`);
   }
 
   /** Move the side that was moved last by a number of steps along its axis. */
   nudge(steps: number): void {
-    if (!this.desk.drawing.clip) return this.desk.say("There is no section to move. Shift+X, Shift+Y and Shift+Z cut the mesh; C shows a clip box.");
+    if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Shift+X, Shift+Y and Shift+Z cut the mesh; C shows a clip box.");
     const { axis, side } = this.last;
     this.move(this.last, this.box[side][axis] + steps * STEP * this.extent(axis));
   }
@@ -110,9 +110,9 @@ export class ClipBox {
   }
 
   private set(box: Box | null): void {
-    const { drawing } = this.desk;
+    const { drawing } = this.workbench;
     drawing.clip = box;
-    part("clip").ariaPressed = String(this.hasHandles);
+    element("clip").ariaPressed = String(this.hasHandles);
     drawing.changeView();
     this.showHandles();
   }
@@ -126,13 +126,13 @@ export class ClipBox {
 
   private showHandles(): void {
     this.handles.forEach((handle, i) => {
-      putCircle(handle, this.hasHandles ? this.desk.picker.placeIn(this.middleOf(FACES[i])) : null);
+      putCircle(handle, this.hasHandles ? this.workbench.picker.placeIn(this.middleOf(FACES[i])) : null);
     });
   }
 
   /** Move a side along its axis, so that its handle comes as close to the pointer as possible. */
   private drag(face: Face, event: PointerEvent): void {
-    const { drawing, picker } = this.desk;
+    const { drawing, picker } = this.workbench;
     const from = this.middleOf(face);
     const to: Vector = [...from];
     const unit = 0.01 * this.extent(face.axis);

@@ -1,6 +1,6 @@
 // Keyboard commands. The table of keys is also the content of the help dialog.
 
-import type { Desk } from "../workbench";
+import type { Workbench } from "../workbench";
 import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
 import type { Comparison } from "../panels/comparison";
@@ -8,7 +8,7 @@ import type { Suggestions } from "../panels/suggestions";
 import { savedText } from "../panels/notices";
 import { SCHEMES } from "./pointer";
 import type { Views } from "../panels/views";
-import { make, onClick, part } from "../../shared/dom";
+import { element, make, onClick } from "../../shared/dom";
 
 interface Key {
   names: string[]; // names of keys, as returned by `nameOf`
@@ -37,12 +37,12 @@ interface Parts {
 export class Keys {
   private readonly groups: Record<string, Key[]>;
   private readonly table = new Map<string, Key>();
-  private readonly help = part<HTMLDialogElement>("help");
-  private readonly scheme = part<HTMLSelectElement>("scheme");
+  private readonly help = element<HTMLDialogElement>("help");
+  private readonly scheme = element<HTMLSelectElement>("scheme");
 
   private readonly modes: Modes;
 
-  constructor(private readonly desk: Desk, { modes, views, clip, comparison, suggestions, goToFile }: Parts) {
+  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, suggestions, goToFile }: Parts) {
     this.modes = modes;
     this.groups = {
       Labeling: this.labeling(),
@@ -74,35 +74,35 @@ export class Keys {
     }
     onClick("help-button", () => this.openHelp());
     window.addEventListener("keydown", (event) => this.pressed(event));
-    returnFocus(desk.drawing.canvas);
+    returnFocus(workbench.drawing.canvas);
   }
 
   private labeling(): Key[] {
-    const { desk, modes } = this;
+    const { workbench, modes } = this;
     return [
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
-      { names: ["0"], what: "choose no class, so that strokes erase", run: () => desk.choose(0) },
+      { names: ["0"], what: "choose no class, so that strokes erase", run: () => workbench.choose(0) },
       { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
       { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
-      { names: ["f"], paints: true, what: "also paint similar unlabeled regions", run: () => void desk.fillSimilar() },
-      { names: ["Ctrl+z"], what: "undo", run: () => void desk.session.undo() },
-      { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void desk.session.redo() },
+      { names: ["f"], paints: true, what: "also paint similar unlabeled regions", run: () => void workbench.fillSimilar() },
+      { names: ["Ctrl+z"], what: "undo", run: () => void workbench.session.undo() },
+      { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void workbench.session.redo() },
     ];
   }
 
   private objects(): Key[] {
-    const { desk } = this;
+    const { workbench } = this;
     return [
-      { names: ["o"], what: "new object of the chosen class", run: () => desk.newObject() },
-      { names: ["m"], what: "merge the object under the pointer into the chosen object", run: () => desk.mergeObject(desk.hoveredPaint) },
-      { names: ["Shift+o"], what: "show only the object under the pointer", run: () => desk.isolatePaint(desk.hoveredPaint || desk.currentPaint) },
-      { names: ["k"], what: "paint only unlabeled cells; again: paint all cells", run: () => desk.lock() },
+      { names: ["o"], what: "new object of the chosen class", run: () => workbench.newObject() },
+      { names: ["m"], what: "merge the object under the pointer into the chosen object", run: () => workbench.mergeObject(workbench.hoveredPaint) },
+      { names: ["Shift+o"], what: "show only the object under the pointer", run: () => workbench.isolatePaint(workbench.hoveredPaint || workbench.currentPaint) },
+      { names: ["k"], what: "paint only unlabeled cells; again: paint all cells", run: () => workbench.lock() },
     ];
   }
 
   private saySaved(): void {
-    const { session } = this.desk;
-    this.desk.say(`${savedText(session)}, in ${session.state.work}. Each stroke is saved immediately.`);
+    const { session } = this.workbench;
+    this.workbench.say(`${savedText(session)}, in ${session.state.work}. Each stroke is saved immediately.`);
   }
 
   private sections(clip: ClipBox): Key[] {
@@ -123,25 +123,25 @@ export class Keys {
       shown: key === "1" ? "1 … 9" : "",
       what: "choose a class",
       run: () => {
-        const entry = this.desk.session.state.classes.find((one) => one.key === key);
-        if (!entry) return this.desk.say(`No class has the key ${key}.`);
-        this.desk.choose(entry.id);
-        this.desk.say(`${this.desk.paintName(this.desk.currentPaint)} is chosen.`);
+        const entry = this.workbench.session.state.classes.find((one) => one.key === key);
+        if (!entry) return this.workbench.say(`No class has the key ${key}.`);
+        this.workbench.choose(entry.id);
+        this.workbench.say(`${this.workbench.paintName(this.workbench.currentPaint)} is chosen.`);
       },
     };
   }
 
   private regions(): Key[] {
-    const { desk, modes } = this;
+    const { workbench, modes } = this;
     return [
-      { names: ["n"], what: "next region", run: () => desk.moveCursor(1) },
-      { names: ["p"], what: "previous region", run: () => desk.moveCursor(-1) },
-      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => desk.showLargestBare() },
+      { names: ["n"], what: "next region", run: () => workbench.moveCursor(1) },
+      { names: ["p"], what: "previous region", run: () => workbench.moveCursor(-1) },
+      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => workbench.showLargestBare() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
-      { names: ["h"], what: "hide the region", run: () => desk.hideActive() },
-      { names: ["Shift+h"], what: "hide all other regions", run: () => desk.isolateActive() },
-      { names: ["u", "Alt+h"], shown: "U", what: "show all cells", run: () => desk.showAll() },
+      { names: ["h"], what: "hide the region", run: () => workbench.hideActive() },
+      { names: ["Shift+h"], what: "hide all other regions", run: () => workbench.isolateActive() },
+      { names: ["u", "Alt+h"], shown: "U", what: "show all cells", run: () => workbench.showAll() },
     ];
   }
 
@@ -159,7 +159,7 @@ export class Keys {
 
   private view(views: Views): Key[] {
     const { modes } = this;
-    const { camera } = this.desk.drawing;
+    const { camera } = this.workbench.drawing;
     const arrows = (prefix: string, what: string, go: (x: number, y: number) => void): Key[] =>
       ARROWS.map(([name, x, y], i) => ({
         names: [`${prefix}Arrow${name}`], shown: i ? "" : `${prefix}Arrows`, what, onCanvas: true, run: () => go(x, y),
@@ -174,22 +174,22 @@ export class Keys {
   }
 
   private textureKey(comparison: Comparison): Key {
-    const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.desk.drawing.blend.toggle());
+    const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.workbench.drawing.blend.toggle());
     return { names: ["t"], what: "show only the texture; again: hide the texture", run };
   }
 
   private leave(): void {
     this.modes.choose("paint");
-    this.desk.clearSelection();
+    this.workbench.clearSelection();
   }
 
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
-    if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
+    if (this.help.open || !this.workbench.session.paints || target.closest(FIELDS)) return;
     const isBlender = this.scheme.value === "blender";
     if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // these keys must not choose classes, because they change the view in Blender
     const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
-    if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
+    if (!key || (key.onCanvas && target !== this.workbench.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
     if (key.paints && !this.isOnMesh(event)) return this.refuse(event);
     event.preventDefault();
@@ -198,13 +198,13 @@ export class Keys {
 
   /** Whether the canvas has the focus or, for keys other than Enter, the pointer is over the mesh. */
   private isOnMesh({ target, key }: KeyboardEvent): boolean {
-    return target === this.desk.drawing.canvas || (key !== "Enter" && this.desk.hoveredCell >= 0);
+    return target === this.workbench.drawing.canvas || (key !== "Enter" && this.workbench.hoveredCell >= 0);
   }
 
   /** Explain why a key did not paint. Enter on a button or link activates that element, so nothing is said. */
   private refuse({ target, key }: KeyboardEvent): void {
     if (key === "Enter" && (target as Element).matches("a, button")) return;
-    this.desk.say("Nothing was painted: click on the mesh or press N first.");
+    this.workbench.say("Nothing was painted: click on the mesh or press N first.");
   }
 
   private openHelp(): void {
@@ -219,7 +219,7 @@ export class Keys {
       make("h3", {}, titles[i]),
       make("dl", {}, ...list.flatMap(([how, what]) => [make("dt", {}, make("kbd", {}, how)), make("dd", {}, what)])),
     ));
-    part("help-keys").replaceChildren(...sections);
+    element("help-keys").replaceChildren(...sections);
     this.help.showModal();
   }
 }

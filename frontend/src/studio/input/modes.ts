@@ -2,9 +2,9 @@
 
 import { CellCursor } from "./cellcursor";
 import { cssColor, parseColor, variant } from "../data/colors";
-import type { Desk } from "../workbench";
+import type { Workbench } from "../workbench";
 import { classOf, objectOf } from "../data/labeling";
-import { button, part } from "../../shared/dom";
+import { button, element } from "../../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
 type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
@@ -22,22 +22,22 @@ export class Modes {
   private readonly buttons = new Map<ModeName, HTMLButtonElement>();
   current: ModeName = "paint";
 
-  constructor(private readonly desk: Desk) {
-    const line = part<SVGPolygonElement>("lasso-line");
-    this.cellCursor = new CellCursor(desk, part<SVGCircleElement>("cell-ring"));
+  constructor(private readonly workbench: Workbench) {
+    const line = element<SVGPolygonElement>("lasso-line");
+    this.cellCursor = new CellCursor(workbench, element<SVGCircleElement>("cell-ring"));
     this.tools = {
-      paint: new RegionBrush(desk),
-      brush: new CellBrush(desk, part<SVGCircleElement>("brush-circle"), this.cellCursor),
-      lasso: new Lasso(desk, line, false),
-      "lasso-cells": new Lasso(desk, line, true),
-      split: new Splitter(desk),
+      paint: new RegionBrush(workbench),
+      brush: new CellBrush(workbench, element<SVGCircleElement>("brush-circle"), this.cellCursor),
+      lasso: new Lasso(workbench, line, false),
+      "lasso-cells": new Lasso(workbench, line, true),
+      split: new Splitter(workbench),
     };
     for (const [name, text, tip] of BUTTONS) this.buttons.set(name, button(text, tip, () => this.choose(name)));
-    part("modes").append(...this.buttons.values());
-    desk.events.on("paint", () => this.showPaint());
-    desk.session.events.on("state", () => this.showPaint());
-    desk.session.events.on("file", () => this.choose("paint"));
-    desk.session.events.on("suggestions", () => this.show());
+    element("modes").append(...this.buttons.values());
+    workbench.events.on("paint", () => this.showPaint());
+    workbench.session.events.on("state", () => this.showPaint());
+    workbench.session.events.on("file", () => this.choose("paint"));
+    workbench.session.events.on("suggestions", () => this.show());
     this.show();
   }
 
@@ -46,9 +46,9 @@ export class Modes {
   }
 
   choose(name: ModeName): void {
-    if (this.desk.session.mesh) this.tool.leave();
+    if (this.workbench.session.mesh) this.tool.leave();
     this.current = name;
-    if (this.desk.session.mesh) this.tool.enter();
+    if (this.workbench.session.mesh) this.tool.enter();
     this.show();
   }
 
@@ -58,19 +58,19 @@ export class Modes {
   }
 
   private show(): void {
-    part("mode").textContent = this.tool.name;
-    const nSuggested = this.desk.session.suggested.entries.length;
+    element("mode").textContent = this.tool.name;
+    const nSuggested = this.workbench.session.suggested.entries.length;
     const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
-    part("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
+    element("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
     for (const [name, one] of this.buttons) one.ariaPressed = String(name === shown);
   }
 
   private showPaint(): void {
-    const { currentPaint, session } = this.desk;
+    const { currentPaint, session } = this.workbench;
     const entry = session.state.classes.find(({ id }) => id === classOf(currentPaint));
-    const [swatch, name] = part("brush-class").children as unknown as HTMLElement[];
+    const [swatch, name] = element("brush-class").children as unknown as HTMLElement[];
     swatch.style.background = entry ? cssColor(variant(parseColor(entry.color), objectOf(currentPaint))) : "none";
-    name.textContent = entry ? this.desk.paintName(currentPaint) : "No class (erases)";
+    name.textContent = entry ? this.workbench.paintName(currentPaint) : "No class (erases)";
   }
 }

@@ -1,10 +1,10 @@
 // Mouse, pen and touch input on the canvas. A scheme assigns an action to each mouse button; the wheel zooms.
 
-import type { Desk } from "../workbench";
+import type { Workbench } from "../workbench";
 import type { Modes } from "./modes";
 import { classOf, objectOf } from "../data/labeling";
 import { remember, remembered } from "../session/remembered";
-import { part, percent } from "../../shared/dom";
+import { element, percent } from "../../shared/dom";
 import { type Place, placeOf, putTip, zoomByWheel } from "../../shared/picking";
 
 type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
@@ -72,12 +72,12 @@ export class Pointer {
   private started: Place | null = null; // start of a touch that has not moved far enough to paint; null if there is none
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
-  private readonly tip = part("tip");
+  private readonly tip = element("tip");
   private waiting: PointerEvent | null = null;
   private scheme = SCHEMES.studio;
 
-  constructor(private readonly desk: Desk, private readonly modes: Modes) {
-    this.canvas = desk.drawing.canvas;
+  constructor(private readonly workbench: Workbench, private readonly modes: Modes) {
+    this.canvas = workbench.drawing.canvas;
     const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
@@ -87,28 +87,28 @@ export class Pointer {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("auxclick", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
-    desk.events.on("hover", (cell) => this.showTip(cell));
-    this.watchScheme(part<HTMLSelectElement>("scheme"));
+    workbench.events.on("hover", (cell) => this.showTip(cell));
+    this.watchScheme(element<HTMLSelectElement>("scheme"));
   }
 
   private watchScheme(list: HTMLSelectElement): void {
     for (const [id, { name }] of Object.entries(SCHEMES)) list.add(new Option(name, id));
     const choose = (): void => {
       this.scheme = SCHEMES[list.value];
-      part("turning").textContent = this.scheme.hint;
+      element("turning").textContent = this.scheme.hint;
     };
     const kept = remembered(SCHEME_KEY) ?? "studio";
     list.value = kept in SCHEMES ? kept : "studio";
     list.addEventListener("change", () => {
       remember(SCHEME_KEY, list.value);
       choose();
-      if (list.value === "blender") this.desk.say("Keys that differ from Blender: B brush, X split, L lasso.");
+      if (list.value === "blender") this.workbench.say("Keys that differ from Blender: B brush, X split, L lasso.");
     });
     choose();
   }
 
   private get isReady(): boolean {
-    return this.desk.session.paints !== undefined && this.desk.session.regions !== undefined;
+    return this.workbench.session.paints !== undefined && this.workbench.session.regions !== undefined;
   }
 
   private down(event: PointerEvent): void {
@@ -122,7 +122,7 @@ export class Pointer {
     this.drag = this.scheme.drag(event);
     if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
-    if (this.modes.tool.turnsBeside && this.desk.picker.cellAt(this.last) < 0) this.drag = "orbit";
+    if (this.modes.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
     else this.modes.tool.begin(this.last, event.shiftKey);
   }
@@ -134,12 +134,12 @@ export class Pointer {
   }
 
   private pickPaint(): void {
-    const { desk } = this;
-    const cell = desk.picker.cellAt(this.last);
+    const { workbench } = this;
+    const cell = workbench.picker.cellAt(this.last);
     if (cell < 0) return;
-    const paint = desk.session.paints.of[cell];
-    desk.choose(classOf(paint), objectOf(paint));
-    desk.say(paint ? `${desk.paintName(paint)} is chosen.` : "The cell has no class, so strokes now erase.");
+    const paint = workbench.session.paints.of[cell];
+    workbench.choose(classOf(paint), objectOf(paint));
+    workbench.say(paint ? `${workbench.paintName(paint)} is chosen.` : "The cell has no class, so strokes now erase.");
   }
 
   /** Pointer events can arrive faster than frames; only the latest event before each frame is processed. */
@@ -159,7 +159,7 @@ export class Pointer {
     fingers.set(event.pointerId, place);
     const height = canvas.clientHeight * fingers.size;
     const [x, y] = [(place.x - before.x) / height, (place.y - before.y) / height];
-    const { camera } = this.desk.drawing;
+    const { camera } = this.workbench.drawing;
     if (fingers.size > 2) return camera.pan(x, y);
     const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
     if (!other) return;
@@ -181,12 +181,12 @@ export class Pointer {
     const height = this.canvas.clientHeight;
     this.last = place;
     this.moveCircle(place);
-    const { camera } = this.desk.drawing;
+    const { camera } = this.workbench.drawing;
     if (this.drag === "orbit") camera.orbit((4 * dx) / height, (4 * dy) / height);
     else if (this.drag === "pan") camera.pan(dx / height, dy / height);
     else if (this.drag === "zoom") camera.zoomBy(Math.exp((-4 * dy) / height));
     else if (this.drag === "tool") this.modes.tool.move(place);
-    else this.desk.hover(this.desk.picker.cellAt(place));
+    else this.workbench.hover(this.workbench.picker.cellAt(place));
   }
 
   /** Start the stroke of a single finger at the position where the touch began. */
@@ -196,7 +196,7 @@ export class Pointer {
   }
 
   private moveCircle({ x, y }: Place): void {
-    const circle = part<SVGCircleElement>("brush-circle");
+    const circle = element<SVGCircleElement>("brush-circle");
     circle.setAttribute("cx", String(x));
     circle.setAttribute("cy", String(y));
   }
@@ -212,18 +212,18 @@ export class Pointer {
 
   private left(): void {
     this.waiting = null;
-    if (!this.drag && this.isReady) this.desk.hover(-1);
+    if (!this.drag && this.isReady) this.workbench.hover(-1);
   }
 
   private wheel(event: WheelEvent): void {
-    if (this.isReady) zoomByWheel(this.canvas, this.desk.drawing.camera, event);
+    if (this.isReady) zoomByWheel(this.canvas, this.workbench.drawing.camera, event);
   }
 
   private showTip(cell: number): void {
     this.tip.hidden = cell < 0 || this.drag === "orbit";
     if (cell < 0) return;
-    const { regions, paints, mesh, suggested } = this.desk.session;
-    const region = this.desk.regionOf(cell);
+    const { regions, paints, mesh, suggested } = this.workbench.session;
+    const region = this.workbench.regionOf(cell);
     const paint = paints.of[cell];
     const lines = [region < 0 ? "No region" : `Region ${region}`];
     if (region >= 0) {
@@ -231,11 +231,11 @@ export class Pointer {
       lines.push(`${percent(regions.areas[region] / paints.totalArea)} of the ${mesh.measure}`);
       lines.push(`${count} ${mesh.cellName}`);
     }
-    const name = this.desk.paintName(paint);
-    const kind = this.desk.className(classOf(paint));
+    const name = this.workbench.paintName(paint);
+    const kind = this.workbench.className(classOf(paint));
     lines.push(!paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name);
     const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
-    if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.desk.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
+    if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
     this.tip.textContent = lines.join("\n");
     putTip(this.tip, this.canvas, this.last);
   }

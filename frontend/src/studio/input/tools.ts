@@ -6,17 +6,17 @@ import { NONE } from "../../shared/shape";
 import { lengthOf, minus } from "../../shared/vectors";
 import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "../view/celltable";
-import type { Desk } from "../workbench";
+import type { Workbench } from "../workbench";
 import { addTo } from "../data/labeling";
 import { placesBetween } from "../view/picker";
-import { newStroke } from "../session/saver";
+import { newStrokeId } from "../session/saver";
 
 export abstract class Tool {
   abstract readonly name: string;
   abstract readonly hint: string;
   readonly turnsBeside: boolean = true; // whether a drag that begins outside the mesh turns the view
 
-  constructor(protected readonly desk: Desk) {}
+  constructor(protected readonly workbench: Workbench) {}
 
   /** Begin a stroke. If Shift is held, `isOther` is true: the stroke erases or, in split mode, is blue. */
   abstract begin(place: Place, isOther: boolean): void;
@@ -25,25 +25,28 @@ export abstract class Tool {
   enter(): void {}
   leave(): void {}
 
-  /** Called when Enter is pressed. */
+  /** Handle the Enter key. By default, paint the selected regions with the current class and object. */
   confirm(): void {
-    this.desk.paintActive(this.desk.currentPaint);
+    this.workbench.paintActive(this.workbench.currentPaint);
   }
 
-  /** Called when Delete is pressed. */
+  /** Handle the Delete key. By default, remove class and object of the selected regions. */
   erase(): void {
-    this.desk.paintActive(0);
+    this.workbench.paintActive(0);
   }
 
-  /** Called when an arrow key is pressed: x is 1 for right and -1 for left, y is 1 for up and -1 for down. */
+  /**
+   * Handle an arrow key. By default, turn the view. x is 1 for right and -1 for left, and y is 1 for up and
+   * -1 for down.
+   */
   arrow(x: number, y: number): void {
-    this.desk.drawing.camera.orbit(TURN * x, -TURN * y);
+    this.workbench.drawing.camera.orbit(TURN * x, -TURN * y);
   }
 
-  /** Called when + (`isUp`) or - is pressed. */
+  /** Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions, or remove their outer ring. */
   resize(isUp: boolean): void {
-    if (isUp) this.desk.grow();
-    else this.desk.shrink();
+    if (isUp) this.workbench.grow();
+    else this.workbench.shrink();
   }
 }
 
@@ -53,7 +56,7 @@ const STEP = 6; // distance in pixels between the points of a stroke at which ce
 /** A tool that paints along strokes. `touched` contains the regions or cells that the current stroke has painted. */
 abstract class Brush extends Tool {
   protected paint = 0;
-  protected stroke = "";
+  protected strokeId = "";
   protected readonly touched = new Set<number>();
   protected readonly replaced = new Map<number, number>(); // number of repainted regions, indexed by the class and object that they lose
   private last: Place = { x: 0, y: 0 };
@@ -66,9 +69,9 @@ abstract class Brush extends Tool {
   protected abstract touch(place: Place): void;
 
   begin(place: Place, isOther: boolean): void {
-    this.paint = isOther ? 0 : this.desk.currentPaint;
+    this.paint = isOther ? 0 : this.workbench.currentPaint;
     this.last = place;
-    this.stroke = newStroke();
+    this.strokeId = newStrokeId();
     this.touched.clear();
     this.replaced.clear();
     this.touch(place);
@@ -86,22 +89,22 @@ export class RegionBrush extends Brush {
   readonly hint = "Drag paints · Shift removes · Ctrl-click picks class and object · O new object · ? help";
 
   protected touch(place: Place): void {
-    const { desk } = this;
-    const cell = desk.picker.cellAt(place);
-    const region = desk.regionOf(cell);
+    const { workbench } = this;
+    const cell = workbench.picker.cellAt(place);
+    const region = workbench.regionOf(cell);
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
-      desk.noteReplaced([region], this.paint, this.replaced);
-      desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
+      workbench.noteReplaced([region], this.paint, this.replaced);
+      workbench.session.paint(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
     }
-    desk.hover(cell);
+    workbench.hover(cell);
   }
 
   end(): void {
-    const { desk } = this;
+    const { workbench } = this;
     if (!this.touched.size) return;
-    desk.select(this.touched, true);
-    desk.sayPainted([...this.touched], this.paint, this.replaced);
+    workbench.select(this.touched, true);
+    workbench.sayPainted([...this.touched], this.paint, this.replaced);
   }
 }
 
@@ -112,8 +115,8 @@ export class CellBrush extends Brush {
     "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
   radius = 16;
 
-  constructor(desk: Desk, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor) {
-    super(desk);
+  constructor(workbench: Workbench, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor) {
+    super(workbench);
   }
 
   override enter(): void {
@@ -131,7 +134,7 @@ export class CellBrush extends Brush {
   }
 
   override confirm(): void {
-    this.paintChosen(this.desk.currentPaint);
+    this.paintChosen(this.workbench.currentPaint);
   }
 
   override erase(): void {
@@ -140,13 +143,13 @@ export class CellBrush extends Brush {
 
   private paintChosen(paint: number): void {
     if (this.cursor.cell >= 0) this.cursor.paint(paint);
-    else this.desk.paintActive(paint);
+    else this.workbench.paintActive(paint);
   }
 
   override resize(isUp: boolean): void {
     this.radius = Math.min(200, Math.max(2, this.radius * (isUp ? 1.25 : 0.8)));
     this.circle.setAttribute("r", String(this.radius));
-    this.desk.say(`Brush: ${Math.round(this.radius)} pixels.`);
+    this.workbench.say(`Brush: ${Math.round(this.radius)} pixels.`);
   }
 
   protected override get step(): number {
@@ -154,17 +157,17 @@ export class CellBrush extends Brush {
   }
 
   protected touch(place: Place): void {
-    const { desk } = this;
-    const around = desk.picker.cellsAround(place, this.radius);
+    const { workbench } = this;
+    const around = workbench.picker.cellsAround(place, this.radius);
     const fresh = around.filter((cell) => !this.touched.has(cell));
     for (const cell of fresh) this.touched.add(cell);
-    desk.session.paint(Uint32Array.from(fresh), this.paint, this.stroke);
+    workbench.session.paint(Uint32Array.from(fresh), this.paint, this.strokeId);
   }
 
   end(): void {
     if (!this.touched.size) return;
-    this.desk.select([], false);
-    this.desk.sayPainted(counted(this.touched.size, "cell"), this.paint);
+    this.workbench.select([], false);
+    this.workbench.sayPainted(counted(this.touched.size, "cell"), this.paint);
   }
 }
 
@@ -176,13 +179,13 @@ export class Lasso extends Tool {
   private places: Place[] = [];
   private paint = 0;
 
-  constructor(desk: Desk, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
-    super(desk);
+  constructor(workbench: Workbench, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
+    super(workbench);
     this.name = ofCells ? "Lasso (single cells)" : "Lasso (regions)";
   }
 
   begin(place: Place, isOther: boolean): void {
-    this.paint = isOther ? 0 : this.desk.currentPaint;
+    this.paint = isOther ? 0 : this.workbench.currentPaint;
     this.places = [place];
   }
 
@@ -207,14 +210,14 @@ export class Lasso extends Tool {
   private countInside(): Map<number, number> {
     const xs = this.places.map(({ x }) => x);
     const ys = this.places.map(({ y }) => y);
-    const { clientWidth, clientHeight } = this.desk.drawing.canvas;
+    const { clientWidth, clientHeight } = this.workbench.drawing.canvas;
     const left = Math.max(0, Math.min(...xs));
     const top = Math.max(0, Math.min(...ys));
     const right = Math.min(clientWidth, Math.max(...xs));
     const bottom = Math.min(clientHeight, Math.max(...ys));
     const counts = new Map<number, number>();
     if (right <= left || bottom <= top) return counts;
-    const seen = this.desk.drawing.cellsSeen(left, top, right - left, bottom - top);
+    const seen = this.workbench.drawing.cellsSeen(left, top, right - left, bottom - top);
     for (let row = 0; row < seen.height; row++) {
       const y = top + (seen.height - row - 0.5) / seen.scale;
       const crossings = crossingsOf(this.places, y);
@@ -231,24 +234,24 @@ export class Lasso extends Tool {
   }
 
   private paintCells(inside: Map<number, number>): void {
-    this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
-    this.desk.sayPainted(counted(inside.size, "cell"), this.paint);
+    this.workbench.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
+    this.workbench.sayPainted(counted(inside.size, "cell"), this.paint);
   }
 
   private paintRegions(inside: Map<number, number>): void {
-    const { desk } = this;
+    const { workbench } = this;
     const total = new Map<number, number>();
-    for (const cell of desk.drawing.cellsSeen().cells) {
-      if (cell !== NONE) addTo(total, desk.regionOf(cell), 1);
+    for (const cell of workbench.drawing.cellsSeen().cells) {
+      if (cell !== NONE) addTo(total, workbench.regionOf(cell), 1);
     }
     const enclosed = new Map<number, number>();
-    for (const [cell, count] of inside) addTo(enclosed, desk.regionOf(cell), count);
+    for (const [cell, count] of inside) addTo(enclosed, workbench.regionOf(cell), count);
     const isChosen = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
     const chosen = [...enclosed.keys()].filter(isChosen);
     const replaced = new Map<number, number>();
-    desk.noteReplaced(chosen, this.paint, replaced);
-    desk.paintRegions(chosen, this.paint);
-    desk.sayPainted(chosen, this.paint, replaced);
+    workbench.noteReplaced(chosen, this.paint, replaced);
+    workbench.paintRegions(chosen, this.paint);
+    workbench.sayPainted(chosen, this.paint, replaced);
   }
 }
 
@@ -286,16 +289,16 @@ export class Splitter extends Tool {
     this.red.clear();
     this.blue.clear();
     this.region = -1;
-    this.desk.drawing.cells.unmarkAll(MARK_RED | MARK_BLUE);
-    this.desk.drawing.redraw();
+    this.workbench.drawing.cells.unmarkAll(MARK_RED | MARK_BLUE);
+    this.workbench.drawing.redraw();
   }
 
   begin(place: Place, isOther: boolean): void {
     this.isBlue = isOther;
     this.last = place;
-    const region = this.desk.regionOf(this.desk.picker.cellAt(place));
+    const region = this.workbench.regionOf(this.workbench.picker.cellAt(place));
     if (region >= 0 && region !== this.region && !this.blue.size !== !this.red.size) {
-      this.desk.say("Both strokes must be in the same region.");
+      this.workbench.say("Both strokes must be in the same region.");
     }
     if (this.region < 0) this.region = region;
     this.touch(place);
@@ -307,41 +310,41 @@ export class Splitter extends Tool {
   }
 
   private touch(place: Place): void {
-    const cell = this.desk.picker.cellAt(place);
-    if (cell < 0 || this.desk.regionOf(cell) !== this.region) return;
+    const cell = this.workbench.picker.cellAt(place);
+    if (cell < 0 || this.workbench.regionOf(cell) !== this.region) return;
     const [into, from] = this.isBlue ? [this.blue, this.red] : [this.red, this.blue];
     if (from.has(cell)) return;
     into.add(cell);
     const bits = this.isBlue ? MARK_BLUE : MARK_RED;
-    this.desk.drawing.cells.mark(Uint32Array.of(cell), bits, true);
-    this.desk.drawing.redraw();
+    this.workbench.drawing.cells.mark(Uint32Array.of(cell), bits, true);
+    this.workbench.drawing.redraw();
   }
 
   end(): void {
-    if (this.red.size && this.blue.size) this.desk.say("Enter cuts between red and blue.");
-    else if (this.red.size) this.desk.say("Now draw a blue stroke with Shift-drag.");
+    if (this.red.size && this.blue.size) this.workbench.say("Enter cuts between red and blue.");
+    else if (this.red.size) this.workbench.say("Now draw a blue stroke with Shift-drag.");
   }
 
   override confirm(): void {
-    const { desk } = this;
-    if (!this.red.size && !this.blue.size) this.takeEnds(desk.activeRegion);
+    const { workbench } = this;
+    if (!this.red.size && !this.blue.size) this.takeEnds(workbench.activeRegion);
     if (!this.red.size || !this.blue.size) {
-      desk.say("A cut needs a red and a blue stroke in one region.");
+      workbench.say("A cut needs a red and a blue stroke in one region.");
       return;
     }
     const region = this.region;
     const [red, blue] = [[...this.red], [...this.blue]];
     this.clear();
-    void desk.session.split(region, red, blue).then((done) => {
-      if (done) desk.say(`Region ${region} is cut in two.`);
+    void workbench.session.split(region, red, blue).then((done) => {
+      if (done) workbench.say(`Region ${region} is cut in two.`);
     });
   }
 
   /** Use two distant cells of the region instead of strokes, for users without a mouse. */
   private takeEnds(region: number): void {
     if (region < 0) return;
-    const cells = this.desk.session.regions.cellsOf(region);
-    const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell));
+    const cells = this.workbench.session.regions.cellsOf(region);
+    const seen = cells.filter((cell) => this.workbench.session.mesh.middleOf(cell));
     const isInside = seen.length < 2; // no cell of the region can be seen, so any two cells are used
     const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
     const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
@@ -352,7 +355,7 @@ export class Splitter extends Tool {
   }
 
   private farthestFrom(cells: Uint32Array, start: number): number {
-    const { mesh } = this.desk.session;
+    const { mesh } = this.workbench.session;
     const from = mesh.middleOf(start);
     if (!from) return start;
     let best = start;

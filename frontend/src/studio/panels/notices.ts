@@ -1,37 +1,37 @@
 // Messages, errors, and a banner that is shown while the server does not respond.
 
-import { counted, part } from "../../shared/dom";
+import { counted, element } from "../../shared/dom";
 import type { Session } from "../session/session";
 
 export function showNotices(session: Session): void {
   const { events } = session;
-  const error = part("error");
+  const error = element("error");
   const [line, close] = error.children as unknown as HTMLElement[];
   close.addEventListener("click", () => {
     error.hidden = true;
-    part("canvas").focus();
+    element("canvas").focus();
   });
   events.on("error", (text) => {
     line.textContent = text;
     error.hidden = false;
   });
   events.on("message", (text) => {
-    part("status").textContent = text;
+    element("status").textContent = text;
     error.hidden = true;
   });
   events.on("online", (isOnline) => {
-    part("banner").hidden = isOnline;
+    element("banner").hidden = isOnline;
     showWaiting(session);
     if (isOnline) events.emit("message", "The server is back; everything is saved.");
   });
   events.on("state", () => {
     showWaiting(session);
-    part("saved").textContent = savedText(session);
+    element("saved").textContent = savedText(session);
   });
   events.on("file", (mesh) => {
-    part("file-name").textContent = session.state.input.name;
+    element("file-name").textContent = session.state.input.name;
     document.title = `${session.state.input.name} – Superfacets studio`;
-    part("file-facts").textContent = counted(mesh.nCells, mesh.oneCell, mesh.cellName);
+    element("file-facts").textContent = counted(mesh.nCells, mesh.oneCell, mesh.cellName);
     if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
   });
   window.addEventListener("beforeunload", (event) => {
@@ -48,5 +48,5 @@ export function savedText({ nWaiting, savedAt }: Session): string {
 function showWaiting({ online, nWaiting }: Session): void {
   if (online) return;
   const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved when it is back.` : "Everything is saved.";
-  part("banner").textContent = `The server does not answer. ${kept} You can continue to paint; other changes have to wait.`;
+  element("banner").textContent = `The server does not answer. ${kept} You can continue to paint; other changes have to wait.`;
 }

@@ -10,17 +10,17 @@ import { remember, remembered } from "./remembered";
 export interface Stroke {
   paint: number;
   cells: Uint32Array;
-  stroke: string; // id of the stroke; parts with the same id are undone together
+  strokeId: string; // parts with the same id are undone together
 }
 
 let nStrokes = 0;
 
 /** A unique id for a stroke. */
-export function newStroke(): string {
+export function newStrokeId(): string {
   return `${Date.now().toString(36)}-${nStrokes++}`;
 }
 
-type Kept = [paint: number, cells: string, stroke: string];
+type Kept = [paint: number, cells: string, strokeId: string];
 
 interface Listener {
   saved(reply: Progress): void;
@@ -75,9 +75,9 @@ export class Saver {
       const count = this.joinable();
       const parts = this.waiting.slice(0, count);
       try {
-        const { paint, stroke } = parts[0];
+        const { paint, strokeId } = parts[0];
         const cells = toBase64(joined(parts.map((part) => part.cells)));
-        const body = { class: classOf(paint), object: objectOf(paint), cells, stroke };
+        const body = { class: classOf(paint), object: objectOf(paint), cells, stroke: strokeId };
         const reply = await this.api.post<Progress>(`${this.path}/paint`, body);
         this.waiting.splice(0, count);
         this.listener.saved(reply);
@@ -106,12 +106,12 @@ export class Saver {
 
   /** Number of entries at the front of the queue that belong to the same stroke. */
   private joinable(): number {
-    const end = this.waiting.findIndex(({ stroke }) => stroke !== this.waiting[0].stroke);
+    const end = this.waiting.findIndex(({ strokeId }) => strokeId !== this.waiting[0].strokeId);
     return end < 0 ? this.waiting.length : end;
   }
 
   private keep(): void {
-    const entries = this.waiting.map(({ paint, cells, stroke }) => [paint, toBase64(cells), stroke]);
+    const entries = this.waiting.map(({ paint, cells, strokeId }) => [paint, toBase64(cells), strokeId]);
     const text = JSON.stringify(entries);
     if (text.length <= MAX_KEPT) remember(this.key, text);
   }
@@ -119,8 +119,8 @@ export class Saver {
   private kept(): Stroke[] {
     try {
       const entries = JSON.parse(remembered(this.key) ?? "[]") as Kept[];
-      return entries.map(([paint, cells, stroke]) => ({
-        paint, cells: new Uint32Array(fromBase64(cells).buffer), stroke,
+      return entries.map(([paint, cells, strokeId]) => ({
+        paint, cells: new Uint32Array(fromBase64(cells).buffer), strokeId,
       }));
     } catch {
       return [];

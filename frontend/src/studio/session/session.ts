@@ -9,13 +9,13 @@ import { Events } from "./events";
 import { Paints, Regions } from "../data/labeling";
 import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
-import { newStroke, Saver } from "./saver";
+import { newStrokeId, Saver } from "./saver";
 import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
 
 interface Kinds {
   file: Mesh;
   regions: Regions;
-  cells: Uint32Array | null; // cells whose class or object has changed; null if all cells may have changed
+  painted: Uint32Array | null; // cells whose class or object has changed; null if all cells may have changed
   classes: ClassEntry[];
   state: State;
   segmenting: SegmentLine | null; // progress of the running segmentation; null if none is running
@@ -149,7 +149,7 @@ export class Session {
     this.regions = regions;
     this.events.emit("file", mesh);
     this.events.emit("classes", state.classes);
-    this.events.emit("cells", null);
+    this.events.emit("painted", null);
     this.events.emit("regions", this.regions);
     this.take({});
     await this.loadSuggestions();
@@ -163,7 +163,7 @@ export class Session {
 
   private async loadPaint(): Promise<void> {
     this.takePaint(await this.api.buffer(`${this.path}/paint`));
-    this.events.emit("cells", null);
+    this.events.emit("painted", null);
   }
 
   private async fetchRegions(path: string, revision: number, mesh: Mesh): Promise<Regions> {
@@ -200,14 +200,14 @@ export class Session {
    * Give cells the class and object encoded by `paint`; 0 removes class and object. The change is shown
    * immediately and saved in the background.
    */
-  paint(cells: Uint32Array, paint: number, stroke = newStroke()): void {
+  paint(cells: Uint32Array, paint: number, strokeId = newStrokeId()): void {
     const { of } = this.paints;
     const isKept = (cell: number): boolean => this.isLocked && paint !== 0 && of[cell] !== 0;
     const changed = cells.filter((cell) => of[cell] !== paint && !isKept(cell));
     if (!changed.length) return;
     this.setPaint(changed, paint);
-    this.saver.add({ paint, cells: changed, stroke });
-    this.events.emit("cells", changed);
+    this.saver.add({ paint, cells: changed, strokeId });
+    this.events.emit("painted", changed);
     this.take({});
   }
 
@@ -247,10 +247,10 @@ export class Session {
     const cells = cellsIn(reply);
     const paint = new Uint32Array(fromBase64(codedPaint).buffer);
     cells.forEach((cell, i) => this.paints.set(cell, paint[i]));
-    this.events.emit("cells", cells);
+    this.events.emit("painted", cells);
     for (const stroke of this.saver.strokes) {
       this.setPaint(stroke.cells, stroke.paint);
-      this.events.emit("cells", stroke.cells);
+      this.events.emit("painted", stroke.cells);
     }
     if (kind !== "paint" && kind !== "settle") await this.reload();
     this.take(news);

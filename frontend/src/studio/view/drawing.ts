@@ -2,7 +2,7 @@
 
 import { Camera } from "../../shared/camera";
 import { Frame, Gpu, Program, Table } from "../../shared/gl";
-import { part } from "../../shared/dom";
+import { element } from "../../shared/dom";
 import { cellsIn } from "../../shared/picking";
 import { SURFACE } from "../../shared/shaders";
 import { NONE } from "../../shared/shape";
@@ -36,7 +36,7 @@ export class Drawing {
   readonly afterView: (() => void)[] = []; // callbacks that run after the view has stopped changing
   clip: Box | null = null; // box outside of which nothing is drawn; null for no clipping
   hidesBacks = false; // whether triangles seen from behind are hidden
-  readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
+  readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
   private readonly texture: TexturePaint;
   private readonly surface: Surface;
