@@ -158,7 +158,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
         ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
         ("segment", {"n_segments": 5000}, 400, "there are only 1152 cells"),
-        ("segment", {"level": 21}, 400, "level is 21 but there are only 20 regions"),
+        ("segment", {"level": 21}, 400, "level must be at most 20 because"),
         ("segment", {"beta": 1}, 400, "unknown parameter beta"),
         ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
         ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
