@@ -19,8 +19,8 @@ from playwright.sync_api import Page
 from shrink_images import IMAGES, read, save_page
 
 from superfacets import Mesh, write_mesh
-from superfacets.studio.classes import default_classes
-from superfacets.studio.document import Document
+from superfacets.studio.labels.classes import default_classes
+from superfacets.studio.work.document import Document
 
 SIZE = {"width": 1280, "height": 800}
 MODELS = ("125", "181", "281", "301", "397")
@@ -75,7 +75,7 @@ def lasso(page: Page, key: str, line: Line) -> None:
 def take(page: Page, path: Path) -> None:
     """Wait until smooth lines are drawn, and save a screenshot."""
     page.wait_for_timeout(1000)
-    page.evaluate("studio.desk.drawing.refine(true)")
+    page.evaluate("studio.workbench.drawing.refine(true)")
     page.screenshot(path=path, timeout=PATIENCE)
 
 

@@ -1,6 +1,7 @@
 """A folder is a layer: imports and includes point down the lists below, never up."""
 
 import ast
+import os
 import re
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src" / "superfacets"
 CORE = ROOT / "src" / "core"
+STUDIO_PAGE = ROOT / "frontend" / "src" / "studio"
 
 # Lowest first. A module belongs to the longest of these that it begins with; what is on one line
 # may import each other only within its own folder.
@@ -39,6 +41,11 @@ PYTHON_LAYERS = [
     "batches",
     "study",
     "studio",
+    "studio.labels",
+    "studio.regions",
+    "studio.work",
+    "studio.export",
+    "studio.web",
     "tiles",
     "__init__",
     "cli",
@@ -58,6 +65,9 @@ CORE_LAYERS = [
     "study",
     "bindings",
 ]
+
+# Folders and top-level files of `frontend/src/studio`.
+STUDIO_PAGE_LAYERS = ["data", "session", "view", "workbench", "panels", "input", "main"]
 
 
 def layer_of(module: str) -> str:
@@ -106,6 +116,7 @@ def resolve(parts: list[str]) -> str:
 
 MODULES = sorted(PACKAGE.rglob("*.py"))
 CORE_FILES = sorted(CORE.rglob("*.[ch]pp"))
+STUDIO_PAGE_FILES = sorted(STUDIO_PAGE.rglob("*.ts"))  # none in a source distribution
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
@@ -129,6 +140,20 @@ def test_includes_point_down(path):
         assert CORE_LAYERS.index(included.split("/")[0]) <= own, included
 
 
+@pytest.mark.parametrize(
+    "path", STUDIO_PAGE_FILES, ids=lambda path: str(path.relative_to(STUDIO_PAGE))
+)
+def test_imports_of_the_page_of_the_studio_point_down(path):
+    def layer(file: Path) -> int:
+        return STUDIO_PAGE_LAYERS.index(file.relative_to(STUDIO_PAGE).with_suffix("").parts[0])
+
+    for name in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8")):
+        target = Path(os.path.normpath(path.parent / f"{name}.ts"))
+        assert target.exists(), name
+        if target.is_relative_to(STUDIO_PAGE):  # otherwise, it is shared with other pages
+            assert layer(target) <= layer(path), name
+
+
 def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
     (tmp_path / "mesh").mkdir()
@@ -147,6 +172,16 @@ def test_an_include_against_the_order_is_found(tmp_path, monkeypatch):
     (tmp_path / "cells" / "arcs.hpp").write_text("")
     with pytest.raises(AssertionError, match=r"cells/arcs\.hpp"):
         test_includes_point_down(tmp_path / "mesh" / "wrong.cpp")
+
+
+def test_an_import_of_the_page_against_the_order_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr("test_layering.STUDIO_PAGE", tmp_path)
+    for folder in ("data", "session"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "data" / "wrong.ts").write_text('import { Api } from "../session/api";\n')
+    (tmp_path / "session" / "api.ts").write_text("")
+    with pytest.raises(AssertionError, match=r"session/api"):
+        test_imports_of_the_page_of_the_studio_point_down(tmp_path / "data" / "wrong.ts")
 
 
 def test_no_public_function_has_the_name_of_its_module():

@@ -28,7 +28,7 @@ def served(monkeypatch):
         calls.append((files, opened.getsockname()))
         on_start("http://127.0.0.1:1/?token=t")
 
-    monkeypatch.setattr("superfacets.studio.server.serve", serve)
+    monkeypatch.setattr("superfacets.studio.web.server.serve", serve)
     monkeypatch.setattr("webbrowser.open", lambda address: calls.append(seen(address)))
     yield calls
     for files, _ in calls[:1]:
@@ -70,13 +70,13 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
-    from superfacets.studio.address import open_socket
+    from superfacets.studio.web.address import open_socket
 
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(socket.socket, "bind", refuse, raising=False)
-    with pytest.raises(OSError, match="port 80: Permission denied"):
+    with pytest.raises(OSError, match=r"^cannot listen on port 80: Permission denied$"):
         open_socket(80)
 
 
@@ -100,7 +100,7 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
 
 
 def test_the_extra_is_asked_for(run, sheet, monkeypatch):
-    monkeypatch.setitem(sys.modules, "superfacets.studio.app", None)
+    monkeypatch.setitem(sys.modules, "superfacets.studio.web.app", None)
     monkeypatch.setattr("superfacets.cli.studio.find_spec", lambda _: None)
     status, _, err = run("studio", sheet)
     assert status == 1
@@ -116,7 +116,7 @@ def test_a_mesh_that_cannot_be_read_is_an_error(run, tmp_path, served):
 
 
 def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
-    from superfacets.studio.address import Address, address_file, keep, open_again
+    from superfacets.studio.web.address import Address, address_file, keep, open_again
 
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -138,7 +138,7 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
 
 
 def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served):
-    from superfacets.studio.document import Document
+    from superfacets.studio.work.document import Document
 
     document = Document.open(Path(sheet))
     document.paint(np.arange(document.n_cells, dtype=np.uint32), 1)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from superfacets.cells.sums import sums_by_label
-from superfacets.studio.classes import INSTANCES
+from superfacets.studio.labels.classes import INSTANCES
 
 N_OF_STROKE = 3
 """Cells that a stroke of a split goes over."""

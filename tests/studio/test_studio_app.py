@@ -15,11 +15,11 @@ from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 import superfacets
 from superfacets import PointCloud, PolygonMesh, write_mesh
 from superfacets.pictures.colors import PALETTE
-from superfacets.studio.revisions import MAX_KEPT
+from superfacets.studio.regions.revisions import MAX_KEPT
 
 
 def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_path):
-    from superfacets.studio import app
+    from superfacets.studio.web import app
 
     monkeypatch.setattr(app, "files", lambda _: tmp_path)
     answer = client.http.get("/")
@@ -158,7 +158,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
         ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
         ("segment", {"n_segments": 5000}, 400, "there are only 1152 cells"),
-        ("segment", {"level": 21}, 400, "level is 21 but there are only 20 regions"),
+        ("segment", {"level": 21}, 400, "level must be at most 20 because"),
         ("segment", {"beta": 1}, 400, "unknown parameter beta"),
         ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
         ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
@@ -246,7 +246,7 @@ def test_as_many_revisions_as_promised_are_kept(client):
 
 
 def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
-    from superfacets.studio import segmenting
+    from superfacets.studio.regions import segmenting
 
     document = client.document()
     parameters = document.state.partition.parameters
@@ -338,7 +338,7 @@ def test_a_changed_input_is_told(client, sheet):
 
 
 def test_errors_of_the_machine_are_one_line():
-    from superfacets.studio.replies import message_of
+    from superfacets.studio.web.messages import message_of
 
     assert message_of(MemoryError()) == "not enough memory"
     assert message_of(OSError(2, "No such file", "a.ply")) == "a.ply: No such file"
@@ -347,7 +347,7 @@ def test_errors_of_the_machine_are_one_line():
 
 def stand_in(monkeypatch, code):
     """Let thumbnails be drawn by this code, which finds the picture's path in sys.argv[2]."""
-    from superfacets.studio.thumbnails import Thumbnails
+    from superfacets.studio.web.thumbnails import Thumbnails
 
     calls = []
     run = Thumbnails._run
@@ -381,7 +381,7 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
 
 def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
     from superfacets.errors import RenderError
-    from superfacets.studio import thumbnails
+    from superfacets.studio.web import thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
     monkeypatch.setattr(thumbnails, "SECONDS", 0.5)
@@ -391,7 +391,7 @@ def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
 
 def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
     from superfacets.errors import RenderError
-    from superfacets.studio.thumbnails import Thumbnails
+    from superfacets.studio.web.thumbnails import Thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
     thumbnails = Thumbnails()
@@ -414,7 +414,7 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
         ensure_gl()
     except RenderError as error:
         pytest.skip(str(error))
-    from superfacets.studio.thumbnails import Thumbnails
+    from superfacets.studio.web.thumbnails import Thumbnails
 
     assert Thumbnails().png(sheet)[:4] == b"\x89PNG"
     sheet.write_text("no mesh")
@@ -424,7 +424,7 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
 
 def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):
     from superfacets.errors import RenderError
-    from superfacets.studio.thumbnails import Thumbnails
+    from superfacets.studio.web.thumbnails import Thumbnails
 
     (tmp_path / "superfacets.py").write_text("open('PWNED', 'w')")
     monkeypatch.chdir(tmp_path)

@@ -13,8 +13,8 @@ from textured_meshes import grid, save_png
 import superfacets
 from superfacets.io.readers.labels import read_labels
 from superfacets.regions.vertices import vertex_labels
-from superfacets.studio.exports import export, export_bytes
-from superfacets.studio.imports import read_import
+from superfacets.studio.export.write import export, export_bytes
+from superfacets.studio.labels.imports import read_import
 
 
 @pytest.fixture
@@ -231,7 +231,7 @@ def test_json_of_another_shape_is_one_line(name, data, message):
 @pytest.fixture
 def textured(tmp_path):
     """The work on a wall with an image, of which the left half has class 1."""
-    from superfacets.studio.document import Document
+    from superfacets.studio.work.document import Document
 
     mesh, pairs = grid(6, 6, 1, 1)
     save_png(tmp_path / "wall.png", np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3))

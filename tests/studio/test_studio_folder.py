@@ -12,15 +12,15 @@ import shapes
 from studio_client import encoded
 
 from superfacets import write_mesh
-from superfacets.studio.classes import (
+from superfacets.studio.labels.classes import (
     CLASSES_FILE,
     MAX_CLASS,
     checked_class_list,
     read_classes,
     with_missing,
 )
-from superfacets.studio.folder import MAX_OPEN, Files
-from superfacets.studio.journal import _coded
+from superfacets.studio.work.folder import MAX_OPEN, Files
+from superfacets.studio.work.journal import _coded
 
 
 @pytest.fixture

@@ -12,10 +12,11 @@ import pytest
 import superfacets
 from superfacets import write_mesh
 from superfacets.regions.vertices import vertex_labels
-from superfacets.studio.document import Document
-from superfacets.studio.exports import export, export_bytes
-from superfacets.studio.imports import read_import
-from superfacets.studio.journal import _coded
+from superfacets.studio.export.write import export, export_bytes
+from superfacets.studio.labels.coding import base64_of
+from superfacets.studio.labels.imports import read_import
+from superfacets.studio.work.document import Document
+from superfacets.studio.work.journal import _coded
 
 CLASSES = [
     {"id": 1, "name": "chair"},
@@ -81,7 +82,7 @@ def test_a_work_file_of_the_first_version_opens(document):
 def test_damaged_objects_in_a_work_file_are_told(document, entry, reason):
     line = {"seq": 1, "op": "paint", "cells": "", "class": 1, **entry, "done": 0.0}
     packed = zlib.compress(b"\x05", level=1)
-    line["cells"] = superfacets.studio.coding.base64_of(packed)
+    line["cells"] = base64_of(packed)
     document.close()
     with document.journal.path.open("ab") as file:
         file.write(_coded(line))
@@ -158,7 +159,7 @@ def test_wrong_requests_about_objects_say_what_is_wrong(client, name, body, mess
 
 
 def _coded_cells(numbers):
-    return superfacets.studio.coding.base64_of(np.array(numbers, np.uint32))
+    return base64_of(np.array(numbers, np.uint32))
 
 
 def test_a_review_is_marked_in_the_list_of_files(client):
@@ -238,7 +239,7 @@ def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
     assert np.array_equal(found, furnished.instances)
     before = furnished.state.paint.copy()
     furnished.paint(np.arange(furnished.n_cells, dtype=np.uint32), 0)
-    client.done("import", files=[{"name": name, "data": superfacets.studio.coding.base64_of(data)}])
+    client.done("import", files=[{"name": name, "data": base64_of(data)}])
     assert np.array_equal(furnished.state.paint, before)
     assert furnished.state.object_names == ({"class": 1, "object": 2, "name": "by the door"},)
     client.done("undo")
@@ -311,7 +312,7 @@ def test_each_group_of_scannet_is_an_object(client, sheet):
 
 def _file(name, content):
     data = json.dumps(content).encode()
-    return {"name": name, "data": superfacets.studio.coding.base64_of(data)}
+    return {"name": name, "data": base64_of(data)}
 
 
 @pytest.mark.parametrize(
@@ -456,7 +457,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
     document.paint(_range(110, 112), 1, objects=999)
     with pytest.raises(ValueError, match="a class of both works has 1000 objects or more"):
         document.compare("theirs", theirs.read_bytes())
-    monkeypatch.setattr("superfacets.studio.document.MAX_OBJECT", 9)
+    monkeypatch.setattr("superfacets.studio.work.document.MAX_OBJECT", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
     with pytest.raises(ValueError, match="41 pieces are too many: objects end at 9"):
         document.split_object(1, 1)

@@ -10,7 +10,7 @@ import superfacets
 from superfacets import PointCloud, crease_weights
 from superfacets._validate import checked_threads
 from superfacets.pipeline import Prepared
-from superfacets.studio.segmenting import (
+from superfacets.studio.regions.segmenting import (
     Cancelled,
     Segmenter,
     Turn,
@@ -88,7 +88,7 @@ def test_a_level_below_the_number_of_components_is_refused():
         np.concatenate([one.faces, one.faces + one.n_vertices]),
     )
     segmenter = Segmenter(apart)
-    with pytest.raises(ValueError, match="merging ends at 2 regions"):
+    with pytest.raises(ValueError, match="level must be at least 2 because"):
         segmenter.run({**default_parameters(64, 8), "level": 1})
     segmenter.close()
 
@@ -126,5 +126,5 @@ def test_prepared_points_take_weights_by_name_alone():
     prepared = Prepared.of(cloud, weld=True, n_threads=checked_threads(None))
     expected = superfacets.segment(cloud, 9).labels
     assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
-    with pytest.raises(ValueError, match="not in input order: give weights by name"):
+    with pytest.raises(ValueError, match="prepared cells are sorted"):
         superfacets.segment(prepared, 9, weights=[1.0])

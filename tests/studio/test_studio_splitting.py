@@ -6,7 +6,7 @@ import shapes
 
 from superfacets import Mesh
 from superfacets.cells.kinds import as_surface
-from superfacets.studio.splitting import split_cells
+from superfacets.studio.regions.splitting import split_cells
 
 
 def sheet(height, n=20):

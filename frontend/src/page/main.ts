@@ -1,7 +1,7 @@
 // Entry point of the self-contained HTML page that superfacets.view writes.
 
 import { decodeArrays, fromBase64 } from "../shared/arrays";
-import { part } from "../shared/dom";
+import { element } from "../shared/dom";
 import type { Facts } from "./content";
 import { Controls } from "./controls";
 import { Panel } from "./panel";
@@ -18,10 +18,10 @@ async function inflate(bytes: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
 }
 
 async function open(): Promise<Panel> {
-  const facts = JSON.parse(part("facts").textContent) as Facts;
-  const element = part("payload");
-  const buffer = await inflate(fromBase64(element.textContent.trim()));
-  element.remove(); // frees the memory of the base64 text
+  const facts = JSON.parse(element("facts").textContent) as Facts;
+  const payload = element("payload");
+  const buffer = await inflate(fromBase64(payload.textContent.trim()));
+  payload.remove(); // frees the memory of the base64 text
   const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
   new Controls(panel);
   await panel.textured;
@@ -29,13 +29,13 @@ async function open(): Promise<Panel> {
 }
 
 function fail(message: string): void {
-  part("failure").textContent = `The mesh cannot be shown: ${message}.`;
-  part("failure").hidden = false;
+  element("failure").textContent = `The mesh cannot be shown: ${message}.`;
+  element("failure").hidden = false;
 }
 
 window.addEventListener("load", async () => {
   const { dataset } = document.documentElement;
-  part("canvas").addEventListener("webglcontextlost", () => fail("the graphics card stopped responding; reload the page"));
+  element("canvas").addEventListener("webglcontextlost", () => fail("the graphics card stopped responding; reload the page"));
   try {
     window.superfacets = await open();
     dataset.state = "ready";

@@ -1,7 +1,7 @@
 // Controls, legend and tooltip of the page.
 
 import type { Arrays, Numbers } from "../shared/arrays";
-import { counted, onClick, part } from "../shared/dom";
+import { counted, element, onClick } from "../shared/dom";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
 import { Blend } from "../shared/texture";
@@ -25,14 +25,14 @@ export class Panel {
   readonly textured: Promise<void>; // resolves when the texture has been uploaded
   private coloring: Coloring;
   level = 0;
-  private readonly list = part<HTMLSelectElement>("coloring");
-  private readonly slider = part<HTMLInputElement>("level");
-  private readonly checkbox = part<HTMLInputElement>("borders");
-  readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.drawing.request());
-  private readonly tip = part("tip");
+  private readonly list = element<HTMLSelectElement>("coloring");
+  private readonly slider = element<HTMLInputElement>("level");
+  private readonly checkbox = element<HTMLInputElement>("borders");
+  readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.drawing.request());
+  private readonly tip = element("tip");
 
   constructor(private readonly facts: Facts, arrays: Arrays) {
-    const canvas = part<HTMLCanvasElement>("canvas");
+    const canvas = element<HTMLCanvasElement>("canvas");
     this.content = new Content(facts, arrays);
     const shape = shapeOf(facts, arrays);
     this.drawing = new Drawing(canvas, shape, arrays.edges);
@@ -62,11 +62,11 @@ export class Panel {
     const { content, list, slider, checkbox } = this;
     content.colorings.forEach(({ name }, i) => list.add(new Option(name, String(i))));
     list.addEventListener("change", () => this.setColoring(Number(list.value)));
-    part("coloring-row").hidden = content.colorings.length < 2;
+    element("coloring-row").hidden = content.colorings.length < 2;
     slider.max = String(Math.max(0, content.levels.length - 1));
     slider.addEventListener("input", () => this.setLevel(Number(slider.value)));
-    part("level-row").hidden = content.levels.length < 2;
-    part("borders-row").hidden = !this.drawing.nEdges;
+    element("level-row").hidden = content.levels.length < 2;
+    element("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
     this.drawing.opacityOfTexture = () => this.blend.opacity;
     this.blend.begin(!!this.facts.texture, content.levels.length ? 0.5 : 1);
@@ -124,28 +124,28 @@ export class Panel {
     const feature = coloring.kind === "feature" ? coloring.feature : null;
     const { levels } = content;
     const level = levels.length > 1 ? counted(levels[this.level].counts.length, "region") : "";
-    part("level-text").textContent = level;
+    element("level-text").textContent = level;
     slider.setAttribute("aria-valuetext", level);
     slider.disabled = coloring.kind === "truth";
-    part("scale").hidden = !feature;
+    element("scale").hidden = !feature;
     if (feature) {
-      part("scale-name").textContent = feature.name;
-      part("scale-low").textContent = shortNumber(feature.low);
-      part("scale-high").textContent = shortNumber(feature.high);
-      part("scale-bar").style.background = `linear-gradient(to right, ${this.scaleStops()})`;
+      element("scale-name").textContent = feature.name;
+      element("scale-low").textContent = shortNumber(feature.low);
+      element("scale-high").textContent = shortNumber(feature.high);
+      element("scale-bar").style.background = `linear-gradient(to right, ${this.scaleStops()})`;
     }
     const nGray = (feature ? feature.n_missing : labeling?.n_left_out) ?? 0;
-    part("gray").hidden = !nGray;
-    part("gray-text").textContent = feature
+    element("gray").hidden = !nGray;
+    element("gray-text").textContent = feature
       ? `${counted(nGray, feature.of === "cell" ? facts.noun : "region")} without a value`
       : `${counted(nGray, facts.noun)} in no region`;
-    part("regions").hidden = !!feature || !labeling;
+    element("regions").hidden = !!feature || !labeling;
     const noun = coloring.kind === "truth" ? "part" : "region";
-    part("regions").querySelectorAll("i").forEach((swatch, i) => {
+    element("regions").querySelectorAll("i").forEach((swatch, i) => {
       swatch.hidden = i >= (labeling?.counts.length ?? 0);
       if (labeling && !swatch.hidden) swatch.style.background = cssColor(labeling.colors, i);
     });
-    part("regions-text").textContent = `${counted(labeling?.counts.length ?? 0, noun)}, neighbors in different colors`;
+    element("regions-text").textContent = `${counted(labeling?.counts.length ?? 0, noun)}, neighbors in different colors`;
   }
 
   private scaleStops(): string {
@@ -199,6 +199,6 @@ export class Panel {
   tellMiddle(): void {
     const { clientWidth, clientHeight } = this.drawing.canvas;
     const lines = this.tellAt({ x: clientWidth / 2, y: clientHeight / 2 });
-    part("status").textContent = lines.join(", ") || `no ${this.facts.noun} in the middle`;
+    element("status").textContent = lines.join(", ") || `no ${this.facts.noun} in the middle`;
   }
 }

@@ -1,6 +1,6 @@
 // Finds elements of the document by id, and creates elements.
 
-export function part<T extends Element = HTMLElement>(id: string): T {
+export function element<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);
   if (!found) throw new Error(`the page has no element with id "${id}"`);
   return found as unknown as T;
@@ -10,10 +10,10 @@ export function part<T extends Element = HTMLElement>(id: string): T {
 export function make<K extends keyof HTMLElementTagNameMap>(
   tag: K, attributes: Record<string, string> = {}, ...children: (Node | string)[]
 ): HTMLElementTagNameMap[K] {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children);
-  return element;
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
 }
 
 /** A new button with a tooltip and a click handler. */
@@ -23,7 +23,7 @@ export function button(text: string, title: string, run: () => void): HTMLButton
   return made;
 }
 
-export const onClick = (id: string, run: () => void): void => part(id).addEventListener("click", run);
+export const onClick = (id: string, run: () => void): void => element(id).addEventListener("click", run);
 
 /** Enable a control and set its tooltip to `tip`, or disable the control and set the tooltip to `reason`. */
 export function allow(control: HTMLButtonElement | HTMLInputElement, isAllowed: boolean, tip: string, reason: string): void {

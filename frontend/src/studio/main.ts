@@ -1,16 +1,16 @@
 // Entry point of the studio: creates its parts and connects them.
 
 import "./studio.css";
-import { Api } from "./api";
-import type { Rgb } from "./colors";
-import { ClipBox } from "./clip";
-import { Desk } from "./desk";
-import { Drawing } from "./drawing";
-import { Keys } from "./keys";
-import { Modes } from "./modes";
-import { classOf, objectOf } from "./labeling";
-import { showNotices } from "./notices";
-import { onClick, part } from "../shared/dom";
+import { Api } from "./session/api";
+import type { Rgb } from "./data/colors";
+import { ClipBox } from "./input/clip";
+import { Workbench } from "./workbench";
+import { Drawing } from "./view/drawing";
+import { Keys } from "./input/keys";
+import { Modes } from "./input/modes";
+import { classOf, objectOf } from "./data/labeling";
+import { showNotices } from "./panels/notices";
+import { element, onClick } from "../shared/dom";
 import type { Place } from "../shared/picking";
 import { ClassesPanel } from "./panels/classes";
 import { Comparison } from "./panels/comparison";
@@ -18,10 +18,10 @@ import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
 import { ParametersPanel } from "./panels/parameters";
 import { Suggestions } from "./panels/suggestions";
-import { Pointer } from "./pointer";
-import { remember, remembered } from "./remembered";
-import { Session } from "./session";
-import { Views } from "./views";
+import { Pointer } from "./input/pointer";
+import { remember, remembered } from "./session/remembered";
+import { Session } from "./session/session";
+import { Views } from "./panels/views";
 
 declare global {
   interface Window {
@@ -34,53 +34,53 @@ async function start(): Promise<void> {
   const session = new Session(new Api(token));
   showNotices(session);
   try {
-    const drawing = new Drawing(part<HTMLCanvasElement>("canvas"), (line) => session.events.emit("error", line));
-    const desk = new Desk(session, drawing);
-    const modes = new Modes(desk);
+    const drawing = new Drawing(element<HTMLCanvasElement>("canvas"), (line) => session.events.emit("error", line));
+    const workbench = new Workbench(session, drawing);
+    const modes = new Modes(workbench);
     const files = new FilesPanel(session);
-    new Pointer(desk, modes);
-    const views = new Views(desk);
-    new Keys(desk, {
-      modes, views, clip: new ClipBox(desk), comparison: new Comparison(desk),
-      suggestions: new Suggestions(desk), goToFile: (steps) => files.go(steps),
+    new Pointer(workbench, modes);
+    const views = new Views(workbench);
+    new Keys(workbench, {
+      modes, views, clip: new ClipBox(workbench), comparison: new Comparison(workbench),
+      suggestions: new Suggestions(workbench), goToFile: (steps) => files.go(steps),
     });
-    new ClassesPanel(desk);
+    new ClassesPanel(workbench);
     new ParametersPanel(session);
     new ExchangePanel(session);
-    watchTools(desk);
+    watchTools(workbench);
     welcome();
-    window.studio = makeHook(desk, modes, () => part("loading").hidden === true);
+    window.studio = makeHook(workbench, modes, () => element("loading").hidden === true);
     await session.loadFiles();
     await files.openFirst();
-    part("welcome-inside").hidden = !views.isSeenFromBehind;
+    element("welcome-inside").hidden = !views.isSeenFromBehind;
   } catch (error) {
     session.report(error);
   }
-  part("loading").hidden = true;
+  element("loading").hidden = true;
 }
 
 /** Connect the controls that work without the server. */
-function watchTools(desk: Desk): void {
-  const tolerance = part<HTMLInputElement>("tolerance");
+function watchTools(workbench: Workbench): void {
+  const tolerance = element<HTMLInputElement>("tolerance");
   const show = (): void => {
-    desk.tolerance = Number(tolerance.value);
-    part("tolerance-text").textContent = tolerance.value;
+    workbench.tolerance = Number(tolerance.value);
+    element("tolerance-text").textContent = tolerance.value;
   };
-  tolerance.value = String(desk.tolerance);
+  tolerance.value = String(workbench.tolerance);
   tolerance.addEventListener("input", show);
   show();
-  const borders = part<HTMLInputElement>("borders");
-  borders.addEventListener("change", () => desk.drawing.setBorders(borders.checked));
+  const borders = element<HTMLInputElement>("borders");
+  borders.addEventListener("change", () => workbench.drawing.setBorders(borders.checked));
 }
 
 const WELCOMED = "superfacets welcome";
 
 /** Show an introduction on the first visit. */
 function welcome(): void {
-  part("welcome").hidden = remembered(WELCOMED) !== null;
+  element("welcome").hidden = remembered(WELCOMED) !== null;
   onClick("welcome-close", () => {
-    part("welcome").hidden = true;
-    part("canvas").focus(); // keys that paint work only while the canvas has the focus
+    element("welcome").hidden = true;
+    element("canvas").focus(); // keys that paint work only while the canvas has the focus
     remember(WELCOMED, "seen");
   });
 }
@@ -89,11 +89,11 @@ function welcome(): void {
  * Returns the object `window.studio` for tests and benchmarks. Its positions are in CSS pixels, relative
  * to the upper left corner of the canvas.
  */
-function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
-  const { session, drawing } = desk;
-  const cellAt = (x: number, y: number): number => desk.picker.cellAt({ x, y });
+function makeHook(workbench: Workbench, modes: Modes, isLoaded: () => boolean) {
+  const { session, drawing } = workbench;
+  const cellAt = (x: number, y: number): number => workbench.picker.cellAt({ x, y });
   return {
-    desk, // used by benchmarks and screenshots
+    workbench, // used by benchmarks and screenshots
     cellAt,
     get ready(): boolean {
       return isLoaded() && session.paints !== undefined;
@@ -111,13 +111,13 @@ function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
     labels: (): number[] => [...session.regions.labels],
     classOf: (cell: number): number => classOf(session.paints.of[cell]),
     objectOf: (cell: number): number => objectOf(session.paints.of[cell]),
-    screenOf: (cell: number): Place | null => desk.picker.placeOf(cell),
-    regionAt: (x: number, y: number): number => desk.regionOf(cellAt(x, y)),
+    screenOf: (cell: number): Place | null => workbench.picker.placeOf(cell),
+    regionAt: (x: number, y: number): number => workbench.regionOf(cellAt(x, y)),
     pixelAt: (x: number, y: number): Rgb => {
       drawing.draw(2);
       return drawing.pixel(x, y);
     },
-    cursor: (): number => desk.cursor,
+    cursor: (): number => workbench.cursor,
     cellCursor: (): number => modes.cellCursor.cell,
   };
 }

@@ -41,10 +41,10 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
-    from ..studio.address import address_file, kept_address, open_again, redirection
-    from ..studio.classes import read_classes
-    from ..studio.folder import Files
-    from ..studio.server import serve
+    from ..studio.labels.classes import read_classes
+    from ..studio.web.address import address_file, kept_address, open_again, redirection
+    from ..studio.web.server import serve
+    from ..studio.work.folder import Files
 
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)
@@ -99,7 +99,7 @@ def agree_command(
     one person has labeled.
     """
     _check_extra()
-    from ..studio.document import merged_work
+    from ..studio.work.document import merged_work
 
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")

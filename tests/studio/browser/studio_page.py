@@ -9,9 +9,9 @@ import urllib.request
 
 import numpy as np
 
-from superfacets.studio.address import open_again
-from superfacets.studio.folder import Files
-from superfacets.studio.server import serve
+from superfacets.studio.web.address import open_again
+from superfacets.studio.web.server import serve
+from superfacets.studio.work.folder import Files
 
 START_SECONDS = 60
 WAIT_MS = 60_000
@@ -116,14 +116,14 @@ class Tab:
         """Take all work back, and look at the mesh as at first."""
         self.page.emulate_media(color_scheme="light")
         self.evaluate("""async () => {
-            const { desk } = studio;
+            const { workbench } = studio;
             document.activeElement.blur();
-            while (desk.session.state.can_undo) await desk.session.undo();
-            desk.hover(-1);
-            desk.clearSelection();
-            desk.showAll();
-            desk.drawing.camera.home();
-            desk.choose(1, 1);
+            while (workbench.session.state.can_undo) await workbench.session.undo();
+            workbench.hover(-1);
+            workbench.clearSelection();
+            workbench.showAll();
+            workbench.drawing.camera.home();
+            workbench.choose(1, 1);
         }""")
         self.press("Escape")
         self.away()
@@ -200,7 +200,7 @@ class Tab:
         """The pointer to where nothing is, so that nothing is highlighted."""
         self.page.mouse.move(*self._on_page(3, 3))
         self.page.mouse.move(*self._on_page(2, 2))
-        self.until("studio.desk.hoveredCell === -1")
+        self.until("studio.workbench.hoveredCell === -1")
 
     def hue_at(self, x, y):
         """The color at a place, whatever the light: its share of red, green and blue."""

@@ -6,7 +6,7 @@ from studio_page import Tab, hue
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
-from superfacets.studio.address import redirection
+from superfacets.studio.web.address import redirection
 
 
 def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
@@ -436,13 +436,13 @@ def test_two_tabs_show_the_same(studio, open_tab):
     tab.click(x, y)
     tab.settled()
     other.evaluate("dispatchEvent(new Event('focus'))")  # as if one went there
-    other.until("studio.desk.session.state.can_undo && studio.isIdle")
+    other.until("studio.workbench.session.state.can_undo && studio.isIdle")
     np.testing.assert_array_equal(other.classes(), tab.classes())
     other.press("2", "n", "Enter", "Control+z", "Control+z")
     other.settled()
     assert not server.classes().any()
     tab.evaluate("dispatchEvent(new Event('focus'))")
-    tab.until("!studio.desk.session.state.can_undo && studio.isIdle")
+    tab.until("!studio.workbench.session.state.can_undo && studio.isIdle")
     assert not tab.classes().any()
 
 

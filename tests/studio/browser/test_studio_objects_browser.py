@@ -6,7 +6,7 @@ from studio_page import Command, Tab
 
 import superfacets as sf
 from superfacets import Mesh, write_mesh
-from superfacets.studio.document import Document
+from superfacets.studio.work.document import Document
 
 CHAIR, FLOOR = 1000, 2000
 
@@ -174,7 +174,7 @@ def merge(tab, path, folder, expected):
     tab.locator("#canvas").focus()
     tab.press("d", "t")
     tab.wait_for_status("Their labels are taken")
-    paint = np.array(tab.evaluate("[...studio.desk.session.paints.of]"))
+    paint = np.array(tab.evaluate("[...studio.workbench.session.paints.of]"))
     np.testing.assert_array_equal((paint & 0xFFFF) * 1000 + (paint >> 16), theirs)
     assert tab.page.get_by_role("button", name="Next difference").is_disabled()
 
@@ -207,9 +207,9 @@ def test_sections_locks_and_schemes(studio):
     assert seen(tab) != high
     tab.press("c")
     assert len(seen(tab)) > 0.95 * n_seen  # a smooth picture shows some more cells
-    before = tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)")
+    before = tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)")
     tab.drag((4, 60), (80, 90))
-    assert tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)") != before
+    assert tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)") != before
     assert np.array_equal(tab.classes(), classes)
     tab.press("Home")
     narrow = tab.page.viewport_size
@@ -227,7 +227,7 @@ def test_sections_locks_and_schemes(studio):
 
 
 def seen(tab):
-    return set(tab.evaluate("[...new Set(studio.desk.drawing.cellsSeen().cells)]"))
+    return set(tab.evaluate("[...new Set(studio.workbench.drawing.cellsSeen().cells)]"))
 
 
 def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
@@ -241,7 +241,7 @@ def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
     tab.settled()
     classes = tab.classes()
     assert set(classes[tab.labels() == region]) == {1}
-    before = tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)")
+    before = tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)")
     touch = context.new_cdp_session(page)
     for kind, shift in (("touchStart", 0), ("touchMove", 30), ("touchEnd", None)):
         points = [] if shift is None else [
@@ -250,6 +250,6 @@ def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
         ]  # fmt: skip
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
     tab.settled()
-    assert tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)") != before
+    assert tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)") != before
     assert np.array_equal(tab.classes(), classes)
     context.close()

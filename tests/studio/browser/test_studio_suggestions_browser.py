@@ -144,7 +144,7 @@ def test_the_key_w_looks_through_walls_seen_from_behind(serve, open_tab, tmp_pat
     tab.press("Alt+3")
 
     def seen():
-        cells = tab.evaluate("[...new Set(studio.desk.drawing.cellsSeen().cells)]")
+        cells = tab.evaluate("[...new Set(studio.workbench.drawing.cellsSeen().cells)]")
         return {cell // 2 for cell in cells if cell < 4}
 
     near = seen()
@@ -163,7 +163,7 @@ def test_the_help_begins_at_its_top_and_tells_the_buttons_of_the_chosen_scheme(s
     help_ = tab.locator("#help")
     assert help_.evaluate("one => one.scrollTop") == 0
     assert "Shift + middle drag" in help_.text_content()
-    toward = "JSON.stringify(studio.desk.drawing.camera.directions()[2])"
+    toward = "JSON.stringify(studio.workbench.drawing.camera.directions()[2])"
     tab.press("Escape", "Alt+3")
     top = tab.evaluate(toward)
     tab.press("Numpad1")

@@ -25,14 +25,14 @@ def write_wall(folder):
 def test_pixels_have_the_colors_of_the_texture_after_t(serve, open_tab, tmp_path):
     server = serve(write_wall(tmp_path), 16)
     tab = open_tab(server.address)
-    tab.until("studio.desk.drawing.texture.isShown")
+    tab.until("studio.workbench.drawing.texture.isShown")
     assert tab.locator("#texture").input_value() == "0.5"
     tab.locator("#borders").uncheck()
     tab.evaluate("document.activeElement.blur()")
     tab.away()
     places = tab.evaluate("""() => {
-        const { mesh } = studio.desk.session;
-        const { camera, canvas } = studio.desk.drawing;
+        const { mesh } = studio.workbench.session;
+        const { camera, canvas } = studio.workbench.drawing;
         return [[-0.3, 0.3], [0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]].map(([x, z]) => {
             const [left, top] = camera.placeOf([x, 0, z]);
             return [left * canvas.clientWidth, top * canvas.clientHeight];

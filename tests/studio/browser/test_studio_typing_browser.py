@@ -45,7 +45,7 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk)
     tab.until(f"{focused}?.startsWith('Make desk a surface')")
     assert not server.classes().any()
 
-    tab.evaluate("studio.desk.session.savedAt = null")
+    tab.evaluate("studio.workbench.session.savedAt = null")
     name_of(tab, "desk").click()
     tab.page.keyboard.type("table")
     tab.press("Enter")
@@ -77,7 +77,7 @@ def test_a_list_gives_the_keys_back_and_the_number_pad_chooses_no_class(desk):
     tab.until("document.activeElement.id === 'canvas'")
     assert scheme.input_value() == "blender"
     assert "B brush, X split, L lasso" in tab.status
-    chosen = "studio.desk.currentPaint"
+    chosen = "studio.workbench.currentPaint"
     paint = tab.evaluate(chosen)
     tab.press("Numpad5", "Numpad2")
     assert tab.evaluate(chosen) == paint
@@ -93,7 +93,7 @@ def test_an_empty_view_and_a_card_of_another_view(desk):
     tab.until("!document.querySelector('#tip').hidden")
     tab.press("Alt+1")
     assert tab.locator("#tip").is_hidden()
-    tab.evaluate("studio.desk.drawing.camera.pan(3, 0)")
+    tab.evaluate("studio.workbench.drawing.camera.pan(3, 0)")
     tab.wait_for_status("No cell is in view. Home shows the whole mesh.")
     tab.locator("#views button", has_text="Reset").click()
     tab.until("document.querySelector('#status').textContent === ''")

@@ -1,16 +1,16 @@
 // Panel with the classes and their objects: names, colors, percentage of the area, and the choice of what to paint.
 
-import { cssColor, parseColor, variant } from "../colors";
-import type { ClassEntry } from "../contract";
-import type { Desk } from "../desk";
-import { classOf, objectOf, paintOf } from "../labeling";
-import type { ClassDraft } from "../session";
-import { allow, button, make, onClick, part, percent } from "../../shared/dom";
+import { cssColor, parseColor, variant } from "../data/colors";
+import type { ClassEntry } from "../data/contract";
+import type { Workbench } from "../workbench";
+import { classOf, objectOf, paintOf } from "../data/labeling";
+import type { ClassDraft } from "../session/session";
+import { allow, button, element, make, onClick, percent } from "../../shared/dom";
 
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 export class ClassesPanel {
-  private readonly box = part("classes");
+  private readonly box = element("classes");
   private readonly shares = new Map<number, HTMLOutputElement>(); // elements with the area percentage of each class or object, indexed by paint
   private readonly removers = new Map<number, HTMLButtonElement>(); // delete buttons by class id
   private readonly lists = new Map<number, HTMLElement>(); // lists of objects by class id
@@ -18,27 +18,27 @@ export class ClassesPanel {
   private isOld = false; // whether the classes have changed since the list was built
   private nPending = 0; // number of edits that the server has not answered yet
 
-  constructor(private readonly desk: Desk) {
-    const { session } = desk;
+  constructor(private readonly workbench: Workbench) {
+    const { session } = workbench;
     session.events.on("classes", () => {
       this.isOld = true;
       this.renew();
     });
     this.box.addEventListener("focusout", () => setTimeout(() => this.renew())); // runs after the focus has moved to another element
     session.events.on("state", () => this.show());
-    session.events.on("cells", () => this.show());
-    desk.events.on("paint", () => this.show());
+    session.events.on("painted", () => this.show());
+    workbench.events.on("paint", () => this.show());
     onClick("add-class", () => void this.add());
-    onClick("new-object", () => desk.newObject());
+    onClick("new-object", () => workbench.newObject());
     onClick("undo", () => void session.undo());
     onClick("redo", () => void session.redo());
-    onClick("next-bare", () => desk.showLargestBare());
-    const lock = part<HTMLInputElement>("lock");
-    lock.addEventListener("change", () => desk.lock(lock.checked));
+    onClick("next-bare", () => workbench.showLargestBare());
+    const lock = element<HTMLInputElement>("lock");
+    lock.addEventListener("change", () => workbench.lock(lock.checked));
   }
 
   private get classes(): ClassEntry[] {
-    return this.desk.session.state.classes;
+    return this.workbench.session.state.classes;
   }
 
   /** Whether the user is editing a name. Rebuilding the list would then lose the typed text. */
@@ -77,7 +77,7 @@ export class ClassesPanel {
 
   private rows(entry: ClassEntry): HTMLElement[] {
     const { id, name, key } = entry;
-    const radio = this.radio(id, `Paint ${name}`, () => this.desk.choose(id));
+    const radio = this.radio(id, `Paint ${name}`, () => this.workbench.choose(id));
     const share = this.share(id);
     const row = make("div", { class: "class" }, radio, make("kbd", { title: key ? `Key ${key}` : "No key" }, key || "\u00a0"));
     if (id === 0) row.append(make("span", { class: "none" }, name), share, this.hider(entry));
@@ -86,7 +86,7 @@ export class ClassesPanel {
       row.append(share, this.stuffButton(entry), this.hider(entry), this.remover(entry));
     }
     row.addEventListener("click", (event) => {
-      if (event.target === row || (event.target as Element).matches("kbd, .none, output")) this.desk.choose(id);
+      if (event.target === row || (event.target as Element).matches("kbd, .none, output")) this.workbench.choose(id);
     });
     const list = make("div", { class: "objects", role: "group", "aria-label": `Objects of ${name}` });
     this.lists.set(id, list);
@@ -96,7 +96,7 @@ export class ClassesPanel {
   private radio(value: number, label: string, choose: () => void): HTMLInputElement {
     const radio = make("input", { type: "radio", name: "class", value: String(value), "aria-label": label, title: label });
     radio.addEventListener("change", choose);
-    radio.addEventListener("click", ({ detail }) => detail && part("canvas").focus()); // detail is 0 if an arrow key was used instead of the mouse
+    radio.addEventListener("click", ({ detail }) => detail && element("canvas").focus()); // detail is 0 if an arrow key was used instead of the mouse
     return radio;
   }
 
@@ -148,7 +148,7 @@ export class ClassesPanel {
   }
 
   private hider({ id, name }: ClassEntry): HTMLElement {
-    const made = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.desk.hideClass(id));
+    const made = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.workbench.hideClass(id));
     made.classList.add("word");
     return made;
   }
@@ -166,12 +166,12 @@ export class ClassesPanel {
   }
 
   private edit(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
-    return this.during(this.desk.session.setClasses(edit));
+    return this.during(this.workbench.session.setClasses(edit));
   }
 
   /** Add a class, and start editing its name. */
   private async add(): Promise<void> {
-    const adder = part<HTMLButtonElement>("add-class");
+    const adder = element<HTMLButtonElement>("add-class");
     adder.disabled = true; // pressing Enter again would add another class
     let id = 0;
     await this.edit((classes) => {
@@ -182,21 +182,21 @@ export class ClassesPanel {
     adder.disabled = false;
     const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
     if (!id || !radio) return; // the server rejected the new class
-    this.desk.choose(id);
+    this.workbench.choose(id);
     radio.closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!.focus();
   }
 
   /** Objects of a class that are listed: all objects with cells, and the chosen object. */
   private listed({ id }: ClassEntry): number[] {
-    if (this.desk.isStuff(id)) return [];
-    const { currentPaint, session } = this.desk;
+    if (this.workbench.isStuff(id)) return [];
+    const { currentPaint, session } = this.workbench;
     const found = new Set(session.paints.objectsOf(id));
     if (classOf(currentPaint) === id && objectOf(currentPaint)) found.add(objectOf(currentPaint));
     return found.size === 1 && found.has(0) ? [] : [...found].sort((a, b) => a - b);
   }
 
   private show(): void {
-    const { session, currentPaint } = this.desk;
+    const { session, currentPaint } = this.workbench;
     if (!session.paints || !this.lists.size) return;
     const wanted = this.classes.map((entry) => [entry.id, this.listed(entry)] as const);
     const shown = JSON.stringify([wanted, session.state.object_names, currentPaint]);
@@ -219,54 +219,54 @@ export class ClassesPanel {
   }
 
   private objectRows(id: number, object: number, all: number[]): HTMLDivElement[] {
-    const { desk } = this;
+    const { workbench } = this;
     const paint = paintOf(id, object);
-    const name = object ? desk.paintName(paint) : "without an object";
+    const name = object ? workbench.paintName(paint) : "without an object";
     const swatch = make("i");
     const color = this.classes.find((entry) => entry.id === id)!.color;
     swatch.style.background = cssColor(variant(parseColor(color), object));
-    const isChosen = paint === desk.currentPaint;
+    const isChosen = paint === workbench.currentPaint;
     const radio = make("input", { type: "radio", name: "object", value: String(paint), "aria-label": `Paint ${name}`, title: `Paint ${name}` });
     radio.checked = isChosen;
-    radio.addEventListener("change", () => desk.choose(id, object));
-    const rename = (text: string): void => void this.during(desk.session.change("name-object", { class: id, object, name: text }));
+    radio.addEventListener("change", () => workbench.choose(id, object));
+    const rename = (text: string): void => void this.during(workbench.session.change("name-object", { class: id, object, name: text }));
     const text = object ? this.nameField(name, `Name of ${name}`, rename) : make("span", { class: "none" }, name);
     const share = object ? this.share(paint) : make("output");
     const rows = [make("div", { class: "object" }, radio, swatch, text, share)];
-    if (isChosen && desk.session.paints.countOf.get(paint)) rows.push(this.actions(id, object, all));
+    if (isChosen && workbench.session.paints.countOf.get(paint)) rows.push(this.actions(id, object, all));
     return rows;
   }
 
   /** Buttons for the chosen object. */
   private actions(id: number, object: number, all: number[]): HTMLDivElement {
-    const { desk } = this;
+    const { workbench } = this;
     const paint = paintOf(id, object);
-    const name = desk.paintName(paint);
+    const name = workbench.paintName(paint);
     const merge = make("select", { "aria-label": `Merge ${name} with another object`, title: "Merge another object into this object (M merges the object under the pointer)" });
     merge.append(make("option", { value: "" }, "Merge with …"));
     for (const other of all) {
-      if (other && other !== object) merge.append(make("option", { value: String(other) }, desk.paintName(paintOf(id, other))));
+      if (other && other !== object) merge.append(make("option", { value: String(other) }, workbench.paintName(paintOf(id, other))));
     }
     merge.disabled = merge.options.length < 2;
     if (merge.disabled) merge.title = "The class has no other object";
-    merge.addEventListener("change", () => desk.mergeObject(paintOf(id, Number(merge.value))));
+    merge.addEventListener("change", () => workbench.mergeObject(paintOf(id, Number(merge.value))));
     const split = this.button("Split loose parts", `Each piece of ${name} except the largest becomes a new object`, () => {
-      void desk.splitObject(paint);
+      void workbench.splitObject(paint);
     });
-    const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => desk.isolatePaint(paint));
-    const remove = this.button("Delete", `Remove the paint of ${name}`, () => desk.deleteObject(paint));
+    const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => workbench.isolatePaint(paint));
+    const remove = this.button("Delete", `Remove the paint of ${name}`, () => workbench.deleteObject(paint));
     remove.classList.add("apart");
     return make("div", { class: "actions" }, merge, split, alone, remove);
   }
 
   private check(): void {
-    const { currentPaint } = this.desk;
+    const { currentPaint } = this.workbench;
     const radio = this.box.querySelector<HTMLInputElement>(`input[name="class"][value="${classOf(currentPaint)}"]`);
     if (radio) radio.checked = true;
   }
 
   private showShares(): void {
-    const { paints, state, nWaiting } = this.desk.session;
+    const { paints, state, nWaiting } = this.workbench.session;
     const total = paints.totalArea || 1;
     const areas = paints.areaOfClass;
     for (const [paint, output] of this.shares) {
@@ -276,13 +276,13 @@ export class ClassesPanel {
       output.textContent = !isObject ? percent(share) : count ? `${count.toLocaleString("en")} · ${percent(share)}` : "new";
       if (isObject) output.title = count ? "Number of cells, percentage of the area" : "Nothing is painted yet";
       const remover = isObject ? undefined : this.removers.get(paint);
-      if (remover) allow(remover, share <= 1e-9, `Delete ${this.desk.className(paint)}`, "Remove its paint first");
+      if (remover) allow(remover, share <= 1e-9, `Delete ${this.workbench.className(paint)}`, "Remove its paint first");
     }
-    part("progress-text").textContent = percent(paints.progress);
-    part<HTMLProgressElement>("progress").value = paints.progress;
-    const id = classOf(this.desk.currentPaint);
-    allow(part("new-object"), !this.desk.isStuff(id), "A new object of the chosen class (O)", id ? `${this.desk.className(id)} has no objects` : "Choose a class first");
-    allow(part("undo"), state.can_undo || nWaiting > 0, "Undo the last stroke or step (Ctrl+Z)", "There is nothing to undo");
-    allow(part("redo"), state.can_redo, "Redo the last undone stroke or step (Ctrl+Shift+Z)", "There is nothing to redo");
+    element("progress-text").textContent = percent(paints.progress);
+    element<HTMLProgressElement>("progress").value = paints.progress;
+    const id = classOf(this.workbench.currentPaint);
+    allow(element("new-object"), !this.workbench.isStuff(id), "A new object of the chosen class (O)", id ? `${this.workbench.className(id)} has no objects` : "Choose a class first");
+    allow(element("undo"), state.can_undo || nWaiting > 0, "Undo the last stroke or step (Ctrl+Z)", "There is nothing to undo");
+    allow(element("redo"), state.can_redo, "Redo the last undone stroke or step (Ctrl+Shift+Z)", "There is nothing to redo");
   }
 }

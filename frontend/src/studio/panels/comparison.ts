@@ -1,26 +1,26 @@
 // Comparison with another work file: agreement of the labels, and buttons that resolve differences.
 
 import { fromBase64, toBase64 } from "../../shared/arrays";
-import { button, make, part } from "../../shared/dom";
-import { MARK_DIFFERS } from "../celltable";
-import type { Agreement, CompareReply } from "../contract";
-import type { Desk } from "../desk";
+import { button, element, make } from "../../shared/dom";
+import { MARK_DIFFERS } from "../view/celltable";
+import type { Agreement, CompareReply } from "../data/contract";
+import type { Workbench } from "../workbench";
 
 export class Comparison {
   private differing = new Uint32Array(0); // cells labeled differently in the two files
   private bare = new Uint32Array(0); // cells labeled only in the other file
-  private readonly box = part("comparison");
+  private readonly box = element("comparison");
 
-  constructor(private readonly desk: Desk) {
-    const files = part<HTMLInputElement>("compare");
+  constructor(private readonly workbench: Workbench) {
+    const files = element<HTMLInputElement>("compare");
     files.addEventListener("change", () => void this.read(files));
-    desk.session.events.on("file", () => void desk.session.compare().then((reply) => this.take(reply)));
-    const reviewed = part<HTMLInputElement>("reviewed");
-    reviewed.addEventListener("change", () => void desk.session.change("review", { reviewed: reviewed.checked }));
-    desk.session.events.on("state", ({ is_reviewed, is_changed }) => {
-      const isChanged = is_reviewed && (is_changed || desk.session.nWaiting > 0);
+    workbench.session.events.on("file", () => void workbench.session.compare().then((reply) => this.take(reply)));
+    const reviewed = element<HTMLInputElement>("reviewed");
+    reviewed.addEventListener("change", () => void workbench.session.change("review", { reviewed: reviewed.checked }));
+    workbench.session.events.on("state", ({ is_reviewed, is_changed }) => {
+      const isChanged = is_reviewed && (is_changed || workbench.session.nWaiting > 0);
       reviewed.checked = is_reviewed && !isChanged;
-      part("reviewed-text").textContent = isChanged ? "Changed since review" : "Reviewed";
+      element("reviewed-text").textContent = isChanged ? "Changed since review" : "Reviewed";
     });
   }
 
@@ -33,7 +33,7 @@ export class Comparison {
     if (!file) return;
     const data = toBase64(new Uint8Array(await file.arrayBuffer()));
     field.value = "";
-    this.take(await this.desk.session.compare([{ name: file.name, data }]));
+    this.take(await this.workbench.session.compare([{ name: file.name, data }]));
     this.next();
   }
 
@@ -41,7 +41,7 @@ export class Comparison {
     if (!reply) return;
     const cellsOf = (text: string): Uint32Array<ArrayBuffer> => new Uint32Array(fromBase64(text).buffer);
     [this.differing, this.bare] = [cellsOf(reply.differs), cellsOf(reply.bare)];
-    const { drawing } = this.desk;
+    const { drawing } = this.workbench;
     drawing.cells.unmarkAll(MARK_DIFFERS);
     drawing.cells.mark(this.differing, MARK_DIFFERS, true);
     drawing.redraw();
@@ -79,29 +79,29 @@ export class Comparison {
 
   /** Go to the region with the largest area of different labels. */
   next(): void {
-    const { desk } = this;
-    const { mesh } = desk.session;
+    const { workbench } = this;
+    const { mesh } = workbench.session;
     const sums = new Map<number, number>();
     for (const cell of this.differing) {
-      const region = desk.regionOf(cell);
+      const region = workbench.regionOf(cell);
       sums.set(region, (sums.get(region) ?? 0) + mesh.areas[cell]);
     }
     let [best, most] = [-1, -1];
     for (const [region, area] of sums) if (area > most) [best, most] = [region, area];
-    if (best < 0) desk.say("There are no differences.");
-    else desk.setCursor(best);
+    if (best < 0) workbench.say("There are no differences.");
+    else workbench.setCursor(best);
   }
 
   /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
   settle(side: "mine" | "theirs"): void {
-    const region = this.desk.activeRegion;
-    const cells = this.differing.filter((cell) => this.desk.regionOf(cell) === region);
-    if (!cells.length) return this.desk.say("There is no difference in this region. D goes to the next difference.");
+    const region = this.workbench.activeRegion;
+    const cells = this.differing.filter((cell) => this.workbench.regionOf(cell) === region);
+    if (!cells.length) return this.workbench.say("There is no difference in this region. D goes to the next difference.");
     void this.accept(cells, side);
   }
 
   private async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<void> {
-    this.take(await this.desk.session.accept(cells, side));
-    this.desk.say(side === "mine" ? "Your labels are kept." : "Their labels are taken.");
+    this.take(await this.workbench.session.accept(cells, side));
+    this.workbench.say(side === "mine" ? "Your labels are kept." : "Their labels are taken.");
   }
 }

@@ -1,8 +1,8 @@
 // Panels for import and export.
 
 import { toBase64 } from "../../shared/arrays";
-import { make, onClick, part } from "../../shared/dom";
-import type { Session } from "../session";
+import { element, make, onClick } from "../../shared/dom";
+import type { Session } from "../session/session";
 
 const NAMES: Record<string, string> = {
   cells: "Class per cell",
@@ -22,8 +22,8 @@ const OBJECT_FORMATS: Record<string, string> = {
 };
 
 export class ExchangePanel {
-  private readonly what = part<HTMLSelectElement>("export-what");
-  private readonly format = part<HTMLSelectElement>("export-format");
+  private readonly what = element<HTMLSelectElement>("export-what");
+  private readonly format = element<HTMLSelectElement>("export-format");
 
   constructor(private readonly session: Session) {
     session.events.on("file", () => this.fillWhat());
@@ -31,7 +31,7 @@ export class ExchangePanel {
     this.format.addEventListener("change", () => this.setDownload());
     onClick("download", () => session.events.emit("message", `Downloaded: ${this.downloadName}`));
     onClick("export", () => void session.exportTo(this.format.value, this.what.value));
-    const files = part<HTMLInputElement>("import");
+    const files = element<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
   }
 
@@ -69,8 +69,8 @@ export class ExchangePanel {
   }
 
   private setDownload(): void {
-    part("export-name").textContent = this.name;
-    const link = part<HTMLAnchorElement>("download");
+    element("export-name").textContent = this.name;
+    const link = element<HTMLAnchorElement>("download");
     link.href = this.session.downloadAddress(this.format.value, this.what.value);
   }
 
@@ -80,7 +80,7 @@ export class ExchangePanel {
         name: file.name,
         data: toBase64(new Uint8Array(await file.arrayBuffer())),
       }));
-      if (files.length) await this.session.importFrom(await Promise.all(contents), part<HTMLInputElement>("as-suggestions").checked);
+      if (files.length) await this.session.importFrom(await Promise.all(contents), element<HTMLInputElement>("as-suggestions").checked);
     } catch (error) {
       this.session.report(error);
     }

@@ -1,9 +1,9 @@
 // Panel with the files of a folder: thumbnails, progress, and buttons for the next and the previous file.
 
-import { ServerError } from "../api";
-import type { FileEntry } from "../contract";
-import { make, onClick, part, percent } from "../../shared/dom";
-import type { Session } from "../session";
+import { ServerError } from "../session/api";
+import type { FileEntry } from "../data/contract";
+import { element, make, onClick, percent } from "../../shared/dom";
+import type { Session } from "../session/session";
 
 export class FilesPanel {
   private asked = -1; // id of the file requested last, which may have failed to open; -1 if there is none
@@ -13,15 +13,15 @@ export class FilesPanel {
     session.events.on("files", (files) => this.fill(files));
     session.events.on("file", () => this.showCurrent());
     session.events.on("state", () => this.showProgress());
-    session.events.on("cells", () => this.showProgress());
+    session.events.on("painted", () => this.showProgress());
     onClick("previous-file", () => this.go(-1));
     onClick("next-file", () => this.go(1));
   }
 
   private fill(files: FileEntry[]): void {
-    part("files-section").hidden = files.length < 2;
+    element("files-section").hidden = files.length < 2;
     this.rows.clear();
-    part("files").replaceChildren(...files.map((file) => make("li", {}, this.row(file))));
+    element("files").replaceChildren(...files.map((file) => make("li", {}, this.row(file))));
   }
 
   private row({ id, name, done, error, reviewed, changed_since_review: isChanged }: FileEntry): HTMLButtonElement {
@@ -82,8 +82,8 @@ export class FilesPanel {
 
   private open(id: number): void {
     this.asked = id;
-    part("loading").hidden = false;
+    element("loading").hidden = false;
     this.session.open(id).catch((error: unknown) => this.session.report(error))
-      .finally(() => (part("loading").hidden = true));
+      .finally(() => (element("loading").hidden = true));
   }
 }

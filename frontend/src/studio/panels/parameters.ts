@@ -1,8 +1,8 @@
 // Panel with sliders for the parameters of the segmentation, buttons for its levels, and its progress.
 
-import type { Parameters, Range, SegmentLine } from "../contract";
-import { allow, counted, make, onClick, part } from "../../shared/dom";
-import type { Session } from "../session";
+import type { Parameters, Range, SegmentLine } from "../data/contract";
+import { allow, counted, element, make, onClick } from "../../shared/dom";
+import type { Session } from "../session/session";
 
 type Name = "n_segments" | "alpha" | "ridges";
 
@@ -51,7 +51,7 @@ export class ParametersPanel {
 
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
-    part("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
+    element("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
     this.smooth.title = "Straighten borders of regions as the last step";
     this.smooth.addEventListener("change", () => this.send(false));
     onClick("coarser", () => this.step(1));
@@ -74,7 +74,7 @@ export class ParametersPanel {
     field.addEventListener("change", () => moved(false));
     this.fields.set(name, field);
     this.outputs.set(name, output);
-    part("sliders").append(make("label", { class: "slider", for: name }, text, output), field);
+    element("sliders").append(make("label", { class: "slider", for: name }, text, output), field);
   }
 
   private valueOf({ name, value }: Slider): number {
@@ -114,10 +114,10 @@ export class ParametersPanel {
     }
     this.smooth.checked = parameters.smooth;
     const count = this.session.regions?.count ?? n_regions;
-    part("level").textContent = counted(count, "region");
+    element("level").textContent = counted(count, "region");
     const at = this.levelIndex();
-    allow(part("finer"), at > 0, "Use more and smaller regions; classes and objects do not change", "This is the finest level; use the slider to make more regions");
-    allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects do not change", "There is no coarser level");
+    allow(element("finer"), at > 0, "Use more and smaller regions; classes and objects do not change", "This is the finest level; use the slider to make more regions");
+    allow(element("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects do not change", "There is no coarser level");
   }
 
   /** Index of the current level in `levels`, which runs from fine to coarse. */
@@ -134,8 +134,8 @@ export class ParametersPanel {
   }
 
   private showStage(line: SegmentLine | null): void {
-    part("cancel").hidden = line === null;
-    part("segmenting").textContent = stageText(line, this.session.regions?.count ?? 0);
+    element("cancel").hidden = line === null;
+    element("segmenting").textContent = stageText(line, this.session.regions?.count ?? 0);
   }
 }
 

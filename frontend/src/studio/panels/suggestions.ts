@@ -1,11 +1,11 @@
 // Panel with a list of suggested objects by decreasing score, and buttons that accept and reject suggestions.
 
-import { allow, make, onClick, part } from "../../shared/dom";
-import { cssColor, parseColor, type Rgb } from "../colors";
-import type { SuggestionEntry } from "../contract";
-import type { Desk } from "../desk";
-import { classOf, Groups } from "../labeling";
-import { byScore, type Suggested } from "../suggested";
+import { allow, element, make, onClick } from "../../shared/dom";
+import { cssColor, parseColor, type Rgb } from "../data/colors";
+import type { SuggestionEntry } from "../data/contract";
+import type { Workbench } from "../workbench";
+import { classOf, Groups } from "../data/labeling";
+import { byScore, type Suggested } from "../data/suggested";
 
 const MAX_LISTED = 200; // largest number of suggestions in the list
 const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class
@@ -14,13 +14,13 @@ export class Suggestions {
   private order: number[] = []; // 1-based indices of the suggestions, by decreasing score
   private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by 1-based index
   private chosen = 0; // 1-based index of the chosen suggestion; 0 if there is none
-  private readonly list = part("suggestions");
-  private readonly least = part<HTMLInputElement>("least-score");
+  private readonly list = element("suggestions");
+  private readonly least = element<HTMLInputElement>("least-score");
 
-  constructor(private readonly desk: Desk) {
-    desk.session.events.on("suggestions", (suggested) => this.take(suggested));
-    desk.session.events.on("classes", () => this.show());
-    desk.events.on("paint", () => this.showControls());
+  constructor(private readonly workbench: Workbench) {
+    workbench.session.events.on("suggestions", (suggested) => this.take(suggested));
+    workbench.session.events.on("classes", () => this.show());
+    workbench.events.on("paint", () => this.showControls());
     onClick("accept", () => this.accept());
     onClick("reject", () => this.reject());
     onClick("next-suggestion", () => this.next());
@@ -29,25 +29,25 @@ export class Suggestions {
   }
 
   private get entries(): SuggestionEntry[] {
-    return this.desk.session.suggested.entries;
+    return this.workbench.session.suggested.entries;
   }
 
   private take(suggested: Suggested): void {
     this.order = byScore(suggested);
     this.cells = new Groups(suggested.owners, suggested.entries.length + 1);
     this.chosen = 0;
-    this.desk.drawing.setSuggestions(suggested.owners);
+    this.workbench.drawing.setSuggestions(suggested.owners);
     this.show();
   }
 
   private show(): void {
     const { order, entries } = this;
-    part("suggestions-section").hidden = !order.length;
-    part("suggestions-count").textContent = String(order.length);
+    element("suggestions-section").hidden = !order.length;
+    element("suggestions-count").textContent = String(order.length);
     const rows = order.slice(0, MAX_LISTED).map((place) => this.row(place));
     const nMore = order.length - rows.length;
     this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} more with lower scores`)] : []));
-    this.desk.drawing.setSuggestionColors(entries.map((entry) => this.colorOf(entry)), this.chosen);
+    this.workbench.drawing.setSuggestionColors(entries.map((entry) => this.colorOf(entry)), this.chosen);
     this.showControls();
   }
 
@@ -64,12 +64,12 @@ export class Suggestions {
   }
 
   private colorOf(entry: SuggestionEntry): Rgb {
-    const own = this.desk.session.state.classes.find(({ id }) => id === entry.class);
+    const own = this.workbench.session.state.classes.find(({ id }) => id === entry.class);
     return own ? parseColor(own.color) : UNNAMED;
   }
 
   private nameOf(entry: SuggestionEntry): string {
-    return entry.class ? this.desk.className(entry.class) : "no class yet";
+    return entry.class ? this.workbench.className(entry.class) : "no class yet";
   }
 
   /** Suggestions with at least the score of the slider. At 0, suggestions without a score are included. */
@@ -81,28 +81,28 @@ export class Suggestions {
   private showControls(): void {
     const places = this.goodEnough;
     const isUsable = places.every((place) => this.classFor(place, false));
-    part("least-score-text").textContent = Number(this.least.value) ? this.least.value : "any";
-    part("accept-all").textContent = `Accept all of them (${places.length})`;
-    allow(part("accept-all"), places.length > 0 && isUsable, "Make each suggestion an object of its class, or of the chosen class if it has none; one undo reverts all",
+    element("least-score-text").textContent = Number(this.least.value) ? this.least.value : "any";
+    element("accept-all").textContent = `Accept all of them (${places.length})`;
+    allow(element("accept-all"), places.length > 0 && isUsable, "Make each suggestion an object of its class, or of the chosen class if it has none; one undo reverts all",
       places.length ? "Some suggestions have no class: choose a class first" : "No suggestion has this score");
   }
 
   /** Class that a suggestion would get: its own class, or the chosen class if `isChosenClass` or if it has none. */
   private classFor(place: number, isChosenClass: boolean): number {
     const own = isChosenClass ? 0 : this.entries[place - 1].class;
-    return own || classOf(this.desk.currentPaint);
+    return own || classOf(this.workbench.currentPaint);
   }
 
   /** The suggestion under the pointer or, if there is none, the chosen suggestion. */
   private get active(): number {
-    const { hoveredCell, hoveredPaint, session } = this.desk;
+    const { hoveredCell, hoveredPaint, session } = this.workbench;
     const hovered = hoveredCell < 0 || hoveredPaint ? 0 : session.suggested.owners[hoveredCell];
     return hovered || this.chosen;
   }
 
   /** Go to the suggestion with the next lower score, or from the last one to the first. */
   next(): void {
-    if (!this.order.length) return this.desk.say("There are no suggestions. Import a file to get some.");
+    if (!this.order.length) return this.workbench.say("There are no suggestions. Import a file to get some.");
     this.choose(this.order[(this.order.indexOf(this.chosen) + 1) % this.order.length]);
   }
 
@@ -110,18 +110,18 @@ export class Suggestions {
     this.chosen = place;
     this.show();
     this.list.children[this.order.indexOf(place)]?.scrollIntoView({ block: "nearest" });
-    this.desk.hover(-1);
-    this.desk.fly(this.cells.of(place));
+    this.workbench.hover(-1);
+    this.workbench.fly(this.cells.of(place));
     const entry = this.entries[place - 1];
     const score = entry.score === null ? "" : `, score ${entry.score.toFixed(2)}`;
-    this.desk.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next one.`);
+    this.workbench.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next one.`);
   }
 
   /** Accept the active suggestion as an object of its class or, if `isChosenClass`, of the chosen class. */
   accept(isChosenClass = false): void {
     const { active } = this;
     if (!active) return this.sayNothing();
-    if (!this.classFor(active, isChosenClass)) return this.desk.say("The suggestion has no class: choose a class first.");
+    if (!this.classFor(active, isChosenClass)) return this.workbench.say("The suggestion has no class: choose a class first.");
     void this.settle([active], true, isChosenClass);
   }
 
@@ -131,22 +131,22 @@ export class Suggestions {
   }
 
   private sayNothing(): void {
-    this.desk.say(this.order.length ? "No suggestion is under the pointer or chosen. J goes to the next one." : "There are no suggestions. Import a file to get some.");
+    this.workbench.say(this.order.length ? "No suggestion is under the pointer or chosen. J goes to the next one." : "There are no suggestions. Import a file to get some.");
   }
 
   /** Accept or reject suggestions. If the chosen suggestion is among them, go to the next one. */
   private async settle(places: number[], isAccepted: boolean, isChosenClass = false): Promise<void> {
-    const { desk, entries } = this;
+    const { workbench, entries } = this;
     const ids = places.map((place) => entries[place - 1].id);
     const pairs = places.map((place, i): [number, number] => [ids[i], this.classFor(place, isChosenClass)]);
-    const names = [...new Set(pairs.map(([, id]) => desk.className(id)))].join(", ");
+    const names = [...new Set(pairs.map(([, id]) => workbench.className(id)))].join(", ");
     const rest = this.order.slice(this.order.indexOf(this.chosen) + 1).filter((place) => !places.includes(place));
     const nextId = places.includes(this.chosen) && rest.length ? entries[rest[0] - 1].id : 0;
-    const isDone = await desk.session.settle(isAccepted ? pairs : [], isAccepted ? [] : ids);
+    const isDone = await workbench.session.settle(isAccepted ? pairs : [], isAccepted ? [] : ids);
     if (!isDone) return;
     if (nextId) this.choose(1 + this.entries.findIndex(({ id }) => id === nextId));
     const what = places.length === 1 ? "Suggestion" : `${places.length} suggestions`;
     const done = isAccepted ? `accepted: ${names}` : "rejected";
-    desk.say(`${what} ${done}. ${this.order.length || "None"} left.`);
+    workbench.say(`${what} ${done}. ${this.order.length || "None"} left.`);
   }
 }

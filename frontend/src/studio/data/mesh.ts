@@ -1,0 +1,113 @@
+// The mesh sent by the server, and the geometry of its cells.
+
+import { type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
+import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
+import type { Arrays } from "../../shared/arrays";
+import type { TextureFacts } from "../../shared/texture";
+import { readPacket } from "./packet";
+import type { Rgb } from "./colors";
+
+type Kind = "triangles" | "polygons" | "points" | "tets";
+
+interface Header extends ShapeFacts {
+  kind: Kind;
+  n_cells: number;
+  measure: "area" | "volume";
+  palette: Rgb[]; // colors from which the colors of regions are chosen
+  texture_problem: string; // reason why the texture is not shown; empty if there is no problem
+}
+
+// Singular and plural noun for the cells of each kind of mesh.
+const CELL_NAMES: Record<Kind, [string, string]> = {
+  triangles: ["triangle", "triangles"],
+  polygons: ["face", "faces"],
+  points: ["point", "points"],
+  tets: ["tetrahedron", "tetrahedra"],
+};
+
+export class Mesh {
+  readonly shape: Shape;
+  readonly texture: TextureFacts | null;
+  readonly textureArrays: Arrays;
+  readonly textureProblem: string;
+  readonly nCells: number;
+  readonly areas: Float32Array; // area of each cell, or volume if cells are tetrahedra
+  readonly measure: "area" | "volume";
+  readonly palette: Rgb[];
+  readonly oneCell: string; // singular noun for a cell
+  readonly cellName: string; // plural noun for cells
+  private readonly firstTriangle: Int32Array | null; // first triangle of each cell; -1 if the cell is inside the body and has no triangle
+
+  constructor(buffer: ArrayBuffer) {
+    const { header, arrays } = readPacket<Header>(buffer);
+    this.shape = shapeOf(header, arrays);
+    this.texture = header.texture ?? null;
+    this.textureArrays = arrays;
+    this.textureProblem = header.texture_problem;
+    this.nCells = header.n_cells;
+    this.measure = header.measure;
+    this.palette = header.palette;
+    this.areas = arrays.areas as Float32Array;
+    [this.oneCell, this.cellName] = CELL_NAMES[header.kind];
+    this.firstTriangle = this.shape.sources && firstPlaces(this.shape.sources, this.nCells);
+  }
+
+  get isCloud(): boolean {
+    return this.shape.triangles === null;
+  }
+
+  /** The cell that a triangle belongs to. */
+  cellOf(triangle: number): number {
+    return this.shape.sources ? this.shape.sources[triangle] : triangle;
+  }
+
+  /** Bounding box of all vertices. */
+  get bounds(): { low: Vector; high: Vector } {
+    const { values } = this.shape.positions;
+    const low: Vector = [Infinity, Infinity, Infinity];
+    const high: Vector = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < values.length; i++) {
+      low[i % 3] = Math.min(low[i % 3], values[i]);
+      high[i % 3] = Math.max(high[i % 3], values[i]);
+    }
+    return { low, high };
+  }
+
+  corner(vertex: number): Vector {
+    const { values } = this.shape.positions;
+    return [values[3 * vertex], values[3 * vertex + 1], values[3 * vertex + 2]];
+  }
+
+  /** Corners of the first triangle of a cell; null for a point, and for a cell inside the body. */
+  cornersOf(cell: number): [Vector, Vector, Vector] | null {
+    const { triangles } = this.shape;
+    const triangle = this.firstTriangle ? this.firstTriangle[cell] : cell;
+    if (!triangles || triangle < 0) return null;
+    const [a, b, c] = triangles.subarray(3 * triangle, 3 * triangle + 3);
+    return [this.corner(a), this.corner(b), this.corner(c)];
+  }
+
+  /** Centroid of the first triangle of a cell, or the point itself; null for a cell inside the body. */
+  middleOf(cell: number): Vector | null {
+    if (this.isCloud) return this.corner(cell);
+    const corners = this.cornersOf(cell);
+    return corners && scaled(plus(plus(corners[0], corners[1]), corners[2]), 1 / 3);
+  }
+
+  /**
+   * Normal of the first triangle of a cell, with twice the triangle's area as length. The normal is zero
+   * for a point, and for a cell inside the body.
+   */
+  normalOf(cell: number): Vector {
+    const corners = this.cornersOf(cell);
+    if (!corners) return [0, 0, 0];
+    const [a, b, c] = corners;
+    return cross(minus(b, a), minus(c, a));
+  }
+}
+
+function firstPlaces(values: Uint32Array, count: number): Int32Array {
+  const places = new Int32Array(count).fill(-1);
+  for (let i = values.length - 1; i >= 0; i--) places[values[i]] = i;
+  return places;
+}

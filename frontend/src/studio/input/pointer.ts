@@ -1,0 +1,242 @@
+// Mouse, pen and touch input on the canvas. A scheme assigns an action to each mouse button; the wheel zooms.
+
+import type { Workbench } from "../workbench";
+import type { Modes } from "./modes";
+import { classOf, objectOf } from "../data/labeling";
+import { remember, remembered } from "../session/remembered";
+import { element, percent } from "../../shared/dom";
+import { type Place, placeOf, putTip, zoomByWheel } from "../../shared/picking";
+
+type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
+
+interface Scheme {
+  name: string;
+  hint: string; // text of the toolbar: how to turn, move and zoom
+  rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
+  drag: (event: PointerEvent) => Drag;
+}
+
+const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
+
+const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove the class of these regions", "pick the class and object under the pointer"];
+
+export const SCHEMES: Record<string, Scheme> = {
+  studio: {
+    name: "Mouse: studio",
+    hint: "Turn: right drag, or drag outside the mesh · Move: middle drag · Zoom: wheel",
+    rows: [
+      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
+      ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
+    ],
+    drag: (event) => {
+      if (event.button === 2) return "orbit";
+      if (event.button === 1 || event.altKey) return "pan";
+      return isControl(event) ? "pick" : "tool";
+    },
+  },
+  blender: {
+    name: "Mouse: as in Blender",
+    hint: "Turn: middle drag, or drag outside the mesh · Move: Shift + middle drag · Zoom: wheel",
+    rows: [
+      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
+      ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
+      ["Numpad 1 3 7 .", "front, side, top, frame"],
+    ],
+    drag: (event) => {
+      if (event.button === 2) return "pick";
+      if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
+      return event.altKey ? "orbit" : isControl(event) ? "pick" : "tool";
+    },
+  },
+  meshlab: {
+    name: "Mouse: as in MeshLab",
+    hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
+    rows: [
+      ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
+      ["Left drag", "turn the view"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
+    ],
+    drag: (event) => {
+      if (event.button === 2) return isControl(event) ? "pick" : "tool";
+      if (event.button === 1 || isControl(event)) return "pan";
+      return event.shiftKey ? "zoom" : "orbit";
+    },
+  },
+};
+
+const SCHEME_KEY = "superfacets mouse";
+const TAP = 8; // largest movement of a finger during a tap, in pixels
+
+export class Pointer {
+  private drag: Drag | null = null;
+  private last: Place = { x: 0, y: 0 };
+  private started: Place | null = null; // start of a touch that has not moved far enough to paint; null if there is none
+  private readonly fingers = new Map<number, Place>();
+  private readonly canvas: HTMLCanvasElement;
+  private readonly tip = element("tip");
+  private waiting: PointerEvent | null = null;
+  private scheme = SCHEMES.studio;
+
+  constructor(private readonly workbench: Workbench, private readonly modes: Modes) {
+    this.canvas = workbench.drawing.canvas;
+    const { canvas } = this;
+    canvas.addEventListener("pointerdown", (event) => this.down(event));
+    canvas.addEventListener("pointermove", (event) => this.moved(event));
+    canvas.addEventListener("pointerup", (event) => this.up(event));
+    canvas.addEventListener("pointercancel", (event) => this.up(event));
+    canvas.addEventListener("pointerleave", () => this.left());
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("auxclick", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    workbench.events.on("hover", (cell) => this.showTip(cell));
+    this.watchScheme(element<HTMLSelectElement>("scheme"));
+  }
+
+  private watchScheme(list: HTMLSelectElement): void {
+    for (const [id, { name }] of Object.entries(SCHEMES)) list.add(new Option(name, id));
+    const choose = (): void => {
+      this.scheme = SCHEMES[list.value];
+      element("turning").textContent = this.scheme.hint;
+    };
+    const kept = remembered(SCHEME_KEY) ?? "studio";
+    list.value = kept in SCHEMES ? kept : "studio";
+    list.addEventListener("change", () => {
+      remember(SCHEME_KEY, list.value);
+      choose();
+      if (list.value === "blender") this.workbench.say("Keys that differ from Blender: B brush, X split, L lasso.");
+    });
+    choose();
+  }
+
+  private get isReady(): boolean {
+    return this.workbench.session.paints !== undefined && this.workbench.session.regions !== undefined;
+  }
+
+  private down(event: PointerEvent): void {
+    if (!this.isReady) return;
+    if (event.pointerType === "touch") this.fingers.set(event.pointerId, placeOf(this.canvas, event));
+    if (this.fingers.size > 1) return this.beginFingers();
+    if (this.drag) return;
+    this.canvas.setPointerCapture(event.pointerId);
+    this.last = placeOf(this.canvas, event);
+    if (event.button === 1) event.preventDefault();
+    this.drag = this.scheme.drag(event);
+    if (this.drag === "pick") this.pickPaint();
+    if (this.drag !== "tool") return;
+    if (this.modes.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
+    else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
+    else this.modes.tool.begin(this.last, event.shiftKey);
+  }
+
+  private beginFingers(): void {
+    if (this.drag === "tool" && !this.started) this.modes.tool.end();
+    this.started = null;
+    this.drag = "fingers";
+  }
+
+  private pickPaint(): void {
+    const { workbench } = this;
+    const cell = workbench.picker.cellAt(this.last);
+    if (cell < 0) return;
+    const paint = workbench.session.paints.of[cell];
+    workbench.choose(classOf(paint), objectOf(paint));
+    workbench.say(paint ? `${workbench.paintName(paint)} is chosen.` : "The cell has no class, so strokes now erase.");
+  }
+
+  /** Pointer events can arrive faster than frames; only the latest event before each frame is processed. */
+  private moved(event: PointerEvent): void {
+    if (!this.isReady) return;
+    if (this.drag === "fingers") return this.moveFinger(event);
+    if (!this.waiting) requestAnimationFrame(() => this.move());
+    this.waiting = event;
+  }
+
+  /** Two fingers turn and zoom the view; three fingers move the view. */
+  private moveFinger(event: PointerEvent): void {
+    const { fingers, canvas } = this;
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const place = placeOf(canvas, event);
+    fingers.set(event.pointerId, place);
+    const height = canvas.clientHeight * fingers.size;
+    const [x, y] = [(place.x - before.x) / height, (place.y - before.y) / height];
+    const { camera } = this.workbench.drawing;
+    if (fingers.size > 2) return camera.pan(x, y);
+    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (!other) return;
+    camera.orbit(4 * x, 4 * y);
+    const apart = (one: Place): number => Math.hypot(one.x - other.x, one.y - other.y) || 1;
+    camera.zoomBy(apart(place) / apart(before));
+  }
+
+  private move(): void {
+    const event = this.waiting;
+    this.waiting = null;
+    if (!event || !this.isReady) return;
+    const place = placeOf(this.canvas, event);
+    const [dx, dy] = [place.x - this.last.x, place.y - this.last.y];
+    if (this.started) {
+      if (Math.hypot(dx, dy) < TAP) return;
+      this.beginTap();
+    }
+    const height = this.canvas.clientHeight;
+    this.last = place;
+    this.moveCircle(place);
+    const { camera } = this.workbench.drawing;
+    if (this.drag === "orbit") camera.orbit((4 * dx) / height, (4 * dy) / height);
+    else if (this.drag === "pan") camera.pan(dx / height, dy / height);
+    else if (this.drag === "zoom") camera.zoomBy(Math.exp((-4 * dy) / height));
+    else if (this.drag === "tool") this.modes.tool.move(place);
+    else this.workbench.hover(this.workbench.picker.cellAt(place));
+  }
+
+  /** Start the stroke of a single finger at the position where the touch began. */
+  private beginTap(): void {
+    if (this.started) this.modes.tool.begin(this.started, false);
+    this.started = null;
+  }
+
+  private moveCircle({ x, y }: Place): void {
+    const circle = element<SVGCircleElement>("brush-circle");
+    circle.setAttribute("cx", String(x));
+    circle.setAttribute("cy", String(y));
+  }
+
+  private up(event: PointerEvent): void {
+    this.fingers.delete(event.pointerId);
+    if (this.fingers.size && this.drag === "fingers") return;
+    this.beginTap();
+    if (this.waiting) this.move();
+    if (this.drag === "tool") this.modes.tool.end();
+    this.drag = null;
+  }
+
+  private left(): void {
+    this.waiting = null;
+    if (!this.drag && this.isReady) this.workbench.hover(-1);
+  }
+
+  private wheel(event: WheelEvent): void {
+    if (this.isReady) zoomByWheel(this.canvas, this.workbench.drawing.camera, event);
+  }
+
+  private showTip(cell: number): void {
+    this.tip.hidden = cell < 0 || this.drag === "orbit";
+    if (cell < 0) return;
+    const { regions, paints, mesh, suggested } = this.workbench.session;
+    const region = this.workbench.regionOf(cell);
+    const paint = paints.of[cell];
+    const lines = [region < 0 ? "No region" : `Region ${region}`];
+    if (region >= 0) {
+      const count = regions.cellsOf(region).length.toLocaleString("en");
+      lines.push(`${percent(regions.areas[region] / paints.totalArea)} of the ${mesh.measure}`);
+      lines.push(`${count} ${mesh.cellName}`);
+    }
+    const name = this.workbench.paintName(paint);
+    const kind = this.workbench.className(classOf(paint));
+    lines.push(!paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name);
+    const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
+    if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
+    this.tip.textContent = lines.join("\n");
+    putTip(this.tip, this.canvas, this.last);
+  }
+}

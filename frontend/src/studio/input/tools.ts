@@ -1,0 +1,369 @@
+// Tools for the canvas. The current tool handles strokes with the paint button of the mouse.
+
+import { counted } from "../../shared/dom";
+import type { Place } from "../../shared/picking";
+import { NONE } from "../../shared/shape";
+import { lengthOf, minus } from "../../shared/vectors";
+import type { CellCursor } from "./cellcursor";
+import { MARK_BLUE, MARK_RED } from "../view/celltable";
+import type { Workbench } from "../workbench";
+import { addTo } from "../data/labeling";
+import { placesBetween } from "../view/picker";
+import { newStrokeId } from "../session/saver";
+
+export abstract class Tool {
+  abstract readonly name: string;
+  abstract readonly hint: string;
+  readonly turnsBeside: boolean = true; // whether a drag that begins outside the mesh turns the view
+
+  constructor(protected readonly workbench: Workbench) {}
+
+  /** Begin a stroke. If Shift is held, `isOther` is true: the stroke erases or, in split mode, is blue. */
+  abstract begin(place: Place, isOther: boolean): void;
+  abstract move(place: Place): void;
+  abstract end(): void;
+  enter(): void {}
+  leave(): void {}
+
+  /** Handle the Enter key. By default, paint the selected regions with the current class and object. */
+  confirm(): void {
+    this.workbench.paintActive(this.workbench.currentPaint);
+  }
+
+  /** Handle the Delete key. By default, remove class and object of the selected regions. */
+  erase(): void {
+    this.workbench.paintActive(0);
+  }
+
+  /**
+   * Handle an arrow key. By default, turn the view. x is 1 for right and -1 for left, and y is 1 for up and
+   * -1 for down.
+   */
+  arrow(x: number, y: number): void {
+    this.workbench.drawing.camera.orbit(TURN * x, -TURN * y);
+  }
+
+  /** Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions, or remove their outer ring. */
+  resize(isUp: boolean): void {
+    if (isUp) this.workbench.grow();
+    else this.workbench.shrink();
+  }
+}
+
+const TURN = 0.15; // rotation of the view by one press of an arrow key, in radians
+const STEP = 6; // distance in pixels between the points of a stroke at which cells are looked up
+
+/** A tool that paints along strokes. `touched` contains the regions or cells that the current stroke has painted. */
+abstract class Brush extends Tool {
+  protected paint = 0;
+  protected strokeId = "";
+  protected readonly touched = new Set<number>();
+  protected readonly replaced = new Map<number, number>(); // number of repainted regions, indexed by the class and object that they lose
+  private last: Place = { x: 0, y: 0 };
+
+  /** Distance in pixels between the points of a stroke at which cells are looked up. */
+  protected get step(): number {
+    return STEP;
+  }
+
+  protected abstract touch(place: Place): void;
+
+  begin(place: Place, isOther: boolean): void {
+    this.paint = isOther ? 0 : this.workbench.currentPaint;
+    this.last = place;
+    this.strokeId = newStrokeId();
+    this.touched.clear();
+    this.replaced.clear();
+    this.touch(place);
+  }
+
+  move(place: Place): void {
+    for (const between of placesBetween(this.last, place, this.step)) this.touch(between);
+    this.last = place;
+  }
+}
+
+/** Paints the regions under the pointer. */
+export class RegionBrush extends Brush {
+  readonly name = "Paint regions";
+  readonly hint = "Drag paints · Shift removes · Ctrl-click picks class and object · O new object · ? help";
+
+  protected touch(place: Place): void {
+    const { workbench } = this;
+    const cell = workbench.picker.cellAt(place);
+    const region = workbench.regionOf(cell);
+    if (region >= 0 && !this.touched.has(region)) {
+      this.touched.add(region);
+      workbench.noteReplaced([region], this.paint, this.replaced);
+      workbench.session.paint(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
+    }
+    workbench.hover(cell);
+  }
+
+  end(): void {
+    const { workbench } = this;
+    if (!this.touched.size) return;
+    workbench.select(this.touched, true);
+    workbench.sayPainted([...this.touched], this.paint, this.replaced);
+  }
+}
+
+/** Paints the single cells inside a circle around the pointer. */
+export class CellBrush extends Brush {
+  readonly name = "Brush single cells";
+  readonly hint =
+    "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
+  radius = 16;
+
+  constructor(workbench: Workbench, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor) {
+    super(workbench);
+  }
+
+  override enter(): void {
+    this.circle.setAttribute("r", String(this.radius));
+    this.circle.removeAttribute("hidden");
+  }
+
+  override leave(): void {
+    this.circle.setAttribute("hidden", "");
+    this.cursor.clear();
+  }
+
+  override arrow(x: number, y: number): void {
+    this.cursor.move(x, y);
+  }
+
+  override confirm(): void {
+    this.paintChosen(this.workbench.currentPaint);
+  }
+
+  override erase(): void {
+    this.paintChosen(0);
+  }
+
+  private paintChosen(paint: number): void {
+    if (this.cursor.cell >= 0) this.cursor.paint(paint);
+    else this.workbench.paintActive(paint);
+  }
+
+  override resize(isUp: boolean): void {
+    this.radius = Math.min(200, Math.max(2, this.radius * (isUp ? 1.25 : 0.8)));
+    this.circle.setAttribute("r", String(this.radius));
+    this.workbench.say(`Brush: ${Math.round(this.radius)} pixels.`);
+  }
+
+  protected override get step(): number {
+    return Math.max(STEP, this.radius / 2);
+  }
+
+  protected touch(place: Place): void {
+    const { workbench } = this;
+    const around = workbench.picker.cellsAround(place, this.radius);
+    const fresh = around.filter((cell) => !this.touched.has(cell));
+    for (const cell of fresh) this.touched.add(cell);
+    workbench.session.paint(Uint32Array.from(fresh), this.paint, this.strokeId);
+  }
+
+  end(): void {
+    if (!this.touched.size) return;
+    this.workbench.select([], false);
+    this.workbench.sayPainted(counted(this.touched.size, "cell"), this.paint);
+  }
+}
+
+/** Paints the regions that are mostly inside a drawn outline, or the single cells inside the outline. */
+export class Lasso extends Tool {
+  readonly name: string;
+  override readonly turnsBeside = false;
+  readonly hint = "Draw an outline around the part to paint · Shift removes · L: regions or cells · Esc leaves";
+  private places: Place[] = [];
+  private paint = 0;
+
+  constructor(workbench: Workbench, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
+    super(workbench);
+    this.name = ofCells ? "Lasso (single cells)" : "Lasso (regions)";
+  }
+
+  begin(place: Place, isOther: boolean): void {
+    this.paint = isOther ? 0 : this.workbench.currentPaint;
+    this.places = [place];
+  }
+
+  move(place: Place): void {
+    this.places.push(place);
+    this.line.setAttribute("points", this.places.map(({ x, y }) => `${x},${y}`).join(" "));
+  }
+
+  override leave(): void {
+    this.line.setAttribute("points", "");
+  }
+
+  end(): void {
+    this.line.setAttribute("points", "");
+    if (this.places.length < 3) return;
+    const inside = this.countInside();
+    if (this.ofCells) this.paintCells(inside);
+    else this.paintRegions(inside);
+  }
+
+  /** Number of pixels of each visible cell that are inside the outline. */
+  private countInside(): Map<number, number> {
+    const xs = this.places.map(({ x }) => x);
+    const ys = this.places.map(({ y }) => y);
+    const { clientWidth, clientHeight } = this.workbench.drawing.canvas;
+    const left = Math.max(0, Math.min(...xs));
+    const top = Math.max(0, Math.min(...ys));
+    const right = Math.min(clientWidth, Math.max(...xs));
+    const bottom = Math.min(clientHeight, Math.max(...ys));
+    const counts = new Map<number, number>();
+    if (right <= left || bottom <= top) return counts;
+    const seen = this.workbench.drawing.cellsSeen(left, top, right - left, bottom - top);
+    for (let row = 0; row < seen.height; row++) {
+      const y = top + (seen.height - row - 0.5) / seen.scale;
+      const crossings = crossingsOf(this.places, y);
+      for (let k = 0; k + 1 < crossings.length; k += 2) {
+        const first = Math.max(0, Math.ceil((crossings[k] - left) * seen.scale - 0.5));
+        const last = Math.min(seen.width, Math.ceil((crossings[k + 1] - left) * seen.scale - 0.5));
+        for (let column = first; column < last; column++) {
+          const cell = seen.cells[row * seen.width + column];
+          if (cell !== NONE) addTo(counts, cell, 1);
+        }
+      }
+    }
+    return counts;
+  }
+
+  private paintCells(inside: Map<number, number>): void {
+    this.workbench.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
+    this.workbench.sayPainted(counted(inside.size, "cell"), this.paint);
+  }
+
+  private paintRegions(inside: Map<number, number>): void {
+    const { workbench } = this;
+    const total = new Map<number, number>();
+    for (const cell of workbench.drawing.cellsSeen().cells) {
+      if (cell !== NONE) addTo(total, workbench.regionOf(cell), 1);
+    }
+    const enclosed = new Map<number, number>();
+    for (const [cell, count] of inside) addTo(enclosed, workbench.regionOf(cell), count);
+    const isChosen = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
+    const chosen = [...enclosed.keys()].filter(isChosen);
+    const replaced = new Map<number, number>();
+    workbench.noteReplaced(chosen, this.paint, replaced);
+    workbench.paintRegions(chosen, this.paint);
+    workbench.sayPainted(chosen, this.paint, replaced);
+  }
+}
+
+/** X coordinates at which a closed polygon crosses the horizontal line at `y`, in ascending order. */
+function crossingsOf(places: Place[], y: number): number[] {
+  const found: number[] = [];
+  places.forEach((a, i) => {
+    const b = places[(i + 1) % places.length];
+    if (a.y <= y === b.y <= y) return;
+    found.push(a.x + ((y - a.y) / (b.y - a.y)) * (b.x - a.x));
+  });
+  return found.sort((a, b) => a - b);
+}
+
+/** Cuts a region in two between a red and a blue stroke. */
+export class Splitter extends Tool {
+  readonly name = "Split a region";
+  readonly hint =
+    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across the region) · Esc leaves";
+  private last: Place = { x: 0, y: 0 };
+  private region = -1;
+  private isBlue = false;
+  private readonly red = new Set<number>();
+  private readonly blue = new Set<number>();
+
+  override enter(): void {
+    this.clear();
+  }
+
+  override leave(): void {
+    this.clear();
+  }
+
+  private clear(): void {
+    this.red.clear();
+    this.blue.clear();
+    this.region = -1;
+    this.workbench.drawing.cells.unmarkAll(MARK_RED | MARK_BLUE);
+    this.workbench.drawing.redraw();
+  }
+
+  begin(place: Place, isOther: boolean): void {
+    this.isBlue = isOther;
+    this.last = place;
+    const region = this.workbench.regionOf(this.workbench.picker.cellAt(place));
+    if (region >= 0 && region !== this.region && !this.blue.size !== !this.red.size) {
+      this.workbench.say("Both strokes must be in the same region.");
+    }
+    if (this.region < 0) this.region = region;
+    this.touch(place);
+  }
+
+  move(place: Place): void {
+    for (const between of placesBetween(this.last, place, 3)) this.touch(between);
+    this.last = place;
+  }
+
+  private touch(place: Place): void {
+    const cell = this.workbench.picker.cellAt(place);
+    if (cell < 0 || this.workbench.regionOf(cell) !== this.region) return;
+    const [into, from] = this.isBlue ? [this.blue, this.red] : [this.red, this.blue];
+    if (from.has(cell)) return;
+    into.add(cell);
+    const bits = this.isBlue ? MARK_BLUE : MARK_RED;
+    this.workbench.drawing.cells.mark(Uint32Array.of(cell), bits, true);
+    this.workbench.drawing.redraw();
+  }
+
+  end(): void {
+    if (this.red.size && this.blue.size) this.workbench.say("Enter cuts between red and blue.");
+    else if (this.red.size) this.workbench.say("Now draw a blue stroke with Shift-drag.");
+  }
+
+  override confirm(): void {
+    const { workbench } = this;
+    if (!this.red.size && !this.blue.size) this.takeEnds(workbench.activeRegion);
+    if (!this.red.size || !this.blue.size) {
+      workbench.say("A cut needs a red and a blue stroke in one region.");
+      return;
+    }
+    const region = this.region;
+    const [red, blue] = [[...this.red], [...this.blue]];
+    this.clear();
+    void workbench.session.split(region, red, blue).then((done) => {
+      if (done) workbench.say(`Region ${region} is cut in two.`);
+    });
+  }
+
+  /** Use two distant cells of the region instead of strokes, for users without a mouse. */
+  private takeEnds(region: number): void {
+    if (region < 0) return;
+    const cells = this.workbench.session.regions.cellsOf(region);
+    const seen = cells.filter((cell) => this.workbench.session.mesh.middleOf(cell));
+    const isInside = seen.length < 2; // no cell of the region can be seen, so any two cells are used
+    const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
+    const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
+    if (one === other) return;
+    this.region = region;
+    this.red.add(one);
+    this.blue.add(other);
+  }
+
+  private farthestFrom(cells: Uint32Array, start: number): number {
+    const { mesh } = this.workbench.session;
+    const from = mesh.middleOf(start);
+    if (!from) return start;
+    let best = start;
+    let most = 0;
+    for (const cell of cells) {
+      const distance = lengthOf(minus(mesh.middleOf(cell) ?? from, from));
+      if (distance > most) [best, most] = [cell, distance];
+    }
+    return best;
+  }
+}

@@ -1,0 +1,52 @@
+// Messages, errors, and a banner that is shown while the server does not respond.
+
+import { counted, element } from "../../shared/dom";
+import type { Session } from "../session/session";
+
+export function showNotices(session: Session): void {
+  const { events } = session;
+  const error = element("error");
+  const [line, close] = error.children as unknown as HTMLElement[];
+  close.addEventListener("click", () => {
+    error.hidden = true;
+    element("canvas").focus();
+  });
+  events.on("error", (text) => {
+    line.textContent = text;
+    error.hidden = false;
+  });
+  events.on("message", (text) => {
+    element("status").textContent = text;
+    error.hidden = true;
+  });
+  events.on("online", (isOnline) => {
+    element("banner").hidden = isOnline;
+    showWaiting(session);
+    if (isOnline) events.emit("message", "The server is back; everything is saved.");
+  });
+  events.on("state", () => {
+    showWaiting(session);
+    element("saved").textContent = savedText(session);
+  });
+  events.on("file", (mesh) => {
+    element("file-name").textContent = session.state.input.name;
+    document.title = `${session.state.input.name} – Superfacets studio`;
+    element("file-facts").textContent = counted(mesh.nCells, mesh.oneCell, mesh.cellName);
+    if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
+  });
+  window.addEventListener("beforeunload", (event) => {
+    if (session.nWaiting && !session.online) event.preventDefault();
+  });
+}
+
+/** Text that says whether all labels are saved, and when they were last saved. */
+export function savedText({ nWaiting, savedAt }: Session): string {
+  if (nWaiting) return "Saving …";
+  return savedAt ? `Saved ${savedAt.toLocaleTimeString("en-GB")}` : "All saved";
+}
+
+function showWaiting({ online, nWaiting }: Session): void {
+  if (online) return;
+  const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved when it is back.` : "Everything is saved.";
+  element("banner").textContent = `The server does not answer. ${kept} You can continue to paint; other changes have to wait.`;
+}

@@ -1,0 +1,62 @@
+// Buttons and keys for standard views.
+
+import { button, element, onClick } from "../../shared/dom";
+import { NONE } from "../../shared/shape";
+import { dot, minus, plus } from "../../shared/vectors";
+import type { Workbench } from "../workbench";
+
+const MANY_BACKS = 0.2; // if a larger fraction of visible cells is seen from behind, walls probably hide the inside of a room
+
+interface Usual {
+  name: string;
+  key: string;
+  what: string;
+  run: () => void;
+}
+
+export class Views {
+  private readonly usual: Usual[];
+
+  constructor(private readonly workbench: Workbench) {
+    const { camera } = workbench.drawing;
+    const quarter = Math.PI / 2;
+    this.usual = [
+      { name: "Front", key: "Alt+1", what: "from the front", run: () => camera.turnTo(0, 0) },
+      { name: "Side", key: "Alt+2", what: "from the right side", run: () => camera.turnTo(quarter, 0) },
+      { name: "Top", key: "Alt+3", what: "from the top", run: () => camera.turnTo(0, quarter) },
+      { name: "Frame", key: "g", what: "go to the region under the pointer or to the chosen object", run: () => workbench.frameActive() },
+      { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
+    ];
+    const buttons = this.usual.map(({ name, key, what, run }) => {
+      const title = `${what[0].toUpperCase()}${what.slice(1)} (${key.length === 1 ? key.toUpperCase() : key})`;
+      return button(name, title, run);
+    });
+    element("views").prepend(...buttons);
+    onClick("inside", () => this.toggleBacks());
+  }
+
+  /** Hide or show triangles that are seen from behind. */
+  private toggleBacks(): void {
+    const { drawing } = this.workbench;
+    drawing.hidesBacks = !drawing.hidesBacks;
+    element("inside").ariaPressed = String(drawing.hidesBacks);
+    drawing.changeView();
+    this.workbench.say(drawing.hidesBacks ? "Surfaces seen from behind are hidden; W shows them." : "Surfaces are shown from both sides.");
+  }
+
+  /** Whether many visible cells are seen from behind, such as the walls of a room seen from outside. */
+  get isSeenFromBehind(): boolean {
+    const { drawing, session: { mesh } } = this.workbench;
+    const eye = plus(drawing.camera.target, drawing.camera.directions()[2], drawing.camera.distance);
+    const seen = [...new Set(drawing.cellsSeen().cells)].filter((cell) => cell !== NONE);
+    const isBack = (cell: number): boolean => dot(mesh.normalOf(cell), minus(eye, mesh.middleOf(cell)!)) < 0;
+    return seen.filter(isBack).length > MANY_BACKS * seen.length;
+  }
+
+  keys(): { names: string[]; what: string; onCanvas: boolean; run: () => void }[] {
+    return [
+      ...this.usual.map(({ key, what, run }) => ({ names: [key], what, onCanvas: key === "Home", run })),
+      { names: ["w"], what: "see inside: hide surfaces seen from behind, such as walls", onCanvas: false, run: () => this.toggleBacks() },
+    ];
+  }
+}

@@ -1,0 +1,464 @@
+// The open file: a copy of its state on the server, and the operations that the user can apply to it.
+
+import { Api, ServerError, ServerGone } from "./api";
+import { fromBase64, toBase64 } from "../../shared/arrays";
+import type {
+  ClassEntry, CompareReply, Effect, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State,
+} from "../data/contract";
+import { Events } from "./events";
+import { Paints, Regions } from "../data/labeling";
+import { Mesh } from "../data/mesh";
+import { type Side, stepName } from "../data/names";
+import { newStrokeId, Saver } from "./saver";
+import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
+
+interface Kinds {
+  file: Mesh;
+  regions: Regions;
+  painted: Uint32Array | null; // cells whose class or object has changed; null if all cells may have changed
+  classes: ClassEntry[];
+  state: State;
+  segmenting: SegmentLine | null; // progress of the running segmentation; null if none is running
+  online: boolean;
+  message: string;
+  error: string;
+  files: FileEntry[];
+  suggestions: Suggested;
+}
+
+/** A class to be saved. The server chooses a color if none is given. */
+export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
+
+/** Text of an error message. Status 403 means that the server was restarted with another token. */
+function strangerLine(error: unknown): string {
+  if (error instanceof ServerError && error.status === 403) {
+    return "The server was restarted: open the address that it printed. Unsaved strokes are kept.";
+  }
+  return error instanceof Error ? error.message : String(error);
+}
+
+const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(cells).buffer);
+
+const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
+const BEAT_MS = 5000; // interval between checks for changes made by other pages
+// If the last preview took longer than this, a new preview aborts the running preview; otherwise it waits.
+const SHORT_SECONDS = 0.4;
+
+export class Session {
+  readonly events = new Events<Kinds>();
+  files: FileEntry[] = [];
+  fileId = -1;
+  mesh!: Mesh;
+  regions!: Regions;
+  paints!: Paints;
+  state!: State;
+  suggested = NOTHING_SUGGESTED;
+  online = true;
+  savedAt: Date | null = null; // when the server saved the latest step; null if nothing was saved since the file was opened
+  isLocked = false; // whether strokes leave cells that already have a class unchanged
+  private saver!: Saver;
+  private segmentation: AbortController | null = null;
+  private segmenting: Promise<void> = Promise.resolve();
+  private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
+  private lastSeconds = 0;
+  private steps: Promise<unknown> = Promise.resolve(); // resolves when all steps queued by `alone` have finished
+  private nSteps = 0; // number of running and queued steps
+
+  constructor(private readonly api: Api) {
+    setInterval(() => void this.beat(), BEAT_MS);
+    window.addEventListener("focus", () => void this.beat()); // another tab may have changed the labels meanwhile
+  }
+
+  get path(): string {
+    return `/api/files/${this.fileId}`;
+  }
+
+  get nWaiting(): number {
+    return this.saver?.count ?? 0;
+  }
+
+  /** Whether no request is pending, so that the page shows the current state of the server. */
+  get isIdle(): boolean {
+    return !this.nSteps && !this.nWaiting && !this.wanted && !this.segmentation;
+  }
+
+  /**
+   * Run a step that reads or changes the whole state, after all earlier steps. Strokes are sent before
+   * or after the step, never during it, because the page would then show wrong classes.
+   */
+  private alone<T>(work: () => Promise<T>): Promise<T> {
+    this.nSteps++;
+    const done = this.steps.then(async () => {
+      const { saver } = this; // `work` may replace `this.saver`
+      await saver?.flush();
+      saver?.hold();
+      try {
+        return await work();
+      } finally {
+        this.nSteps--;
+        saver?.release();
+      }
+    });
+    this.steps = done.catch(() => undefined);
+    return done;
+  }
+
+  /** Like `alone`, but shows errors to the user. Returns false if an error occurred. */
+  private async attempt(work: () => Promise<void>): Promise<boolean> {
+    try {
+      await this.alone(work);
+      return true;
+    } catch (error) {
+      this.report(error);
+      return false;
+    }
+  }
+
+  async loadFiles(): Promise<void> {
+    this.files = await this.api.get<FileEntry[]>("/api/files");
+    this.events.emit("files", this.files);
+  }
+
+  open(fileId: number): Promise<void> {
+    this.cancelSegmentation();
+    return this.segmenting.then(() => this.alone(() => this.openNow(fileId)));
+  }
+
+  private async openNow(fileId: number): Promise<void> {
+    if (this.nWaiting) throw new ServerGone();
+    const path = `/api/files/${fileId}`;
+    const [mesh, state] = await Promise.all([
+      this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
+      this.api.get<State>(`${path}/state`),
+    ]);
+    const [paint, regions] = await Promise.all([
+      this.api.buffer(`${path}/paint`),
+      this.fetchRegions(path, state.revision, mesh),
+    ]);
+    this.fileId = fileId;
+    this.savedAt = null;
+    this.suggested = NOTHING_SUGGESTED;
+    this.mesh = mesh;
+    this.state = state;
+    this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
+      saved: (reply) => this.take(reply),
+      refused: (error) => void this.refused(error),
+      gone: () => this.lose(),
+    });
+    this.takePaint(paint);
+    this.regions = regions;
+    this.events.emit("file", mesh);
+    this.events.emit("classes", state.classes);
+    this.events.emit("painted", null);
+    this.events.emit("regions", this.regions);
+    this.take({});
+    await this.loadSuggestions();
+    void this.saver.flush();
+  }
+
+  private takePaint(paint: ArrayBuffer): void {
+    this.paints = new Paints(new Uint32Array(paint), this.mesh.areas);
+    for (const stroke of this.saver.strokes) this.setPaint(stroke.cells, stroke.paint);
+  }
+
+  private async loadPaint(): Promise<void> {
+    this.takePaint(await this.api.buffer(`${this.path}/paint`));
+    this.events.emit("painted", null);
+  }
+
+  private async fetchRegions(path: string, revision: number, mesh: Mesh): Promise<Regions> {
+    const [labels, graph] = await Promise.all([
+      this.api.buffer(`${path}/labels?revision=${revision}`),
+      this.api.buffer(`${path}/regions?revision=${revision}`),
+    ]);
+    return new Regions(new Int32Array(labels), mesh.areas, graph, revision);
+  }
+
+  private async loadRegions(revision: number): Promise<void> {
+    this.regions = await this.fetchRegions(this.path, revision, this.mesh);
+    this.events.emit("regions", this.regions);
+  }
+
+  private async loadSuggestions(): Promise<void> {
+    const isNone = !this.state.n_suggestions;
+    this.suggested = isNone ? NOTHING_SUGGESTED : suggestedFrom(await this.api.buffer(`${this.path}/suggestions`));
+    this.events.emit("suggestions", this.suggested);
+  }
+
+  /** Merge a state sent by the server into the current state, unless the current state is newer. */
+  private take(news: Partial<State>): void {
+    if (news.seq !== undefined && news.seq > this.state.seq) this.savedAt = new Date();
+    if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
+    this.events.emit("state", this.state);
+  }
+
+  private setPaint(cells: Uint32Array, paint: number): void {
+    for (const cell of cells) this.paints.set(cell, paint);
+  }
+
+  /**
+   * Give cells the class and object encoded by `paint`; 0 removes class and object. The change is shown
+   * immediately and saved in the background.
+   */
+  paint(cells: Uint32Array, paint: number, strokeId = newStrokeId()): void {
+    const { of } = this.paints;
+    const isKept = (cell: number): boolean => this.isLocked && paint !== 0 && of[cell] !== 0;
+    const changed = cells.filter((cell) => of[cell] !== paint && !isKept(cell));
+    if (!changed.length) return;
+    this.setPaint(changed, paint);
+    this.saver.add({ paint, cells: changed, strokeId });
+    this.events.emit("painted", changed);
+    this.take({});
+  }
+
+  undo(): Promise<void> {
+    return this.step("undo", "Undone");
+  }
+
+  redo(): Promise<void> {
+    return this.step("redo", "Redone");
+  }
+
+  private async step(what: "undo" | "redo", done: string): Promise<void> {
+    try {
+      await this.alone(async () => {
+        const reply = await this.post<Effect>(what);
+        const cells = cellsIn(reply);
+        const before = this.side(cells);
+        await this.takeEffect(reply);
+        const after = this.side(cells);
+        const name = stepName(this, reply.kind, cells, what === "undo" ? [after, before] : [before, after]);
+        this.events.emit("message", `${done}: ${name}.`);
+      });
+    } catch (error) {
+      if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
+      else this.report(error);
+    }
+  }
+
+  /** Copy of the current lists and of the current paint of some cells; later steps do not change the copy. */
+  private side(cells: Uint32Array): Side {
+    const { classes, object_names } = this.state;
+    return { lists: { classes, object_names }, paint: cells.map((cell) => this.paints.of[cell]) };
+  }
+
+  private async takeEffect(reply: Effect): Promise<void> {
+    const { kind, cells: _, paint: codedPaint, ...news } = reply;
+    const cells = cellsIn(reply);
+    const paint = new Uint32Array(fromBase64(codedPaint).buffer);
+    cells.forEach((cell, i) => this.paints.set(cell, paint[i]));
+    this.events.emit("painted", cells);
+    for (const stroke of this.saver.strokes) {
+      this.setPaint(stroke.cells, stroke.paint);
+      this.events.emit("painted", stroke.cells);
+    }
+    if (kind !== "paint" && kind !== "settle") await this.reload();
+    this.take(news);
+    if (kind === "settle") await this.loadSuggestions();
+  }
+
+  /** Load the parameters and the list of classes again and, if they have changed, the regions and suggestions. */
+  async reload(): Promise<void> {
+    const state = await this.api.get<State>(`${this.path}/state`);
+    if (state.seq > this.state.seq) this.savedAt = new Date();
+    this.state = state;
+    this.events.emit("classes", state.classes);
+    if (state.revision !== this.regions.revision) await this.loadRegions(state.revision);
+    if (state.n_suggestions || this.suggested.entries.length) await this.loadSuggestions();
+    this.take({});
+  }
+
+  /** Accept suggestions, given as pairs of id and class, and reject other suggestions. Returns false on failure. */
+  settle(accept: [number, number][], reject: number[]): Promise<boolean> {
+    return this.attempt(async () => this.takeEffect(await this.post<Effect>("settle", { accept, reject })));
+  }
+
+  /** Segment with these parameters. If several requests are waiting, only the newest one is computed. */
+  segment(parameters: Partial<Parameters>, preview: boolean): void {
+    this.wanted = { parameters, preview };
+    if (!this.segmentation) this.segmenting = this.segmentWanted();
+    else if (this.lastSeconds > SHORT_SECONDS) this.segmentation.abort();
+  }
+
+  cancelSegmentation(): void {
+    this.wanted = null;
+    this.segmentation?.abort();
+  }
+
+  private async segmentWanted(): Promise<void> {
+    while (this.wanted) {
+      const { parameters, preview } = this.wanted;
+      this.wanted = null;
+      this.segmentation = new AbortController();
+      try {
+        await this.saver.flush();
+        await this.segmentOnce(parameters, preview, this.segmentation.signal);
+      } catch (error) {
+        if (!this.segmentation.signal.aborted) this.report(error);
+      }
+      this.segmentation = null;
+    }
+    this.events.emit("segmenting", null);
+  }
+
+  private async segmentOnce(
+    parameters: Partial<Parameters>, preview: boolean, signal: AbortSignal,
+  ): Promise<void> {
+    const started = performance.now();
+    const body = { ...parameters, preview };
+    this.events.emit("segmenting", { stage: "starting" });
+    for await (const line of this.api.lines<SegmentLine>(`${this.path}/segment`, body, signal)) {
+      if (line.error !== undefined) throw new ServerError(line.error, 400);
+      if (line.cancelled) return;
+      this.events.emit("segmenting", line);
+      if (line.revision === undefined) continue;
+      if (line.revision !== this.regions.revision) await this.loadRegions(line.revision);
+    }
+    this.lastSeconds = (performance.now() - started) / 1000;
+    if (!preview) this.take(await this.alone(() => this.api.get<State>(`${this.path}/state`)));
+  }
+
+  split(region: number, red: number[], blue: number[]): Promise<boolean> {
+    const { revision } = this.regions;
+    return this.attempt(async () => {
+      const reply = await this.post<SplitReply>("split", { region, revision, red, blue });
+      await this.loadRegions(reply.revision);
+      this.take(await this.api.get<State>(`${this.path}/state`));
+    });
+  }
+
+  /** Regions similar to a region; empty if the request fails. */
+  async similar(region: number, tolerance: number): Promise<number[]> {
+    const { revision } = this.regions;
+    let regions: number[] = [];
+    await this.attempt(async () => {
+      const body = { region, revision, tolerance };
+      ({ regions } = await this.post<{ regions: number[] }>("similar", body));
+    });
+    return regions;
+  }
+
+  /** Edit the list of classes. `edit` receives the list that results from all earlier steps. */
+  async setClasses(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
+    const isDone = await this.attempt(async () => {
+      await this.post<unknown>("classes", { classes: edit(this.state.classes) });
+      this.savedAt = new Date(); // `reload` does not set this for the class list of a folder, which is not saved as a step
+      await this.reload();
+    });
+    if (!isDone) this.events.emit("classes", this.state.classes);
+  }
+
+  /** Write a file to the folder of the input. An existing file is replaced only if the user agrees. */
+  async exportTo(format: string, what: string, replace = false): Promise<void> {
+    try {
+      const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
+      this.events.emit("message", `Written: ${path}`);
+    } catch (error) {
+      const isThere = error instanceof ServerError && error.status === 409 && !replace;
+      if (!isThere) this.report(error);
+      else if (confirm(`${error.message}\nReplace it?`)) await this.exportTo(format, what, true);
+    }
+  }
+
+  downloadAddress(format: string, what: string): string {
+    return this.api.address(`${this.path}/export`, { format, what });
+  }
+
+  thumbnailAddress(fileId: number): string {
+    return this.api.address(`/api/files/${fileId}/thumbnail`);
+  }
+
+  async importFrom(files: { name: string; data: string }[], asSuggestions: boolean): Promise<void> {
+    if (!(await this.change("import", { files, as_suggestions: asSuggestions }))) return;
+    const count = this.suggested.entries.length;
+    this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.");
+  }
+
+  /** Compare with another work file or, without `files`, with the one compared last. Returns null on failure. */
+  async compare(files?: { name: string; data: string }[]): Promise<CompareReply | null> {
+    return this.compared("compare", files ? { files } : {});
+  }
+
+  /** Resolve differences between two work files: the given cells get the labels of the given side. */
+  async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<CompareReply | null> {
+    return this.compared("accept", { cells: toBase64(cells), side });
+  }
+
+  private async compared(what: string, body: unknown): Promise<CompareReply | null> {
+    let reply: CompareReply | null = null;
+    await this.attempt(async () => {
+      reply = await this.post<CompareReply>(what, body);
+      if (what === "accept") await this.reloadAll();
+    });
+    return reply;
+  }
+
+  /** Run an operation that changes labels on the server, and load the new labels. Returns false on failure. */
+  async change(what: string, body: unknown): Promise<boolean> {
+    return this.attempt(async () => {
+      await this.post<unknown>(what, body);
+      await this.reloadAll();
+    });
+  }
+
+  private async reloadAll(): Promise<void> {
+    await this.loadPaint();
+    await this.reload();
+  }
+
+  private post<T>(what: string, body: unknown = {}): Promise<T> {
+    if (!this.online) throw new ServerGone();
+    return this.api.post<T>(`${this.path}/${what}`, body);
+  }
+
+  /** Show the message of an error to the user. */
+  report(error: unknown): void {
+    if (error instanceof ServerGone) this.lose();
+    const line = error instanceof Error ? error.message : String(error);
+    this.events.emit("error", `${line[0]?.toUpperCase() ?? ""}${line.slice(1)}`);
+  }
+
+  /** Handle a stroke that the server rejected: show the error, and load the labels from the server. */
+  private async refused(error: ServerError): Promise<void> {
+    this.report(error);
+    await this.attempt(() => this.reloadAll());
+  }
+
+  private lose(): void {
+    if (this.online) setTimeout(() => void this.tryAgain(), RETRY_MS);
+    this.online = false;
+    this.events.emit("online", false);
+  }
+
+  private async tryAgain(): Promise<void> {
+    try {
+      const state = await this.api.get<State>(`${this.path}/state`);
+      if (state.input.n_cells !== this.mesh.nCells) throw new Error("the server has opened another file");
+      await this.alone(async () => {
+        if (this.nWaiting) throw new ServerGone();
+        await this.loadPaint();
+        await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
+        await this.reload();
+      });
+      this.online = true;
+      this.events.emit("online", true);
+    } catch (error) {
+      this.online = false;
+      if (!(error instanceof ServerGone)) this.events.emit("error", strangerLine(error));
+      setTimeout(() => void this.tryAgain(), RETRY_MS);
+    }
+  }
+
+  /** Check that the server responds, and load the labels if another page has changed them. */
+  private async beat(): Promise<void> {
+    if (!this.online || !this.state || !this.isIdle || document.hidden) return;
+    try {
+      await this.alone(async () => {
+        const { seq } = await this.api.get<Progress>(`${this.path}/state`);
+        if (seq !== this.state.seq) await this.reloadAll();
+      });
+    } catch (error) {
+      if (error instanceof ServerGone) this.lose();
+    }
+  }
+}

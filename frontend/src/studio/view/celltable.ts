@@ -1,0 +1,74 @@
+// Texture with the class, object and marks of each cell.
+
+import { type Gpu, Table } from "../../shared/gl";
+import { classOf, objectOf } from "../data/labeling";
+
+export const MARK_RED = 1; // the cell is in the red stroke of split mode
+export const MARK_BLUE = 2; // the cell is in the blue stroke of split mode
+export const MARK_HIDDEN = 4; // the cell is hidden
+export const MARK_CURSOR = 8; // the keyboard cursor is on the cell
+export const MARK_DIFFERS = 16; // the cell is labeled differently in the two compared files
+
+/** A texture with four bytes per cell: class (two bytes), mark bits, and object. */
+export class CellTable {
+  readonly table: Table;
+  hasHidden = false;
+  private nCells = 0;
+
+  constructor(gpu: Gpu) {
+    this.table = new Table(gpu);
+  }
+
+  /** Set the number of cells, and clear class, object and marks of all cells. */
+  reset(nCells: number): void {
+    this.nCells = nCells;
+    this.hasHidden = false;
+    this.table.fill("rgba8ui", new Uint8Array(4 * nCells));
+  }
+
+  /**
+   * Copy class and object of the given cells to the table, or of all cells if `cells` is null. Objects
+   * are omitted for the classes in `stuff`, which have no separate objects.
+   */
+  setPaint(paint: Uint32Array, cells: Uint32Array | null, stuff: ReadonlySet<number>): void {
+    const { texels } = this.table;
+    const set = (cell: number): void => {
+      texels[4 * cell] = paint[cell] & 255;
+      texels[4 * cell + 1] = (paint[cell] >> 8) & 255;
+      const object = stuff.has(classOf(paint[cell])) ? 0 : objectOf(paint[cell]);
+      texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // values repeat after 255 objects, which suffices to distinguish neighbors
+      this.table.touch(cell);
+    };
+    if (cells) cells.forEach(set);
+    else for (let cell = 0; cell < this.nCells; cell++) set(cell);
+  }
+
+  marksOf(cell: number): number {
+    return this.table.texels[4 * cell + 2];
+  }
+
+  isHidden(cell: number): boolean {
+    return (this.marksOf(cell) & MARK_HIDDEN) !== 0;
+  }
+
+  get isAllHidden(): boolean {
+    for (let cell = 0; cell < this.nCells; cell++) if (!this.isHidden(cell)) return false;
+    return true;
+  }
+
+  /** Set or clear mark bits of the given cells. */
+  mark(cells: Iterable<number>, bits: number, on: boolean): void {
+    if (bits & MARK_HIDDEN && on) this.hasHidden = true;
+    for (const cell of cells) {
+      const old = this.marksOf(cell);
+      this.table.texels[4 * cell + 2] = on ? old | bits : old & ~bits;
+      this.table.touch(cell);
+    }
+  }
+
+  /** Clear mark bits of all cells. */
+  unmarkAll(bits: number): void {
+    if (bits & MARK_HIDDEN) this.hasHidden = false;
+    for (let cell = 0; cell < this.nCells; cell++) if (this.marksOf(cell) & bits) this.mark([cell], bits, false);
+  }
+}

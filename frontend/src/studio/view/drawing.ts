@@ -1,0 +1,335 @@
+// Draws the canvas in two passes, which shaders.ts describes.
+
+import { Camera } from "../../shared/camera";
+import { Frame, Gpu, Program, Table } from "../../shared/gl";
+import { element } from "../../shared/dom";
+import { cellsIn } from "../../shared/picking";
+import { SURFACE } from "../../shared/shaders";
+import { NONE } from "../../shared/shape";
+import { Surface } from "../../shared/surface";
+import { Blend, TexturePaint } from "../../shared/texture";
+import type { Vector } from "../../shared/vectors";
+import { CellTable } from "./celltable";
+import { parseColor, type Rgb } from "../data/colors";
+import type { Mesh } from "../data/mesh";
+import { CELLS, IMAGE, WHOLE } from "./shaders";
+
+/** A box with sides parallel to the coordinate axes. */
+export interface Box {
+  low: Vector;
+  high: Vector;
+}
+
+const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
+const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels
+// If the first pass of a view takes longer than this many milliseconds, the view is not antialiased,
+// because an antialiased first pass takes four times as long.
+const SLOW_MS = 80;
+const MAX_CLASSES = 65536;
+const BANDS = 16; // number of horizontal bands in which the framebuffer is searched for cells
+
+export class Drawing {
+  readonly camera = new Camera(() => this.changeView());
+  readonly cells: CellTable;
+  readonly afterDraw: (() => void)[] = []; // callbacks that run after each draw
+  readonly onView: (() => void)[] = []; // callbacks that run when the view changes
+  readonly afterView: (() => void)[] = []; // callbacks that run after the view has stopped changing
+  clip: Box | null = null; // box outside of which nothing is drawn; null for no clipping
+  hidesBacks = false; // whether triangles seen from behind are hidden
+  readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.redraw());
+  private readonly gpu: Gpu;
+  private readonly texture: TexturePaint;
+  private readonly surface: Surface;
+  private readonly cellsProgram: Program;
+  private readonly imageProgram: Program;
+  private readonly regions: Table; // region of each cell
+  private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
+  private readonly classColors: Table;
+  private readonly suggestions: Table; // 1-based index of the suggestion of each cell; 0 if the cell has none
+  private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
+  private hasSuggestions = false;
+  private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
+  private frame: Frame | null = null; // framebuffer of the latest first pass; null before the first one
+  private stride = 1; // number of first-pass pixels per canvas pixel, in each direction
+  private mesh: Mesh | null = null;
+  private theme: Record<string, number[]> = {};
+  private hovered = NONE;
+  private cursor = NONE;
+  private hasBorders = true;
+  private isStale = false; // whether the first pass must be drawn again
+  private isViewNew = false; // whether the `afterView` callbacks must still run
+  private scheduled = 0;
+  private refining = 0;
+  private viewMs = 0; // duration of a first pass for this mesh in milliseconds; 0 if not measured yet
+
+  constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
+    const gpu = (this.gpu = new Gpu(canvas, true));
+    this.surface = new Surface(gpu);
+    this.texture = new TexturePaint(gpu);
+    this.cells = new CellTable(gpu);
+    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
+      Array.from({ length: 5 }, () => new Table(gpu));
+    this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
+    this.cellsProgram = new Program(gpu, SURFACE, CELLS);
+    this.imageProgram = new Program(gpu, WHOLE, IMAGE);
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // otherwise the browser never restores the context
+      failed("The graphics card stopped responding.");
+    });
+    canvas.addEventListener("webglcontextrestored", () => this.restore());
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
+    this.readTheme();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readTheme());
+  }
+
+  private restore(): void {
+    this.gpu.restore();
+    if (this.mesh) this.surface.show(this.mesh.shape);
+    this.changeView();
+  }
+
+  private readTheme(): void {
+    const style = getComputedStyle(document.documentElement);
+    for (const name of ["high", "low", "accent"]) {
+      const color = parseColor(style.getPropertyValue(`--view-${name}`).trim());
+      this.theme[name] = color.map((value) => value / 255);
+    }
+    this.redraw();
+  }
+
+  get hasSize(): boolean {
+    return this.canvas.width > 1 && this.canvas.height > 1;
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas.parentElement!;
+    if (!clientWidth || !clientHeight) return;
+    const ratio = window.devicePixelRatio;
+    this.canvas.width = Math.floor(clientWidth * ratio);
+    this.canvas.height = Math.floor(clientHeight * ratio);
+    this.frame = null;
+    this.camera.resize(clientWidth, clientHeight);
+    this.changeView();
+  }
+
+  /** Show the texture of a mesh when its image has been decoded. */
+  private async showTexture(mesh: Mesh): Promise<void> {
+    const { texture, shape, textureArrays } = mesh;
+    this.texture.clear();
+    this.blend.begin(texture !== null, 0.5);
+    if (texture) await this.texture.show(shape, texture, textureArrays);
+    if (this.mesh === mesh) this.changeView();
+  }
+
+  /** Show another mesh. Its cells have no regions until `setLabels` is called. */
+  setMesh(mesh: Mesh): void {
+    this.mesh = mesh;
+    this.viewMs = 0;
+    this.surface.show(mesh.shape);
+    void this.showTexture(mesh);
+    this.cells.reset(mesh.nCells);
+    this.setLabels(new Int32Array(mesh.nCells).fill(-1), []);
+    this.mark({ hovered: -1, cursor: -1 });
+    this.camera.show(mesh.shape.facts, mesh.shape.positions);
+  }
+
+  setLabels(labels: Int32Array, colors: Rgb[]): void {
+    this.regions.fill("r32", labels);
+    this.regionColors.fill("rgba8", colors.flatMap((color) => [...color, 0]));
+    this.redraw();
+  }
+
+  /** Highlight these regions as selected, or remove the highlight. */
+  select(regions: Iterable<number>, on: boolean): void {
+    for (const region of regions) {
+      this.regionColors.texels[4 * region + 3] = on ? 255 : 0;
+      this.regionColors.touch(region);
+    }
+    this.redraw();
+  }
+
+  /** Set the color of each class id. Classes that are not in the map are gray. */
+  setClassColors(colors: ReadonlyMap<number, Rgb>): void {
+    const highest = Math.min(MAX_CLASSES - 1, Math.max(0, ...colors.keys()));
+    const texels = new Uint8Array(4 * (highest + 1)).fill(128);
+    for (const [id, color] of colors) texels.set(color, 4 * id);
+    this.classColors.fill("rgba8", texels);
+    this.redraw();
+  }
+
+  /**
+   * Set the suggestion of each cell, as a 1-based index or 0 for none. Suggested objects are hatched where no
+   * class is painted. An empty array removes all suggestions.
+   */
+  setSuggestions(owners: Uint32Array): void {
+    this.hasSuggestions = owners.length > 0;
+    this.suggestions.fill("r32", owners);
+    this.redraw();
+  }
+
+  setSuggestionColors(colors: Rgb[], chosen: number): void {
+    const texels = colors.flatMap((color, i) => [...color, i + 1 === chosen ? 255 : 0]);
+    this.suggestionColors.fill("rgba8", [0, 0, 0, 0, ...texels]);
+    this.redraw();
+  }
+
+  /** Highlight the region under the pointer and the region selected by keyboard; -1 means none. */
+  mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
+    const before = [this.hovered, this.cursor];
+    if (hovered !== undefined) this.hovered = hovered >>> 0; // -1 becomes NONE
+    if (cursor !== undefined) this.cursor = cursor >>> 0;
+    if (before[0] !== this.hovered || before[1] !== this.cursor) this.redraw();
+  }
+
+  /** Whether a point is outside the clip box. */
+  isCut(place: Vector): boolean {
+    const { clip } = this;
+    return clip !== null && place.some((value, k) => value < clip.low[k] || value > clip.high[k]);
+  }
+
+  setBorders(on: boolean): void {
+    this.hasBorders = on;
+    this.redraw();
+  }
+
+  /** Draw a changed view: immediately without antialiasing, and antialiased when the view stops changing. */
+  changeView(): void {
+    this.isStale = true;
+    this.isViewNew = true;
+    this.stride = 1;
+    for (const run of this.onView) run();
+    this.schedule();
+    this.refineSoon();
+  }
+
+  /** Draw the same view with changed colors. */
+  redraw(): void {
+    this.schedule();
+    if (this.stride > 1) this.refineSoon();
+  }
+
+  private schedule(): void {
+    this.scheduled ||= requestAnimationFrame(() => {
+      this.scheduled = 0;
+      this.draw(1);
+    });
+  }
+
+  private refineSoon(): void {
+    clearTimeout(this.refining);
+    this.refining = window.setTimeout(() => this.settle(), REFINE_MS);
+  }
+
+  private settle(): void {
+    if (this.isViewNew) for (const run of this.afterView) run();
+    this.isViewNew = false;
+    this.refine();
+  }
+
+  /** Whether no cell is in view. Searches bands of the framebuffer from the middle until one contains a cell. */
+  get isEmpty(): boolean {
+    if (this.isStale || !this.frame) this.draw(1);
+    const { frame, gpu } = this;
+    if (this.isStale || !frame) return false; // nothing has been drawn yet
+    const rows = Math.ceil(frame.height / BANDS);
+    const isBare = (band: number): boolean => {
+      const height = Math.min(rows, frame.height - band * rows);
+      return height <= 0 || cellsIn(gpu, frame, 0, band * rows, frame.width, height).every((cell) => cell === NONE);
+    };
+    const bands = Array.from({ length: BANDS }, (_, band) => band);
+    return bands.sort((a, b) => Math.abs(a - BANDS / 2) - Math.abs(b - BANDS / 2)).every(isBare);
+  }
+
+  /**
+   * Draw the current view antialiased. Very large canvases are never antialiased, and slow views only if
+   * `always` is set.
+   */
+  refine(always = false): void {
+    const { width, height } = this.canvas;
+    if (!this.hasSize || !this.mesh || !this.frame) return;
+    this.viewMs ||= this.timeView();
+    if ((this.viewMs > SLOW_MS && !always) || 4 * width * height > MAX_FINE_PIXELS) return;
+    if (this.stride !== 2) this.isStale = true;
+    this.stride = 2;
+    this.draw(2);
+  }
+
+  /** Measure the duration of the first pass in milliseconds. All tables must have been uploaded before. */
+  private timeView(): number {
+    this.stride = 1;
+    this.gpu.read(0, 0, 1, 1); // waits until the GPU has finished drawing
+    const start = performance.now();
+    this.drawCells();
+    this.gpu.read(0, 0, 1, 1);
+    return performance.now() - start;
+  }
+
+  /** Draw immediately, with `samples` x `samples` samples per pixel, but at most `stride` x `stride`. */
+  draw(samples: number): void {
+    if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
+    const { gl } = this.gpu;
+    for (const table of [this.cells.table, this.regionColors]) table.send();
+    const frame = this.isStale || !this.frame ? this.drawCells() : this.frame;
+    const { regions, cells, regionColors, classColors, stride, hovered, cursor } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    this.imageProgram.use({
+      ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
+      suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
+      ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
+      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
+      line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
+      blend: this.texture.isShown ? this.blend.opacity : 0,
+      is_cloud: this.mesh.isCloud, height: this.canvas.height,
+    });
+    gl.disable(gl.DEPTH_TEST);
+    this.gpu.drawNumbers(3);
+    gl.enable(gl.DEPTH_TEST);
+    for (const run of this.afterDraw) run();
+  }
+
+  private drawCells(): Frame {
+    const { width, height } = this.canvas;
+    const { stride, camera, cells } = this;
+    const frame = (this.frame = this.frames[stride - 1]);
+    frame.begin(stride * width, stride * height);
+    this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
+      ...this.texture.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
+      clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
+    });
+    this.isStale = false;
+    return frame;
+  }
+
+  /**
+   * Returns the cell drawn at each pixel of a rectangle of the canvas, or NONE where no cell is drawn.
+   * The rectangle is in CSS pixels and is the whole canvas by default. Rows run from bottom to top.
+   */
+  cellsSeen(
+    left = 0, top = 0, width = this.canvas.clientWidth, height = this.canvas.clientHeight,
+  ): Seen {
+    if (this.isStale || !this.frame) this.draw(1);
+    const scale = (this.stride * this.canvas.width) / this.canvas.clientWidth;
+    const [w, h] = [Math.max(1, Math.ceil(width * scale)), Math.max(1, Math.ceil(height * scale))];
+    const bottom = this.frame!.height - Math.floor(top * scale) - h;
+    const cells = cellsIn(this.gpu, this.frame!, Math.floor(left * scale), bottom, w, h);
+    return { cells, width: w, height: h, scale };
+  }
+
+  /** Color of the canvas at a position in CSS pixels: red, green and blue from 0 to 255. */
+  pixel(x: number, y: number): Rgb {
+    const { gl } = this.gpu;
+    const scale = this.canvas.width / this.canvas.clientWidth;
+    const row = this.canvas.height - 1 - Math.floor(y * scale);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    const [red, green, blue] = this.gpu.read(Math.floor(x * scale), row, 1, 1);
+    return [red, green, blue];
+  }
+}
+
+export interface Seen {
+  cells: Uint32Array;
+  width: number;
+  height: number;
+  scale: number; // framebuffer pixels per CSS pixel
+}

@@ -1,0 +1,141 @@
+// Finds the cells at a position of the canvas, the canvas position of a cell, and the neighbors of a cell.
+
+import type { Place } from "../../shared/picking";
+import { NONE } from "../../shared/shape";
+import { dot, type Vector } from "../../shared/vectors";
+import type { Drawing } from "./drawing";
+import { Groups } from "../data/labeling";
+import type { Mesh } from "../data/mesh";
+
+const SLABS = 1024; // number of slabs into which the longest side of the mesh is divided
+const NEAR = 8; // radius of the neighborhood of a point, in multiples of the diameter of a drawn point
+
+export class Picker {
+  private known: Surroundings | null = null;
+
+  constructor(private readonly drawing: Drawing, private readonly mesh: Mesh) {}
+
+  /** Search structure, built on first use because viewing a mesh does not need it. */
+  get surroundings(): Surroundings {
+    return (this.known ??= new Surroundings(this.mesh));
+  }
+
+  /** The visible cell at a canvas position; -1 if there is none. */
+  cellAt(place: Place): number {
+    const [cell] = this.drawing.cellsSeen(place.x, place.y, 1, 1).cells;
+    return cell === NONE ? -1 : cell;
+  }
+
+  /**
+   * Cells within a distance in pixels of the cell at a canvas position. Hidden and clipped cells, and
+   * cells that face in the opposite direction, are excluded.
+   */
+  cellsAround(place: Place, pixels: number): number[] {
+    const { mesh, drawing } = this;
+    const cell = this.cellAt(place);
+    const middle = cell < 0 ? null : mesh.middleOf(cell);
+    if (!middle) return [];
+    const { camera, canvas } = drawing;
+    const radius = (pixels * camera.distanceTo(middle)) / camera.pixelsOf(canvas.clientHeight);
+    const facing = mesh.normalOf(cell);
+    const found = [...this.surroundings.within(middle, radius).add(cell)];
+    const isSeen = (other: number): boolean => !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+    return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
+  }
+
+  /** Canvas position of a cell; null if the cell is outside the view. */
+  placeOf(cell: number): Place | null {
+    const middle = this.mesh.middleOf(cell);
+    return middle && this.placeIn(middle);
+  }
+
+  /** Canvas position of a point of the mesh; null if the point is outside the view. */
+  placeIn(place: Vector): Place | null {
+    const { camera, canvas } = this.drawing;
+    const fractions = camera.placeOf(place);
+    return fractions && { x: fractions[0] * canvas.clientWidth, y: fractions[1] * canvas.clientHeight };
+  }
+}
+
+/** Move a circle of the SVG overlay to a canvas position; null hides the circle. */
+export function putCircle(circle: SVGCircleElement, place: Place | null): void {
+  circle.toggleAttribute("hidden", place === null);
+  circle.setAttribute("cx", String(place?.x ?? -99));
+  circle.setAttribute("cy", String(place?.y ?? -99));
+}
+
+/** Search structure for the neighbors of a cell and for the cells near a point. */
+class Surroundings {
+  private readonly corners: Groups | null; // triangle corners at each vertex; null for a point cloud
+  private readonly triangles: Groups | null; // triangles of each cell; null if triangle i is cell i
+  private readonly slabs: Groups; // vertices in each slab
+  private axis = 0; // axis of the longest side of the mesh, which is divided into slabs
+  private low = 0; // lowest coordinate of the mesh on this axis
+  private extent = 0; // length of the mesh along this axis
+
+  constructor(private readonly mesh: Mesh) {
+    const { triangles, sources, positions } = mesh.shape;
+    const { values } = positions;
+    this.corners = triangles && new Groups(triangles, values.length / 3);
+    this.triangles = sources && new Groups(sources, mesh.nCells);
+    for (let axis = 0; axis < 3; axis++) this.measure(values, axis);
+    const slabs = new Uint32Array(values.length / 3);
+    for (let i = 0; i < slabs.length; i++) slabs[i] = this.slabOf(values[3 * i + this.axis]);
+    this.slabs = new Groups(slabs, SLABS);
+  }
+
+  private measure(values: ArrayLike<number>, axis: number): void {
+    let [low, high] = [Infinity, -Infinity];
+    for (let i = axis; i < values.length; i += 3) {
+      low = Math.min(low, values[i]);
+      high = Math.max(high, values[i]);
+    }
+    if (high - low > this.extent) Object.assign(this, { axis, low, extent: high - low });
+  }
+
+  private slabOf(value: number): number {
+    const fraction = this.extent ? (value - this.low) / this.extent : 0;
+    return Math.max(0, Math.min(SLABS - 1, Math.floor(SLABS * fraction)));
+  }
+
+  /** Cells that have a vertex inside a sphere; for a point cloud, the points inside the sphere. */
+  within(middle: Vector, radius: number): Set<number> {
+    const { values } = this.mesh.shape.positions;
+    const [x, y, z] = middle;
+    const vertices: number[] = [];
+    const last = this.slabOf(middle[this.axis] + radius);
+    for (let slab = this.slabOf(middle[this.axis] - radius); slab <= last; slab++) {
+      for (const i of this.slabs.of(slab)) {
+        const [dx, dy, dz] = [values[3 * i] - x, values[3 * i + 1] - y, values[3 * i + 2] - z];
+        if (dx * dx + dy * dy + dz * dz <= radius * radius) vertices.push(i);
+      }
+    }
+    return this.corners ? this.cellsAt(vertices, this.corners) : new Set(vertices);
+  }
+
+  /** A cell and all cells that share a vertex with it; for a point cloud, all points nearby. */
+  around(cell: number): Set<number> {
+    const { mesh, corners } = this;
+    const { triangles, facts } = mesh.shape;
+    if (!triangles || !corners) return this.within(mesh.corner(cell), NEAR * facts.point_size);
+    const own = this.triangles?.of(cell) ?? [cell];
+    return this.cellsAt([...own].flatMap((i) => [...triangles.subarray(3 * i, 3 * i + 3)]), corners);
+  }
+
+  private cellsAt(vertices: number[], corners: Groups): Set<number> {
+    const found = new Set<number>();
+    for (const vertex of vertices) {
+      for (const corner of corners.of(vertex)) found.add(this.mesh.cellOf(Math.floor(corner / 3)));
+    }
+    return found;
+  }
+}
+
+/** Positions on the segment from `from` to `to`, at most `step` pixels apart, without `from` itself. */
+export function placesBetween(from: Place, to: Place, step: number): Place[] {
+  const count = Math.max(1, Math.ceil(Math.hypot(to.x - from.x, to.y - from.y) / step));
+  return Array.from({ length: count }, (_, i) => ({
+    x: from.x + ((to.x - from.x) * (i + 1)) / count,
+    y: from.y + ((to.y - from.y) * (i + 1)) / count,
+  }));
+}

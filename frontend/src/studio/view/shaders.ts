@@ -1,0 +1,166 @@
+// GLSL of the two passes in which the canvas is drawn. The first pass stores the cell number and the
+// brightness of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
+// draws borders between pixels of different regions. Painting repeats only the second pass.
+
+import { VARIANTS } from "../data/colors";
+import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
+import { TEXTURE } from "../../shared/texture";
+
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${TEXTURE}
+flat in uint triangle;
+uniform usampler2D cells;
+uniform bool has_hidden;
+uniform bool hides_backs;
+uniform bool is_clipped;
+uniform vec3 clip_low;
+uniform vec3 clip_high;
+layout(location = 0) out vec4 code;
+layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: color of the texture
+void main() {
+  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
+  if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
+  if (hides_backs && !gl_FrontFacing) discard;
+  if (is_clipped) {
+    vec3 here = transpose(rotation) * (at + vec3(0.0, 0.0, distance_)) + target;
+    if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
+  }
+  vec2 off = gl_PointCoord - 0.5;
+  if (is_cloud && dot(off, off) > 0.25) discard;
+  code = codeOf(cell);
+  brightness = vec4(light() / 1.5, texture_color);
+}`;
+
+/** Vertex shader of the second pass: one triangle that covers the canvas. */
+export const WHOLE = `${HEAD}
+void main() {
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}`;
+
+export const IMAGE = `${HEAD}
+uniform sampler2D ids;
+uniform sampler2D lights;
+uniform sampler2D depths;
+uniform usampler2D regions;  // region of each cell, or NONE
+uniform usampler2D cells;
+uniform sampler2D region_colors;  // color of each region; alpha is 1 if the region is selected
+uniform sampler2D class_colors;
+uniform usampler2D suggestions;  // 1-based index of the suggestion of each cell; 0 if the cell has none
+uniform sampler2D suggestion_colors;  // color of each suggestion; alpha is 1 for the chosen suggestion
+uniform bool has_suggestions;
+uniform int stride;  // number of first-pass pixels per canvas pixel, in each direction
+uniform int samples;  // number of first-pass pixels averaged per canvas pixel, in each direction
+uniform int line;  // width of borders in first-pass pixels
+uniform uint hovered;  // region under the pointer, or NONE
+uniform uint cursor;  // region selected by keyboard, or NONE
+uniform bool has_borders;
+uniform float blend;  // opacity of the texture, 0 to 1
+uniform bool is_cloud;
+uniform vec2 near_far;
+uniform vec3 high;  // background color at the top
+uniform vec3 low;  // background color at the bottom
+uniform vec3 accent;  // color of highlights
+uniform float height;  // height of the canvas in pixels
+out vec4 color;
+
+uint cellAt(ivec2 p) {
+  uvec4 bytes = uvec4(round(texelFetch(ids, p, 0) * 255.0));
+  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // the cell at p, or NONE where no cell is drawn
+}
+uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
+const float VARIANTS[${VARIANTS.length}] = float[](${VARIANTS.map((shift) => shift.toFixed(2)).join()});
+/** Color of an object: a variation of the class color. colors.ts has the same function. */
+vec3 variant(vec3 color, uint object) {
+  if (object < 2u) return color;
+  float shift = VARIANTS[(object - 1u) % ${VARIANTS.length}u];
+  return shift > 0.0 ? mix(color, vec3(1.0), shift) : color * (1.0 + shift);
+}
+uint suggestionOf(uint cell) { return has_suggestions && cell != NONE ? texelFetch(suggestions, place(cell), 0).r : 0u; }
+uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
+float distanceAt(ivec2 p) {
+  float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
+  return 2.0 * near_far.x * near_far.y / (near_far.y + near_far.x - z * (near_far.y - near_far.x));
+}
+vec3 shade(ivec2 p, ivec2 limit) {
+  uint cell = cellAt(p);
+  if (cell == NONE) return mix(low, high, gl_FragCoord.y / height);
+  uint region = regionOf(cell);
+  uvec4 state = texelFetch(cells, place(cell), 0);
+  bool is_active = false;
+  vec3 base = vec3(0.62);
+  if (region != NONE) {
+    vec4 texel = texelFetch(region_colors, place(region), 0);
+    base = texel.rgb;
+    is_active = texel.a > 0.5 || region == hovered || region == cursor;
+  }
+  base = mix(vec3(0.88), base, 0.42);
+  uint id = state.r | state.g << 8;
+  if (id != 0u) {
+    float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
+    base = variant(texelFetch(class_colors, place(id), 0).rgb, state.a) * (1.0 + 0.12 * shift);
+  }
+  uint suggestion = id == 0u ? suggestionOf(cell) : 0u;
+  vec4 tone = vec4(0.0);
+  if (suggestion != 0u) {
+    tone = texelFetch(suggestion_colors, place(suggestion), 0);
+    base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
+  }
+  if (blend > 0.0) base = mix(base, texelFetch(lights, p, 0).gba, blend);
+  if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
+  if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
+  float light = 1.5 * texelFetch(lights, p, 0).r;
+  if (is_cloud) {
+    float here = log2(distanceAt(p));
+    float shadow = 0.0;
+    for (int k = 0; k < 4; k++) {
+      ivec2 q = clamp(p + (2 * (k & 2) - 2) * (1 - (k & 1)) * ivec2(line, 0)
+                        + (2 * (k & 2) - 2) * (k & 1) * ivec2(0, line), ivec2(0), limit);
+      shadow += max(0.0, here - log2(distanceAt(q)));
+    }
+    light *= mix(0.45, 1.0, exp(-60.0 * shadow));
+  }
+  vec3 result = min(base * light, 1.0);
+  bool is_marked = (state.b & 3u) != 0u;
+  if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
+  if ((state.b & 16u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
+  if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
+  if (!has_borders && !is_active && state.a == 0u && suggestion == 0u) return result;
+  bool is_outline = false;  // whether the pixel is at the border of a suggestion
+  bool is_border = false;  // whether the pixel is at the border between two regions
+  bool is_edge = false;  // whether the pixel is at the border of a highlighted region
+  bool is_object = false;  // whether the pixel is at the border between two objects of a class
+  int before = line / 2;
+  int after = line - before;
+  for (int k = 0; k < 4; k++) {
+    int reach = (k & 1) == 0 ? after : before;
+    if (is_active || tone.a > 0.5) reach = after + (line + 1) / 2;
+    if (reach == 0) continue;
+    ivec2 way = (k & 2) == 0 ? ivec2(reach, 0) : ivec2(0, reach);
+    ivec2 q = clamp((k & 1) == 0 ? p + way : p - way, ivec2(0), limit);
+    uint neighbor = cellAt(q);
+    if (neighbor == cell) continue;
+    if (neighbor != NONE && state.a != 0u) {
+      uint paint = paintOf(texelFetch(cells, place(neighbor), 0));
+      is_object = is_object || (paint != paintOf(state) && paint != 0u && (paint & 0xffffu) == id);
+    }
+    is_outline = is_outline || (suggestion != 0u && suggestionOf(neighbor) != suggestion);
+    uint other = regionOf(neighbor);
+    if (other == region) continue;
+    if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
+    if (other < NONE - 1u && region < NONE - 1u) is_border = true;
+  }
+  if (is_edge) return accent;
+  if (is_outline) return tone.a > 0.5 ? accent : 0.55 * tone.rgb;
+  if (is_object) return vec3(0.02);
+  if (is_border && has_borders) return mix(result, vec3(0.09, 0.09, 0.11), 0.82);
+  return result;
+}
+
+void main() {
+  ivec2 corner = ivec2(gl_FragCoord.xy) * stride;
+  ivec2 limit = textureSize(ids, 0) - 1;
+  vec3 sum = vec3(0.0);
+  for (int y = 0; y < samples; y++) {
+    for (int x = 0; x < samples; x++) sum += shade(min(corner + ivec2(x, y), limit), limit);
+  }
+  color = vec4(sum / float(samples * samples), 1.0);
+}`;

@@ -1,0 +1,407 @@
+// State shared by tools, keys and panels: open file, selection, and current class.
+
+import { counted, element } from "../shared/dom";
+import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
+import { MARK_HIDDEN } from "./view/celltable";
+import { parseColor, regionColors } from "./data/colors";
+import type { ClassEntry } from "./data/contract";
+import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
+import type { Drawing } from "./view/drawing";
+import { Events } from "./session/events";
+import { classNameIn, paintNameIn } from "./data/names";
+import { Picker } from "./view/picker";
+import type { Session } from "./session/session";
+
+const MAX_OBJECT = 999; // highest object number of a class
+const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name
+const EMPTY = "No cell is in view. Home shows the whole mesh.";
+
+interface Kinds {
+  paint: number; // class and object that strokes assign, as one number (see `paintOf`)
+  selection: ReadonlySet<number>;
+  hover: number; // cell under the pointer; -1 if there is none
+}
+
+const nameOf = (regions: readonly number[]): string =>
+  regions.length === 1 ? `Region ${regions[0]}` : `${regions.length} regions`;
+
+export class Workbench {
+  readonly events = new Events<Kinds>();
+  picker!: Picker;
+  currentPaint = 0;
+  private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
+  cursor = -1; // region selected by keyboard; -1 if there is none
+  hoveredCell = -1;
+  tolerance = 0.15; // largest difference between the shapes of regions that `fillSimilar` paints, 0 to 1
+  readonly selection = new Set<number>();
+  private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
+  private isPainted = false; // whether the selected regions were selected by painting them
+  private order: number[] = []; // order in which `moveCursor` visits the regions
+
+  constructor(readonly session: Session, readonly drawing: Drawing) {
+    const { events } = session;
+    events.on("file", () => this.takeFile());
+    events.on("regions", () => this.takeRegions());
+    events.on("classes", (classes) => this.takeClasses(classes));
+    drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
+    drawing.afterView.push(() => this.sayIfEmpty());
+    events.on("painted", (cells) => {
+      drawing.cells.setPaint(session.paints.of, cells, this.stuff);
+      drawing.redraw();
+    });
+  }
+
+  private takeFile(): void {
+    const { mesh } = this.session;
+    this.lastObjects.clear();
+    this.drawing.setMesh(mesh);
+    if (mesh.textureProblem) this.say(`The texture is not shown: ${mesh.textureProblem}.`);
+    this.picker = new Picker(this.drawing, mesh);
+  }
+
+  private takeRegions(): void {
+    const { regions, mesh } = this.session;
+    this.selection.clear();
+    this.cursor = -1;
+    this.order = regions.neighbors.walk();
+    this.drawing.setLabels(regions.labels, regionColors(regions.neighbors, regions.count, mesh.palette));
+    this.drawing.mark({ hovered: this.regionOf(this.hoveredCell), cursor: -1 });
+    this.events.emit("selection", this.selection);
+  }
+
+  private takeClasses(classes: ClassEntry[]): void {
+    this.drawing.setClassColors(new Map(classes.map(({ id, color }) => [id, parseColor(color)])));
+    this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
+    this.session.events.emit("painted", null);
+    const entry = classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
+    this.choose(entry?.id ?? 0);
+  }
+
+  /** Choose the class and object that strokes assign. By default, the last chosen object of the class is used. */
+  choose(id: number, object = this.usualObject(id)): void {
+    this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
+    this.lastObjects.set(id, object);
+    this.events.emit("paint", this.currentPaint);
+  }
+
+  isStuff(id: number): boolean {
+    return !id || this.stuff.has(id);
+  }
+
+  private usualObject(id: number): number {
+    return this.lastObjects.get(id) ?? this.session.paints.objectsOf(id).pop() ?? 1;
+  }
+
+  /** Start a new object of the current class. Cells painted from now on belong to this object. */
+  newObject(): void {
+    const id = classOf(this.currentPaint);
+    if (this.isStuff(id)) return this.say(id ? `${this.className(id)} has no objects.` : "Choose a class first.");
+    const object = (this.session.paints.objectsOf(id).pop() ?? 0) + 1;
+    if (object > MAX_OBJECT) return this.say(`A class has at most ${MAX_OBJECT} objects.`);
+    this.choose(id, object);
+    this.say(`${this.paintName(this.currentPaint)} is a new object. Strokes now paint this object.`);
+  }
+
+  /** Merge an object into the current object. */
+  mergeObject(paint: number): void {
+    const { session, currentPaint } = this;
+    if (!paint || paint === currentPaint) return this.say("No other object is under the pointer.");
+    if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of the same class can be merged.");
+    const name = this.paintName(paint);
+    session.paint(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
+    this.say(`${name} is now part of ${this.paintName(currentPaint)}.`);
+  }
+
+  className(id: number): string {
+    return classNameIn(this.session.state, id);
+  }
+
+  /** Name of the object of a paint or, if the paint has no object, of its class. */
+  paintName(paint: number): string {
+    return paintNameIn(this.session.state, paint);
+  }
+
+  /** Remove class and object from all cells of an object. */
+  deleteObject(paint: number): void {
+    const { mesh, paints } = this.session;
+    const [name, cells] = [this.paintName(paint), paints.cellsOf(classOf(paint), objectOf(paint))];
+    this.session.paint(cells, 0);
+    this.say(`${name} deleted: ${cells.length.toLocaleString("en")} ${mesh.cellName} have no object now (Ctrl+Z undoes).`);
+  }
+
+  /** Make each connected piece of an object, except the largest piece, a new object. */
+  async splitObject(paint: number): Promise<void> {
+    const { session } = this;
+    const [id, object] = [classOf(paint), objectOf(paint)];
+    const before = new Set(session.paints.objectsOf(id));
+    if (!(await session.change("split-object", { class: id, object }))) return;
+    const names = [...session.paints.objectsOf(id)].filter((one) => !before.has(one)).sort((a, b) => a - b)
+      .map((one) => this.paintName(paintOf(id, one)));
+    if (!names.length) return;
+    const which = names.length > 1 ? `${names[0]} to ${names[names.length - 1]}` : names[0];
+    this.say(`${names.length} ${names.length > 1 ? "pieces" : "piece"} became ${which}.`);
+  }
+
+  say(line: string): void {
+    this.session.events.emit("message", line);
+  }
+
+  /** Show a message if no cell is in view. If the user has hidden all cells, another message already says so. */
+  private sayIfEmpty(): void {
+    const { drawing, session } = this;
+    if (!session.paints) return;
+    const isEmpty = drawing.isEmpty && !drawing.cells.isAllHidden;
+    if (isEmpty) this.say(EMPTY);
+    else if (element("status").textContent === EMPTY) this.say("");
+  }
+
+  /** Move the keyboard focus to the canvas, unless a link, button, list or text field has the focus. */
+  takeFocus(): void {
+    if (!document.activeElement?.matches("a, button, select, [type=text]")) this.drawing.canvas.focus();
+  }
+
+  regionOf(cell: number): number {
+    return cell < 0 || !this.session.regions ? -1 : this.session.regions.labels[cell];
+  }
+
+  hover(cell: number): void {
+    this.hoveredCell = cell;
+    this.drawing.mark({ hovered: this.regionOf(cell) });
+    this.events.emit("hover", cell);
+  }
+
+  /** The region that keys act on: the region under the pointer or, if there is none, the region selected by keyboard. */
+  get activeRegion(): number {
+    const hovered = this.regionOf(this.hoveredCell);
+    return hovered >= 0 ? hovered : this.cursor;
+  }
+
+  select(regions: Iterable<number>, isPainted: boolean): void {
+    this.drawing.select(this.selection, false);
+    this.selection.clear();
+    for (const region of regions) this.selection.add(region);
+    this.isPainted = isPainted;
+    if (!isPainted) this.drawing.select(this.selection, true);
+    this.events.emit("selection", this.selection);
+  }
+
+  /** Clear the selection and the region selected by keyboard. */
+  clearSelection(): void {
+    this.cursor = -1;
+    this.drawing.mark({ cursor: -1 });
+    this.select([], false);
+  }
+
+  /** Paint regions and select them, so that `grow` and `shrink` can change the painted area. */
+  paintRegions(regions: Iterable<number>, paint: number): void {
+    const list = [...regions];
+    if (!list.length) return;
+    this.session.paint(this.session.regions.cellsOfAll(list), paint);
+    this.select(list, true);
+  }
+
+  moveCursor(steps: number): void {
+    const count = this.order.length;
+    if (!count) return;
+    let at = this.cursor < 0 ? (steps > 0 ? -1 : 0) : this.order.indexOf(this.cursor);
+    for (let i = 0; i < count; i++) {
+      at = (at + steps + count) % count;
+      if (!this.isRegionHidden(this.order[at])) break;
+    }
+    this.setCursor(this.order[at]);
+  }
+
+  setCursor(region: number): void {
+    this.cursor = region;
+    this.takeFocus();
+    this.hover(-1);
+    this.select([region], false);
+    this.drawing.mark({ cursor: region });
+    const where = this.fly(this.session.regions.cellsOf(region)) ? "" : " (inside the body)";
+    const { regions, paints, mesh } = this.session;
+    const share = (100 * regions.areas[region]) / paints.totalArea;
+    const name = this.paintName(paints.mainPaint(regions.cellsOf(region)));
+    this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${name}.`);
+  }
+
+  /**
+   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells.
+   * Returns false if all cells are inside the body, where they cannot be seen.
+   */
+  fly(cells: Uint32Array, keepsAngles = false): boolean {
+    const { mesh } = this.session;
+    let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
+    const middles: Vector[] = [];
+    for (const cell of cells) {
+      const middle = mesh.middleOf(cell);
+      if (!middle) continue;
+      middles.push(middle);
+      sum = plus(sum, middle);
+      normal = plus(normal, mesh.normalOf(cell));
+    }
+    if (!middles.length) return false;
+    const place = scaled(sum, 1 / middles.length);
+    const reach = middles.reduce((most, middle) => Math.max(most, lengthOf(minus(middle, place))), 0);
+    const { camera } = this.drawing;
+    const distance = Math.max(12 * reach, 0.3 * camera.size);
+    camera.fly(place, keepsAngles ? [0, 0, 0] : normal, keepsAngles ? distance : Math.min(camera.distance, distance));
+    return true;
+  }
+
+  /** Paint the selected regions or, if none is selected, the active region. */
+  paintActive(paint: number): void {
+    const { activeRegion } = this;
+    const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
+    if (list[0] < 0) {
+      this.say("No region is chosen. N goes to the next region.");
+      return;
+    }
+    const replaced = new Map<number, number>();
+    this.noteReplaced(list, paint, replaced);
+    this.session.paint(this.session.regions.cellsOfAll(list), paint);
+    this.sayPainted(list, paint, replaced);
+  }
+
+  /** Count the regions whose main class or object is replaced by `paint`, for each replaced paint. */
+  noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
+    const { session: { paints, regions: all, isLocked } } = this;
+    if (isLocked || !paint) return;
+    for (const region of regions) {
+      const old = paints.mainPaint(all.cellsOf(region), [0, paint]);
+      if (old) addTo(replaced, old, 1);
+    }
+  }
+
+  /** Announce the new class and object of regions or cells, and the classes and objects that are replaced. */
+  sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
+    const name = typeof what === "string" ? what : nameOf(what);
+    if (!paint) return this.say(`${name}: class removed.`);
+    const was = [...replaced.keys()].map((old) => this.paintName(old));
+    const names = was.length > MAX_NAMED ? `${was.length} other classes or objects` : was.join(", ");
+    const count = [...replaced.values()].reduce((sum, n) => sum + n, 0);
+    const which = typeof what !== "string" && what.length === 1 ? "It was" : `${count} of them ${count === 1 ? "was" : "were"}`;
+    this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only unlabeled cells.` : ""}`);
+  }
+
+  /** Go to the region with the largest unlabeled area. Regions that are mostly labeled are skipped. */
+  showLargestBare(): void {
+    const { regions, paints } = this.session;
+    let best = -1;
+    let most = 0;
+    for (let region = 0; region < regions.count; region++) {
+      if (regions.areas[region] <= most || this.isRegionHidden(region)) continue;
+      const bare = paints.bareArea(regions.cellsOf(region));
+      if (2 * bare < regions.areas[region] || bare <= most) continue;
+      [best, most] = [region, bare];
+    }
+    if (best < 0) this.say("Every region has a class.");
+    else this.setCursor(best);
+  }
+
+  grow(): void {
+    if (!this.selection.size) return this.say("Nothing is selected or painted yet.");
+    const { regions, paints } = this.session;
+    let ring = regions.neighbors.ringAround(this.selection);
+    if (this.isPainted) ring = ring.filter((r) => paints.mainPaint(regions.cellsOf(r)) === 0);
+    if (!ring.length) return this.say("All neighbors have a class already.");
+    const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
+    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
+    this.select([...this.selection, ...ring], this.isPainted);
+    this.say(`Grown by ${counted(ring.length, "region")}.`);
+  }
+
+  shrink(): void {
+    const { regions } = this.session;
+    const ring = regions.neighbors.outerRing(this.selection);
+    if (!ring.length || ring.length === this.selection.size) {
+      return this.say("No ring of regions is left to remove.");
+    }
+    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), 0);
+    const rest = [...this.selection].filter((region) => !ring.includes(region));
+    this.select(rest, this.isPainted);
+    this.say(`Shrunk by ${counted(ring.length, "region")}.`);
+  }
+
+  async fillSimilar(): Promise<void> {
+    const { session, activeRegion } = this;
+    if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
+    const like = await session.similar(activeRegion, this.tolerance);
+    const { regions, paints } = session;
+    const bare = like.filter((region) => paints.mainPaint(regions.cellsOf(region)) === 0);
+    this.paintRegions(new Set([activeRegion, ...bare]), this.currentPaint);
+    this.say(`${counted(bare.length + 1, "similar region")}: ${this.paintName(this.currentPaint)}.`);
+  }
+
+  private isRegionHidden(region: number): boolean {
+    return this.isHidden(this.session.regions.cellsOf(region)[0]);
+  }
+
+  isHidden(cell: number): boolean {
+    return this.drawing.cells.isHidden(cell);
+  }
+
+  /** Move the camera to the active region or the current object, without changing the viewing direction. */
+  frameActive(): void {
+    const { activeRegion, session, currentPaint } = this;
+    const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
+      : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
+    if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the chosen object has no cells.");
+  }
+
+  hideActive(): void {
+    if (this.activeRegion < 0) return this.say("No region is under the pointer or chosen.");
+    this.hide(this.session.regions.cellsOf(this.activeRegion), `Region ${this.activeRegion}`);
+  }
+
+  isolateActive(): void {
+    if (this.activeRegion < 0) return this.say("No region is under the pointer or chosen.");
+    this.isolate(this.session.regions.cellsOf(this.activeRegion), `Region ${this.activeRegion}`);
+  }
+
+  hide(cells: Uint32Array, name: string): void {
+    this.drawing.cells.mark(cells, MARK_HIDDEN, true);
+    this.afterHiding(`${name} is hidden; U shows all.`);
+  }
+
+  /** Hide all cells except the given ones. */
+  isolate(cells: Uint32Array, name: string): void {
+    if (!cells.length) return this.say(`${name} has no cells.`);
+    this.drawing.cells.mark(Array(this.session.mesh.nCells).keys(), MARK_HIDDEN, true);
+    this.drawing.cells.mark(cells, MARK_HIDDEN, false);
+    this.afterHiding(`Only ${name} is shown; U shows all.`);
+  }
+
+  /** Show only the cells with the class and object encoded by `paint`. */
+  isolatePaint(paint: number): void {
+    if (!paint) return this.say("Nothing painted is under the pointer.");
+    this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));
+  }
+
+  /** Hide all cells of a class; id 0 hides the cells without a class. */
+  hideClass(id: number): void {
+    this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
+  }
+
+  /** Choose whether strokes leave cells that already have a class unchanged. */
+  lock(isLocked = !this.session.isLocked): void {
+    this.session.isLocked = isLocked;
+    element<HTMLInputElement>("lock").checked = isLocked;
+    this.say(isLocked ? "Strokes paint unlabeled cells only." : "Strokes paint all cells.");
+  }
+
+  /** Class and object of the cell under the pointer, encoded as one number; 0 if there is no cell or no class. */
+  get hoveredPaint(): number {
+    return this.hoveredCell < 0 ? 0 : this.session.paints.of[this.hoveredCell];
+  }
+
+  showAll(): void {
+    if (!this.drawing.cells.hasHidden) return this.say("Nothing is hidden.");
+    this.drawing.cells.unmarkAll(MARK_HIDDEN);
+    this.afterHiding("All cells are shown.");
+  }
+
+  private afterHiding(line: string): void {
+    this.drawing.changeView();
+    this.say(line);
+  }
+}

@@ -1,0 +1,1 @@
+"""Export of labels, objects and regions to files."""

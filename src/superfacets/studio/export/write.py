@@ -1,0 +1,223 @@
+"""Export of labels: classes of cells, vertices and regions, objects, and the regions themselves."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import tempfile
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..._types import Bytes, Floats, Ints
+from ..._validate import checked_choice
+from ...batches.sources import MARK, output_names
+from ...cells.sums import sums_by_label, weighted_majority
+from ...export.cells import CLASS_OUTPUTS
+from ...export.scannet import NO_CLASS
+from ...export.write import ENDING_OF_FORMAT, write_labels, write_mesh
+from ...io.atomic import atomic_outputs, checked_targets
+from ...io.attributes import MeshAttributes
+from ...regions.vertices import vertex_labels
+from ..labels.classes import names_of
+from ..regions.revisions import Revision
+from ..work.document import Document
+from .objects import FORMATS, PAIRED, vertex_instances, write_objects
+
+_GRAY = (190, 190, 190)
+
+_LISTS = ("npy", "seg", "txt")
+_OF_KIND = {
+    "triangles": ("ply", "obj", "off", "glb", "vtp"),
+    "polygons": ("ply", "obj", "off", "glb", "vtp"),
+    "tets": ("vtu", "vtk"),
+    "points": ("ply", "csv", "las", "laz"),
+}
+_COLORED = ("ply", "off", "vtp", "las", "laz")
+_TEXTURED = (".obj", ".glb")
+
+MARKS = {
+    "cells": ".classes",
+    "vertices": ".vertex-classes",
+    "instances": ".instances",
+    "objects": ".objects",
+    "region_classes": ".region-classes",
+}
+"""Marker before the file ending, for each kind of export."""
+
+
+def formats_of(kind: str) -> dict[str, list[str]]:
+    """Formats that each kind of export offers for a kind of cells."""
+    of_triangles = ("sstk.json",) if kind == "triangles" else ()
+    of_vertices = ("segs.json", "bin", "sp_label.npy")
+    regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
+    return {
+        "cells": [*_LISTS, *_OF_KIND[kind], *of_triangles],
+        "objects": list(FORMATS),
+        "vertices": [*_LISTS, "segs.json"],
+        "instances": ["txt", "npy"],
+        "regions": list(regions),
+        "region_classes": ["csv", "json", "npy"],
+    }
+
+
+def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
+    """File name of each kind of export in each format."""
+    return {
+        what: {format: _name_of(document, what, format) for format in formats}
+        for what, formats in formats_of(document.source.kind).items()
+    }
+
+
+def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
+    """Write a file beside the input and return its path.
+
+    An existing file is replaced if its name contains a marker of the studio. Other tools require
+    some names without a marker, so an existing file with that name may come from another tool.
+
+    Raises ValueError if `what` or `format` is unknown, or the format cannot store the labels;
+    FileExistsError if a file without a marker exists and `replace` is False; OSError if the file
+    cannot be written.
+    """
+    path = document.path.with_name(_name_of(document, what, format))
+    is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
+    if path.exists() and not is_ours and not replace:
+        raise FileExistsError(f"{path.name} exists already, and may come from another tool")
+    checked_targets([path])
+    _write(document, what, format, path.parent)
+    return path
+
+
+def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
+    """Name and content of the file that `export` would write.
+
+    Two files that belong together are packed into a .zip.
+    """
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        first, *others = _write(document, what, format, Path(folder))
+        if not others:
+            return first.name, first.read_bytes()
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in (first, *others):
+                archive.write(path, path.name)
+    return f"{document.path.stem}{MARKS[what]}.scannet.zip", packed.getvalue()
+
+
+def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
+    """Class with the largest area in each region (0: none), and its fraction of that region."""
+    classes = document.state.classes.astype(np.int32)
+    areas, labels, n = document.areas, revision.labels, revision.n_regions
+    winners = weighted_majority(labels, classes, areas, n).winners
+    totals = sums_by_label(labels, areas, n)
+    won = sums_by_label(labels, np.where(classes == winners[labels], areas, 0.0), n)
+    return winners, np.divide(won, totals, out=np.ones(n), where=totals > 0)
+
+
+def _name_of(document: Document, what: str, format: str) -> str:
+    """File name of an export; a ValueError if the export or the format does not exist."""
+    offered = formats_of(document.source.kind)
+    checked_choice(what, "what", tuple(offered))
+    checked_choice(format, "format", tuple(offered[what]))
+    ending = ENDING_OF_FORMAT.get(format, f".{format}")
+    if what == "regions":
+        return output_names(document.path.name, (ending,))[0]
+    return f"{document.path.stem}{MARKS[what]}{ending}"
+
+
+def _write(document: Document, what: str, format: str, folder: Path) -> list[Path]:
+    """Write the file of an export, and the second file if the format needs two files."""
+    pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
+    paths = [folder / _name_of(document, what, one) for one in pair]
+    with document.lock:  # labels and names must belong to the same state
+        for one, path in zip(pair, paths, strict=True):
+            _WRITERS[what](document, one, path)
+    return paths
+
+
+def _write_cells(document: Document, format: str, path: Path) -> None:
+    classes = document.state.classes.astype(np.int32)
+    if format in (*_LISTS, "sstk.json"):
+        write_labels(path, classes)
+        return
+    names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
+    colors = _colors_of(document)[classes] if format in _COLORED else None
+    attributes = _attributes_for(document, path)
+    write_mesh(path, document.cells, classes, colors=colors, classes=names, attributes=attributes)
+
+
+def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
+    """Texture of the input for .glb files, and for .obj files in the folder of the images."""
+    is_alone = path.parent != document.path.parent
+    if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
+        return None
+    return MeshAttributes(texture=document.source.texture)
+
+
+def _write_vertices(document: Document, format: str, path: Path) -> None:
+    labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
+    write_labels(path, np.maximum(labels, 0))  # unused vertices have no class
+
+
+def _write_regions(document: Document, format: str, path: Path) -> None:
+    revision = document.revision
+    if format in _LISTS:
+        write_labels(path, revision.labels)
+        return
+    is_named = any(path.name.endswith(ending) for ending in CLASS_OUTPUTS)
+    names = _names_of(document, class_of_regions(document, revision)[0]) if is_named else None
+    attributes = _attributes_for(document, path)
+    write_mesh(path, document.cells, revision.labels, classes=names, attributes=attributes)
+
+
+def _write_region_classes(document: Document, format: str, path: Path) -> None:
+    revision = document.revision
+    classes, shares = class_of_regions(document, revision)
+    if format == "npy":
+        write_labels(path, classes)
+        return
+    columns: dict[str, list[Any]] = {
+        "region": list(range(revision.n_regions)),
+        "class": classes.tolist(),
+        "name": _names_of(document, classes),
+        "share": shares.tolist(),
+        "area": sums_by_label(revision.labels, document.areas, revision.n_regions).tolist(),
+        "cell_count": np.bincount(revision.labels).tolist(),
+    }
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    with atomic_outputs([path]) as (temporary,):
+        if format == "json":
+            temporary.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+            return
+        with temporary.open("w", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, list(columns), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+
+
+_WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
+    "cells": _write_cells,
+    "vertices": _write_vertices,
+    "instances": lambda document, _, path: write_labels(path, vertex_instances(document)),
+    "objects": write_objects,
+    "regions": _write_regions,
+    "region_classes": _write_region_classes,
+}
+
+
+def _names_of(document: Document, classes: Ints) -> list[str]:
+    names = names_of(document.class_list)
+    return [names.get(class_id, NO_CLASS) for class_id in classes.tolist()]
+
+
+def _colors_of(document: Document) -> Bytes:
+    """Table of colors, indexed by class number."""
+    table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
+    for entry in document.class_list:
+        if entry["id"] < len(table):
+            table[entry["id"]] = list(bytes.fromhex(entry["color"][1:]))
+    return table

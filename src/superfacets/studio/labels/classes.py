@@ -1,0 +1,207 @@
+"""Classes and objects as labels of cells, and the list of classes."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...io.atomic import atomic_outputs
+from ...io.attributes import is_encodable
+
+CLASSES_FILE = "superfacets-classes.json"  # file with the classes that a folder's meshes share
+MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
+MAX_OBJECT = 999
+"""Highest object number in a class; 0 means no object. ``class * INSTANCES + object`` is called an
+instance, as in the ground truth of the ScanNet benchmark."""
+
+INSTANCES = 1000
+_MAX_NAME = 200
+
+_STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
+"""A new class with one of these names has no objects."""
+
+_COLORS = (
+    "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
+    "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#636363",
+)  # fmt: skip
+"""Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
+which color-blind people can distinguish."""
+
+_N_DEFAULT = 6
+
+_COLOR = re.compile(r"#[0-9a-f]{6}")
+
+ClassList = tuple[dict[str, Any], ...]
+"""Classes with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if a class has no objects."""
+
+ObjectNames = tuple[dict[str, Any], ...]
+"""Objects that the user has named, each with ``class``, ``object`` and ``name``."""
+
+Paint = npt.NDArray[np.uint32]
+"""One number per cell, which stores its class and its object; see `paint_of`."""
+
+
+def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
+    """Encode classes and objects of cells; a cell without a class gets no object."""
+    of_class = np.asarray(classes).astype(np.uint32)
+    of_object = np.asarray(objects).astype(np.uint32)
+    return of_class | np.where(of_class > 0, of_object << np.uint32(16), np.uint32(0))
+
+
+def class_of(paint: Paint) -> npt.NDArray[np.uint16]:
+    """Class of each cell; 0 means no class."""
+    return (paint & np.uint32(0xFFFF)).astype(np.uint16)
+
+
+def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
+    """Object number of each cell within its class; 0 means no object."""
+    return (paint >> np.uint32(16)).astype(np.uint16)
+
+
+def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
+    """A class with a default color; the shortcut key of classes 1 to 9 is their number."""
+    entry = {
+        "id": class_id,
+        "name": f"class {class_id}" if name is None else name,
+        "color": _COLORS[(class_id - 1) % len(_COLORS)],
+        "key": str(class_id) if class_id < 10 else "",
+    }
+    is_stuff = str(entry["name"]).strip().casefold() in _STUFF
+    return {**entry, "stuff": True} if is_stuff else entry
+
+
+def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
+    """The list with a new class, which has no shortcut key if another class has the same key."""
+    entry = new_class(class_id, name)
+    if any(entry["key"] == other["key"] for other in classes):
+        entry["key"] = ""
+    return (*classes, entry)
+
+
+def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
+    """Number of the class with a name, ignoring case, and the list; a new class is appended."""
+    for entry in classes:
+        if entry["name"].casefold() == name.casefold():
+            return int(entry["id"]), classes
+    class_id = max((entry["id"] for entry in classes), default=0) + 1
+    return class_id, with_new(classes, class_id, name)
+
+
+def names_of(classes: ClassList) -> dict[int, str]:
+    """Names of classes, keyed by class number."""
+    return {entry["id"]: entry["name"] for entry in classes}
+
+
+def stuff_of(classes: ClassList) -> set[int]:
+    """Numbers of all classes that have no objects."""
+    return {entry["id"] for entry in classes if entry.get("stuff")}
+
+
+def default_classes(names: Sequence[str] = ()) -> ClassList:
+    """New classes with these names; by default, a few numbered classes."""
+    if names:
+        return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
+    return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
+
+
+def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
+    """The list, extended by used classes that are missing in it."""
+    more = sorted({*used} - {0, *names_of(classes)})
+    return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
+
+
+def checked_class_list(value: object) -> ClassList:
+    """Check a list of classes; a ValueError names the first wrong entry."""
+    if not isinstance(value, (list, tuple)):
+        raise ValueError("classes must be a list")
+    checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
+    for name in ("id", "key"):
+        seen: set[Any] = set()
+        for entry in checked:
+            if entry[name] in seen:
+                raise ValueError(f"two classes have the same {name}: {entry[name]}")
+            seen |= {entry[name]} - {""}
+    return checked
+
+
+def _checked(entry: Any, index: int) -> dict[str, Any]:
+    if not isinstance(entry, dict):
+        raise ValueError(f"classes[{index}] must have an id, a name and a color")
+    class_id, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
+    if (
+        isinstance(class_id, bool)
+        or not isinstance(class_id, int)
+        or not 1 <= class_id <= MAX_CLASS
+    ):
+        raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
+    if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
+        raise ValueError(f"classes[{index}]: name must have 1 to {_MAX_NAME} characters")
+    color = new_class(class_id)["color"] if color is None else color
+    if not isinstance(color, str) or not _COLOR.fullmatch(color.lower()):
+        raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
+    key = "" if key is None else key
+    if not isinstance(key, str) or len(key) > 1:
+        raise ValueError(f"classes[{index}]: key must be one character, or empty")
+    for part, text in (("name", name), ("key", key)):
+        if not is_encodable(text):
+            raise ValueError(f"classes[{index}]: {part} is not valid Unicode: lone surrogate")
+    is_stuff = entry.get("stuff", False)
+    if not isinstance(is_stuff, bool):
+        raise ValueError(f"classes[{index}]: stuff must be true or false")
+    checked = {"id": class_id, "name": name.strip(), "color": color.lower(), "key": key}
+    return {**checked, "stuff": True} if is_stuff else checked
+
+
+def with_object_name(
+    names: ObjectNames, class_id: int, object_id: int, name: object
+) -> ObjectNames:
+    """The list of object names with a new name for one object; an empty name removes the entry.
+
+    Raises ValueError if the name is too long, or is not a text.
+    """
+    if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
+        raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
+    others = [
+        entry for entry in names if (entry["class"], entry["object"]) != (class_id, object_id)
+    ]
+    if name.strip():
+        others.append({"class": class_id, "object": object_id, "name": name.strip()})
+    return tuple(sorted(others, key=lambda entry: (entry["class"], entry["object"])))
+
+
+def checked_object(value: object) -> int:
+    """Return an object number, 0 (no object) to `MAX_OBJECT`; a ValueError if it is not valid."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_OBJECT:
+        raise ValueError(f"object must be a whole number from 0 to {MAX_OBJECT}")
+    return value
+
+
+def read_classes(path: Path) -> ClassList:
+    """Read classes from a file of `write_classes`, or from a text file with one name per line.
+
+    Raises ValueError if the file does not contain a list of classes; OSError if it cannot be read.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        if path.suffix.lower() == ".json":
+            return checked_class_list(json.loads(text))
+        names = [line.strip() for line in text.splitlines() if line.strip()]
+        if not names:
+            raise ValueError("no line has a name")
+        return default_classes(names)
+    except RecursionError:
+        raise ValueError(f"{path}: not a list of classes: nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: not a list of classes: {error}") from None
+
+
+def write_classes(path: Path, classes: ClassList) -> None:
+    """Write classes as JSON; an existing file is replaced only if writing succeeds."""
+    with atomic_outputs([path]) as (temporary,):
+        temporary.write_text(json.dumps(list(classes), indent=1) + "\n", encoding="utf-8")

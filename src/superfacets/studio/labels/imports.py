@@ -1,0 +1,232 @@
+"""Import of labels from other tools or earlier exports, as classes and objects of cells."""
+
+from __future__ import annotations
+
+import json
+import re
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._types import Bools, Longs
+from ...cells.kinds import kind_of
+from ...errors import MeshError
+from ...export.scannet import NO_CLASS
+from ...io.guards import known_ending, shortened
+from ...io.readers.labels import read_labels
+from ...mesh.cells import Cells
+from ...regions.vertices import labels_of_corners
+from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
+from .coding import CellNumbers
+
+GROUPS = ".aggregation.json"
+OBJECTS = ".objects.json"
+OF_VERTICES = (".segs.json",)
+LISTS = (".npy", ".seg", ".txt")
+ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
+
+_DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
+"""Errors raised while reading JSON with an unexpected structure."""
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Imported classes and objects of cells, and the list of known and new classes.
+
+    The keys of `names` and `scores` are pairs of class and object.
+    """
+
+    cells: CellNumbers  # indices of all labeled cells, ascending
+    classes: npt.NDArray[np.uint16]  # class of each labeled cell
+    objects: npt.NDArray[np.uint16]  # object of each labeled cell, from 1 in each class; 0: none
+    class_list: ClassList
+    names: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidences, 0 to 1
+
+
+def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
+    """Read a label file, and optionally groups of labels; `files` maps names to contents.
+
+    ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell. An ``.sstk.json`` may contain
+    several segmentations, of which the first, the finest, is read. A ``.segs.json`` contains one
+    label per vertex: a cell gets the most frequent label of its corners. A label is the number of a
+    class, and 0 or less means no class. If an ``.aggregation.json`` is given, each of its groups
+    is an object instead, whose class has the name of the group, ignoring case; cells without a
+    group are not imported. An ``.objects.json``, which the studio exports, contains objects in the
+    COCO format. `known` is the current list of classes.
+
+    Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
+    """
+    endings = {name: known_ending(Path(name), ENDINGS) for name in files}
+    grouping = [name for name, ending in endings.items() if ending == GROUPS]
+    labeling = [name for name in files if name not in grouping]
+    if len(labeling) != 1 or len(grouping) > 1:
+        raise MeshError("import one label file, with at most one .aggregation.json")
+    name = labeling[0]
+    try:
+        if endings[name] == OBJECTS and not grouping:
+            return _by_annotation(json.loads(files[name]), cells.n_cells, known)
+        labels = _labels_in(files[name], endings[name], cells)
+    except _DAMAGE as error:
+        raise MeshError(f"{name}: {_reason(error)}") from None
+    if not grouping:
+        return _by_number(labels, known)
+    try:
+        return _by_group(labels, json.loads(files[grouping[0]]), known)
+    except _DAMAGE as error:
+        raise MeshError(f"{grouping[0]}: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
+        return "it is not JSON: the file may be truncated"
+    if isinstance(error, IndexError):
+        return "it contains an empty list"
+    if isinstance(error, RecursionError):
+        return "it is nested too deeply"
+    if isinstance(error, TypeError):
+        return "it does not have the structure of this format"
+    return f"the entry {error} is missing" if isinstance(error, KeyError) else str(error)
+
+
+def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
+    """Read one label per cell from the content of a file."""
+    n_cells = cells.n_cells
+    if ending in LISTS:
+        with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+            path = Path(folder, f"labels{ending}")
+            path.write_bytes(data)
+            try:
+                return read_labels(path, n_cells).astype(np.int64)
+            except MeshError as error:
+                raise MeshError(str(error).removeprefix(f"{path}: ")) from None
+    document = json.loads(data)
+    if ending in OF_VERTICES:
+        return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
+    index = _integers(document["segmentation"][0]["index"], "index")
+    if len(index) != n_cells:
+        raise MeshError(f"the file has {len(index)} labels, but the mesh has {n_cells} cells")
+    return index
+
+
+def checked_score(value: object) -> float | None:
+    """Return a score as a float, or None; a ValueError if it is not between 0 and 1."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
+        raise MeshError(f"score must be 0 to 1, got {shortened(str(value))}")
+    return float(value)
+
+
+def _integers(values: Any, name: str) -> Longs:
+    array = np.asarray(values)
+    if array.ndim != 1 or array.dtype.kind not in "iu":
+        raise MeshError(f"{name} must be a list of whole numbers")
+    if array.dtype.kind == "u":  # NumPy uses uint64 only for lists with numbers beyond int64
+        raise MeshError(f"{name} has the number {array.max()}, which is too large")
+    return array.astype(np.int64)
+
+
+def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
+    """Most frequent label of the corners of each cell; the lowest label if there is a tie."""
+    n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
+    if len(of_vertices) != n_vertices:
+        n_labels = len(of_vertices)
+        raise MeshError(f"the file has {n_labels} labels, but the mesh has {n_vertices} vertices")
+    return labels_of_corners(cells, of_vertices)
+
+
+def _by_number(labels: Longs, known: ClassList) -> Imported:
+    classes = np.maximum(labels, 0)
+    if classes.max() > MAX_CLASS:
+        raise MeshError(f"label {classes.max()} is not a class: classes are 0 to {MAX_CLASS}")
+    for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
+        known = with_new(known, class_id)
+    objects = np.zeros(len(labels), np.uint16)
+    return Imported(
+        np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), objects, known
+    )
+
+
+def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:
+    gathered = _Gathered(len(labels), known)
+    for group in document["segGroups"]:
+        name = str(group["label"]).strip()
+        if name not in ("", NO_CLASS):
+            is_in = np.isin(labels, _integers(group["segments"], "segments"))
+            gathered.add(name, is_in, group)
+    return gathered.imported()
+
+
+def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
+    """Read COCO annotations, each with a category and a run-length encoded mask of cells."""
+    names = {int(entry["id"]): str(entry["name"]).strip() for entry in document["categories"]}
+    gathered = _Gathered(n_cells, known)
+    for annotation in document["annotations"]:
+        runs = _integers(annotation["segmentation"]["counts"], "counts")
+        if runs.min(initial=0) < 0 or runs.sum() != n_cells:
+            raise MeshError(f"an annotation has {runs.sum()} cells, but the mesh has {n_cells}")
+        is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
+        name = names[int(annotation["category_id"])]
+        wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
+        gathered.add(name, is_in, annotation, wanted)
+    return gathered.imported()
+
+
+class _Gathered:
+    """Collects classes and objects of cells from groups with the names of classes."""
+
+    def __init__(self, n_cells: int, known: ClassList) -> None:
+        self._known = known
+        self._taken: dict[int, set[int]] = {}  # used object numbers of each class
+        self._classes = np.zeros(n_cells, np.int64)
+        self._objects = np.zeros(n_cells, np.int64)
+        self._names: dict[tuple[int, int], str] = {}
+        self._scores: dict[tuple[int, int], float] = {}
+
+    def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
+        """Set the class of cells by name, and an object unless the class has no objects.
+
+        A new class is added to the list. The object gets the number `wanted` if it is free,
+        otherwise the next free number; 0 means no object. The entry of the file contains the name
+        and score of the object.
+        """
+        class_id, self._known = with_named(self._known, name)
+        self._classes[is_in], self._objects[is_in] = class_id, 0
+        if wanted == 0 or class_id in stuff_of(self._known):
+            self._keep_score(class_id, 0, entry)
+            return
+        taken = self._taken.setdefault(class_id, set())
+        is_usable = type(wanted) is int and 0 < wanted <= MAX_OBJECT and wanted not in taken
+        object_id = cast(int, wanted) if is_usable else max(taken, default=0) + 1
+        if object_id > MAX_OBJECT:
+            raise MeshError(f"{name} has more than {MAX_OBJECT} objects")
+        taken.add(object_id)
+        self._objects[is_in] = object_id
+        self._keep_score(class_id, object_id, entry)
+        own_name = str(entry.get("name", "")).strip()
+        is_usual = re.fullmatch(re.escape(name) + r"( #?\d+)?", own_name, re.IGNORECASE)
+        if own_name and not is_usual:
+            self._names[class_id, object_id] = own_name
+
+    def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
+        """Store the score of an entry; a class without objects gets the lowest of its scores."""
+        score = checked_score(entry.get("score"))
+        if score is not None:
+            key = class_id, object_id
+            self._scores[key] = min(score, self._scores.get(key, 1.0))
+
+    def imported(self) -> Imported:
+        """Result for all cells that have a class."""
+        cells = np.flatnonzero(self._classes)
+        classes, objects = (
+            part[cells].astype(np.uint16) for part in (self._classes, self._objects)
+        )
+        return Imported(
+            cells.astype(np.uint32), classes, objects, self._known, self._names, self._scores
+        )

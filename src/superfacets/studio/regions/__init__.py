@@ -1,0 +1,1 @@
+"""Regions of the mesh: segmentation, splits, and numbered revisions of their labels."""

@@ -1,0 +1,135 @@
+"""Numbered revisions of the labels, to which clients refer, and similarity of regions."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._types import Floats, Ints, Longs
+from ..._validate import checked_fraction
+from ...cells.region_adjacency import RegionGraph, region_graph_of
+from ...cells.surface import Surface
+from ...io.guards import shortened
+
+MAX_KEPT = 6  # number of revisions that clients may still refer to
+
+
+@dataclass(frozen=True)
+class Partition:
+    """Description of the regions: parameters that reproduce them, and later splits."""
+
+    parameters: dict[str, Any]
+    digest: str = ""  # hash of the labels before splits; empty if unknown
+    splits: tuple[bytes, ...] = ()  # packed cells of each split; they get the next free label
+
+    def with_split(self, packed: bytes, digest: str) -> Partition:
+        """Copy with one more split; `digest` is the hash of the labels before all splits."""
+        return replace(self, digest=digest, splits=(*self.splits, packed))
+
+
+class GoneError(LookupError):
+    """The revision that a client refers to no longer exists; the client must request the state."""
+
+
+@dataclass
+class Revision:
+    """Labels of a partition, with a number."""
+
+    number: int  # unique, also across restarts of the server
+    partition: Partition
+    labels: Ints  # region of each cell, 0 to n_regions - 1, shape (N,)
+    n_regions: int
+    _graph: RegionGraph | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
+        """Offset of each region, and cells sorted by region, ascending within each region."""
+        counts = np.bincount(self.labels, minlength=self.n_regions)
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)
+
+    def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
+        """The cells of a region, ascending; a ValueError if there is no such region."""
+        if not 0 <= region < self.n_regions:
+            raise ValueError(f"region {region} does not exist: there are {self.n_regions} regions")
+        offsets, cells = self._by_region
+        return cells[offsets[region] : offsets[region + 1]]
+
+    def graph(self, surface: Surface) -> RegionGraph:
+        """The region graph, computed on first use."""
+        if self._graph is None:
+            self._graph = region_graph_of(surface, self.labels, self.n_regions)
+        return self._graph
+
+
+@dataclass
+class Revisions:
+    """The most recent revisions, which clients may refer to."""
+
+    _kept: OrderedDict[int, Revision] = field(default_factory=OrderedDict)
+    _last: int = field(default_factory=lambda: time.time_ns() // 1_000_000)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
+        """Store labels under a new number; if the partition is stored already, return that one."""
+        with self._lock:
+            for revision in self._kept.values():
+                if revision.partition == partition:
+                    self._kept.move_to_end(revision.number)
+                    return revision
+            self._last += 1
+            revision = Revision(self._last, partition, labels, n_regions)
+            self._kept[revision.number] = revision
+            while len(self._kept) > MAX_KEPT:
+                self._kept.popitem(last=False)
+            return revision
+
+    def get(self, number: object) -> Revision:
+        """Return the revision with this number; a GoneError if it is no longer stored."""
+        with self._lock:
+            revision = self._kept.get(number) if isinstance(number, int) else None
+            if revision is None:
+                name = shortened(str(number))  # a request may contain any value
+                raise GoneError(f"revision {name} no longer exists: request the state and labels")
+            self._kept.move_to_end(revision.number)
+            return revision
+
+
+def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
+    """Regions with a similar shape as `region`, including `region`; size and position are ignored.
+
+    The tolerance is the maximum distance between shapes, as a fraction of the largest distance: 0
+    (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does not exist,
+    or the tolerance is not between 0 and 1.
+    """
+    limit = checked_fraction(tolerance, "tolerance")
+    if not 0 <= region < graph.n_regions:
+        raise ValueError(f"region {region} does not exist: there are {graph.n_regions} regions")
+    shapes = _shapes(graph)
+    scale = shapes.std(axis=0)
+    steps = (shapes - shapes[region]) / np.where(scale > 0, scale, 1.0)
+    distances = np.sqrt((steps * steps).sum(axis=1))
+    return list(np.flatnonzero(distances <= limit * distances.max()).tolist())
+
+
+def _shapes(graph: RegionGraph) -> Floats:
+    """Linearity, planarity, sphericity, three times the curvature, and crease, shape (K, 5).
+
+    The first four values are in 0 to 1. The crease is the mean signed angle at borders to other
+    regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.
+    """
+    n, ends = graph.n_regions, graph.edge_index.ravel()
+    lengths = np.tile(graph.border_lengths, 2)
+    angles = np.tile(graph.concavities, 2)
+    sums = np.bincount(ends, lengths * angles, n)
+    totals = np.bincount(ends, lengths, n)
+    creases = np.divide(sums, np.pi * totals, out=np.zeros(n), where=totals > 0)
+    extents = (graph.linearity, graph.planarity, graph.sphericity, 3.0 * graph.curvature)
+    return np.asarray(np.nan_to_num(np.stack([*extents, creases], axis=1)))

@@ -1,0 +1,245 @@
+"""Segmentation with cached results, fast enough for sliders, and checks of its parameters."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import warnings
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from ... import _core
+from ..._types import Ints
+from ..._validate import checked_count, checked_flag, checked_number, checked_threads
+from ...cells.kinds import graph_and_surface
+from ...cells.size import DEFAULT_N_SEGMENTS
+from ...cells.surface import Surface
+from ...cells.weights import WEIGHTS
+from ...clustering.segmentation import Segmentation
+from ...errors import IslandWarning, SliverWarning
+from ...io.guards import counted
+from ...mesh.cells import Cells
+from ...pipeline import Prepared, segment
+from ...regions.edit import read_regions
+from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors
+
+MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
+LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
+FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
+MAX_REGIONS = 20_000  # maximum of the slider; more regions would be too small for labeling
+MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
+
+Parameters = dict[str, Any]
+
+
+def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
+    """Defaults of `segment`, with the given number of regions."""
+    n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
+    weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
+    return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
+
+
+def ranges(n_cells: int) -> dict[str, list[float]]:
+    """Minimum and maximum of each slider."""
+    return {
+        "n_segments": [1, min(n_cells, MAX_REGIONS)],
+        "alpha": [0.0, MAX_ALPHA],
+        "ridges": [0.0, MAX_RIDGES],
+    }
+
+
+def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
+    """Check parameters from a client; missing parameters are taken from `usual`.
+
+    A `level` equal to `n_segments`, the finest level, becomes None. Raises ValueError or TypeError
+    if a parameter is unknown, out of range or of the wrong type.
+    """
+    unknown = sorted(set(given) - set(usual))
+    if unknown:
+        raise ValueError(f"unknown parameter {unknown[0]}")
+    merged = {**usual, **given}
+    if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
+        merged["level"] = None  # the usual level belongs to another number of regions
+    n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
+    level = merged["level"]
+    if level is not None:
+        level = checked_count(level, "level", n_segments, "regions on the finest level")
+    return {
+        "n_segments": n_segments,
+        "alpha": checked_number(merged["alpha"], "alpha", zero=True),
+        "ridges": checked_number(merged["ridges"], "ridges", zero=True),
+        "smooth": checked_flag(merged["smooth"], "smooth"),
+        "level": None if level == n_segments else level,
+    }
+
+
+def levels_of(n_segments: int) -> list[int]:
+    """Number of regions on each level, finest level first."""
+    levels = [n_segments]
+    while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
+        levels.append(levels[-1] // LEVEL_STEP)
+    return levels
+
+
+class Cancelled(Exception):  # noqa: N818  # no error
+    """A newer run has replaced this run, or its client has disconnected."""
+
+
+@dataclass
+class Turn:
+    """A run that another thread can cancel; `tell` is called with its progress."""
+
+    tell: Callable[[dict[str, Any]], object] = lambda _: None
+    _is_cancelled: threading.Event = field(default_factory=threading.Event)
+
+    def cancel(self) -> None:
+        """Make the run end at its next stage or iteration."""
+        self._is_cancelled.set()
+
+    def check(self) -> None:
+        """Raise `Cancelled` if the run was cancelled."""
+        if self._is_cancelled.is_set():
+            raise Cancelled
+
+    def on_stage(self, stage: str) -> None:
+        """Report that a stage begins."""
+        self.check()
+        self.tell({"stage": stage})
+
+    def on_iteration(self, iteration: int, n_moved: int) -> None:
+        """Report how many centers an iteration moved."""
+        self.check()
+        self.tell({"iteration": iteration, "moved": n_moved})
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """Regions computed for some parameters, before splits by the user."""
+
+    labels: Ints
+    n_regions: int
+    digest: str
+    notes: tuple[str, ...]
+
+
+@dataclass
+class Segmenter:
+    """Segments one mesh with any parameters, one run at a time, in a separate thread.
+
+    The cell graph does not depend on the parameters, and is built once. Regions and merge trees of
+    the most recent parameters are cached.
+    """
+
+    source: Cells
+    _kept: OrderedDict[tuple[Any, ...], Base] = field(default_factory=OrderedDict)
+    _trees: OrderedDict[tuple[Any, ...], MergeTree] = field(default_factory=OrderedDict)
+    _worker: ThreadPoolExecutor = field(
+        default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
+    )
+    _latest: Turn | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """Cell graph and further data for `segment`."""
+        return Prepared.of(self.source, weld=True, n_threads=checked_threads(None))
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Surface for the stages after the clustering, with cells in input order."""
+        prepared, n_threads = self.prepared, checked_threads(None)
+        if prepared.order is not None or prepared.n_steps:
+            return graph_and_surface(self.source, True, n_threads)[1]
+        return prepared.kind.surface(self.source, prepared.graph, n_threads)
+
+    def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
+        """Return the regions for checked parameters; a newer run cancels this one.
+
+        Raises Cancelled if the run was cancelled; ValueError if no level has so few regions.
+        """
+        turn = Turn() if turn is None else turn
+        with self._lock:
+            if self._latest is not None:
+                self._latest.cancel()
+            self._latest = turn
+        return self._worker.submit(self._base, parameters, turn).result()
+
+    def base(self, parameters: Parameters) -> Base:
+        """Return the regions as `run` does, but neither cancel other runs nor get cancelled."""
+        return self._worker.submit(self._base, parameters, Turn()).result()
+
+    def close(self) -> None:
+        """Cancel the current run, and end the thread."""
+        if self._latest is not None:
+            self._latest.cancel()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _base(self, parameters: Parameters, turn: Turn) -> Base:
+        turn.check()
+        finest = self._finest(parameters, turn)
+        level = parameters["level"]
+        if level is None:
+            return finest
+        tree = self._tree(parameters, finest, turn)
+        ranks = tree.regions_at(checked_cut(level, "level", tree))
+        return _base_of(ranks[finest.labels], finest.notes)
+
+    def _finest(self, parameters: Parameters, turn: Turn) -> Base:
+        key = _key(parameters)
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        options = {name: value for name, value in parameters.items() if name != "level"}
+        if "prepared" not in self.__dict__:
+            turn.on_stage("face_graph")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            result = segment(
+                self.prepared, **options, progress=turn.on_iteration, on_stage=turn.on_stage
+            )
+        self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
+        _trim(self._kept)
+        return base
+
+    def _tree(self, parameters: Parameters, finest: Base, turn: Turn) -> MergeTree:
+        key = _key(parameters)
+        if key not in self._trees:
+            turn.on_stage("merging")
+            with _core.Workspace():
+                costs, labels, n_regions = read_regions(self.surface, finest.labels)
+                self._trees[key] = merge_neighbors(costs, labels, n_regions, None, "keep")
+            _trim(self._trees)
+        self._trees.move_to_end(key)
+        return self._trees[key]
+
+
+def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
+    """Texts of warnings for the page, where parameters of Python functions do not exist."""
+    notes = []
+    for warning in found:
+        if warning.category is SliverWarning:
+            notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
+        elif warning.category is IslandWarning:
+            n_pieces = counted(result.n_unreached, "small disconnected piece")
+            notes.append(f"{n_pieces} of the mesh became additional regions.")
+        else:
+            notes.append(str(warning.message))
+    return tuple(notes)
+
+
+def _key(parameters: Parameters) -> tuple[Any, ...]:
+    return tuple(value for name, value in sorted(parameters.items()) if name != "level")
+
+
+def _trim(kept: OrderedDict[Any, Any]) -> None:
+    while len(kept) > MAX_KEPT:
+        kept.popitem(last=False)
+
+
+def _base_of(labels: Ints, notes: tuple[str, ...]) -> Base:
+    digest = hashlib.blake2b(labels.tobytes(), digest_size=8).hexdigest()
+    return Base(labels, int(labels.max()) + 1, digest, notes)

@@ -1,0 +1,1 @@
+"""The web server: its address, security checks, requests and replies."""

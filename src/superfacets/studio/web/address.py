@@ -1,0 +1,154 @@
+"""Port and access token of a server: how they are chosen, stored, and passed to a browser.
+
+The next server for the same work uses the same address, so an open page works again after its
+server was killed and restarted. Only the owner can read the file with the stored address. The file
+is removed when the server ends normally.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import html
+import json
+import os
+import re
+import secrets
+import socket
+import stat
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+HOST = "127.0.0.1"  # the only interface that the server listens on
+TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
+"""Environment variable that sets the token, so that scripts know it."""
+
+_TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
+
+_REDIRECTION = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
+<meta http-equiv="refresh" content="0; url={0}">
+<p><a href="{0}">Open the studio</a></p></html>
+"""
+
+_FOR_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+
+
+@dataclass(frozen=True)
+class Address:
+    """Port of a server on this machine, and its access token."""
+
+    port: int
+    token: str
+
+    @property
+    def page(self) -> str:
+        """URL to open in a browser, including the token."""
+        return f"http://{HOST}:{self.port}/?token={self.token}"
+
+
+def new_token() -> str:
+    """Token from the environment, or a random token; a ValueError if the token is not valid."""
+    given = os.environ.get(TOKEN_VARIABLE)
+    if given is None:
+        return secrets.token_urlsafe(24)
+    if not _TOKEN.fullmatch(given):
+        raise ValueError(f"{TOKEN_VARIABLE} must have 16 to 200 characters of A-Z a-z 0-9 _ -")
+    return given
+
+
+def open_socket(port: int) -> socket.socket:
+    """Open a port (0: any free port) to this machine only; an OSError if the port is in use."""
+    opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if os.name != "nt":  # on Windows, SO_REUSEADDR would let other processes listen, too
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((HOST, port))
+        opened.listen()
+    except OSError as error:
+        opened.close()
+        if error.errno == errno.EADDRINUSE:
+            raise OSError(f"port {port} is in use: choose another --port, or omit it") from None
+        reason = error.strerror or error
+        raise OSError(f"cannot listen on port {port}: {reason}") from None
+    return opened
+
+
+def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
+    """Listen on the given port or, by default, on the last server's port if that is free."""
+    if port is None and kept is not None:
+        with contextlib.suppress(OSError):
+            return open_socket(kept.port), kept
+    opened = open_socket(port or 0)
+    number = opened.getsockname()[1]
+    if kept is not None and kept.port == number:
+        return opened, kept
+    return opened, Address(number, new_token())
+
+
+def address_file(work: Path) -> Path:
+    """Path of the file that stores the address of the server for a work file or a folder."""
+    if work.is_dir():
+        return work / ".superfacets-studio.address"
+    return work.with_name(f".{work.name}.address")
+
+
+def kept_address(path: Path) -> Address | None:
+    """Address that an earlier server has stored in a file; None if no trusted file exists.
+
+    A file is not trusted if it belongs to another user, if other users may read or write it, or if
+    it is a copy. A copy may be part of an archive of meshes, whose author knows the token.
+    """
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        status = path.lstat()
+        is_own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
+        is_closed = os.name == "nt" or not status.st_mode & _FOR_OTHERS
+        if stat.S_ISREG(status.st_mode) and is_own and is_closed:
+            found = json.loads(path.read_text(encoding="ascii"))
+            port, token = found["port"], found["token"]
+            is_copy = found["inode"] != status.st_ino
+            is_port = isinstance(port, int) and 0 < port < 1 << 16
+            if is_port and _TOKEN.fullmatch(token) and not is_copy:
+                return Address(port, token)
+    return None
+
+
+@contextlib.contextmanager
+def keep(path: Path, address: Address) -> Iterator[None]:
+    """Store an address while the block runs; without write access, nothing is stored."""
+    text = ""
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+        with _own_file(path) as writer:
+            inode = os.fstat(writer.fileno()).st_ino
+            text = json.dumps({"port": address.port, "token": address.token, "inode": inode})
+            writer.write(text)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            if path.read_text(encoding="ascii") == text:  # no other server has replaced the file
+                path.unlink()
+
+
+@contextlib.contextmanager
+def redirection(page: str) -> Iterator[str]:
+    """Yield the URL of a temporary file that redirects a browser to a page.
+
+    All users can see the arguments of a process, so the token must not be an argument of the
+    browser. Only the owner can read the temporary file.
+    """
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        path = Path(folder, "studio.html")
+        with _own_file(path) as writer:
+            writer.write(_REDIRECTION.format(html.escape(page)))
+        yield path.as_uri()
+
+
+def _own_file(path: Path) -> IO[str]:
+    """Create a file that only its owner can read."""
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    return os.fdopen(file, "w", encoding="ascii")

@@ -1,0 +1,124 @@
+"""Parsing of requests, and replies with results or errors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, Response
+
+from ...errors import MeshError, MissingExtraError, RenderError
+from ...io.attributes import is_encodable
+from ..regions.revisions import GoneError
+from ..work.history import NothingError
+from ..work.journal import JournalError, WriteError
+from ..work.source import ChangedError
+
+Body = dict[str, Any]
+
+BYTES = "application/octet-stream"
+
+MAX_BODY = 1 << 29  # maximum size of a request in bytes; strings in browsers are not longer
+
+
+class TooLargeError(ValueError):
+    """The body of a request is too large."""
+
+
+class JsonReply(JSONResponse):
+    """JSON reply in ASCII, which can contain any file name, including invalid Unicode."""
+
+    def render(self, content: Any) -> bytes:
+        """Encode the content as JSON."""
+        return json.dumps(content, separators=(",", ":")).encode("ascii")
+
+
+STATUS_OF = (
+    (NothingError, 409),
+    (GoneError, 410),
+    (ChangedError, 409),
+    (WriteError, 507),
+    (JournalError, 409),
+    (FileExistsError, 409),
+    (MissingExtraError, 501),
+    (RenderError, 501),
+    (MeshError, 422),
+    (TooLargeError, 413),
+    (ValueError, 400),
+    (TypeError, 400),
+    (IndexError, 404),
+    (OSError, 500),
+    (MemoryError, 507),
+    (ClientDisconnect, 400),  # the client does not receive the reply
+)
+"""HTTP status for classes of errors. The first entry that an error is an instance of applies."""
+
+
+async def answered(work: Callable[[], Any]) -> Response:
+    """Call `work` in a thread; reply with its result (a response, bytes or JSON), or its error."""
+    try:
+        result = await run_in_threadpool(work)
+    except Exception as error:
+        return failure(error)
+    if isinstance(result, bytes):
+        return Response(result, media_type=BYTES)
+    return result if isinstance(result, Response) else JsonReply(result)
+
+
+async def body_of(request: Request) -> Body:
+    """Read the JSON object of a request.
+
+    Raises TooLargeError if the body has more than `MAX_BODY` bytes; ValueError if it is not a JSON
+    object, or contains text that is not valid Unicode.
+    """
+    text = await _content(request)
+    try:
+        body = json.loads(text.decode("utf-8") or "{}", parse_constant=_no_constant)
+        is_text = b"\\u" not in text or is_encodable(json.dumps(body, ensure_ascii=False))
+    except RecursionError:
+        raise ValueError("the request is nested too deeply") from None
+    except ValueError:
+        raise ValueError("the request is not JSON") from None
+    if not is_text:
+        raise ValueError("the request contains text that is not valid Unicode: lone surrogate")
+    if not isinstance(body, dict):
+        raise ValueError("the request is not a JSON object")
+    return body
+
+
+async def _content(request: Request) -> bytearray:
+    """Read the body of a request, after a check of its declared length."""
+    data = bytearray()
+    announced = request.headers.get("content-length", "0")
+    if not announced.isdecimal() or int(announced) <= MAX_BODY:
+        async for part in request.stream():
+            data += part
+            if len(data) > MAX_BODY:
+                break
+        else:
+            return data
+    raise TooLargeError(f"the request is larger than {MAX_BODY} bytes")
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is not JSON")
+
+
+def failure(error: Exception) -> Response:
+    """Reply to an error; an error that is not in `STATUS_OF` is raised again."""
+    for kind, status in STATUS_OF:
+        if isinstance(error, kind):
+            return JsonReply({"error": message_of(error)}, status)
+    raise error
+
+
+def message_of(error: Exception) -> str:
+    """Message of an error in one line; for errors of the operating system, with the file name."""
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError) and error.strerror is not None:
+        return f"{error.filename or 'system error'}: {error.strerror}"
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,137 @@
+"""Comparison and merging of the work of two people on one mesh.
+
+"Mine" is the open work, and "theirs" is the other work. Classes are matched by name, and objects by
+their overlap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ..._types import Array, Bools, Floats, Longs
+from ...cells.sums import sums_by_label
+from ..labels.classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
+from .changes import State
+from .history import History
+from .journal import JournalError, parsed_work
+from .source import Source
+
+Side = Literal["mine", "theirs"]
+
+
+@dataclass
+class Theirs:
+    """Another person's work, translated to my numbers of classes and objects."""
+
+    name: str
+    paint: Paint  # class and object of each cell, shape (N,)
+    class_list: ClassList  # my classes, followed by classes that only their work has
+
+    def differs(self, mine: Paint) -> Bools:
+        """Mask of cells that have a class in both works, but a different class or object."""
+        return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
+
+
+def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
+    """Read another person's work file, and translate it to my numbers of classes and objects.
+
+    Raises JournalError if the data is not a work file, is damaged, or belongs to another mesh.
+    """
+    journal = parsed_work(Path(name), data)
+    source.check_work(journal)
+    is_shared = journal.header["classes"] is None  # the classes belong to a folder
+    state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
+    numbers, class_list = _matched_classes(state, mine.class_list)
+    classes, objects = numbers[state.classes], state.objects
+    own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
+    given = _matched_objects(own, classes * INSTANCES + objects, areas)
+    return Theirs(name, paint_of(classes, given), class_list)
+
+
+def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
+    """My class number for each of their class numbers, and my list with their new classes."""
+    numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
+    names = names_of(theirs.class_list)
+    for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
+        numbers[class_id], known = with_named(known, names.get(class_id, f"class {class_id}"))
+    return numbers, known
+
+
+def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
+    """My object number for the object of each cell in their work.
+
+    Objects of the same class are matched greedily, starting with the pair of largest IoU. Their
+    unmatched objects get numbers above all my objects. `mine` and `theirs` are instances.
+    """
+    pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
+    number_of: dict[int, int] = {}
+    taken: set[int] = set()
+    for own, other, _ in pairs:
+        is_object = own % INSTANCES and other % INSTANCES and own // INSTANCES == other // INSTANCES
+        if is_object and own not in taken and other not in number_of:
+            number_of[other] = own % INSTANCES
+            taken.add(own)
+    highest: dict[int, int] = {}
+    for own in np.unique(mine).tolist():
+        highest[own // INSTANCES] = own % INSTANCES
+    found, ranks = np.unique(theirs, return_inverse=True)
+    numbers = np.zeros(len(found), np.int64)
+    for rank, other in enumerate(found.tolist()):
+        class_id, object_id = divmod(other, INSTANCES)
+        if object_id and other not in number_of:
+            number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
+            if highest[class_id] >= INSTANCES:
+                raise JournalError(f"a class of both works has {INSTANCES} objects or more")
+        numbers[rank] = number_of[other] if object_id else 0
+    return numbers[ranks]
+
+
+def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
+    """Pairs (my value, their value) that occur in a cell, with the IoU of their two areas.
+
+    The IoU is 0 if both areas are 0.
+    """
+    (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
+    keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
+    common = sums_by_label(pairs, areas, len(keys))
+    of_own, of_other = sums_by_label(a, areas, len(own)), sums_by_label(b, areas, len(other))
+    i, j = np.divmod(keys, len(other))
+    union = of_own[i] + of_other[j] - common
+    shares = np.divide(common, union, out=np.zeros(len(keys)), where=union > 0)
+    return list(zip(own[i].tolist(), other[j].tolist(), shares.tolist(), strict=True))
+
+
+def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
+    """Measure the agreement of both works.
+
+    ``share`` is the fraction of the area labeled in both works on which class and object agree.
+    ``classes`` has the IoU of each class in either work, and of its objects. ``object`` is my
+    number of an object.
+    """
+    paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
+    both = (paint > 0) & (theirs.paint > 0)
+    total = float(areas[both].sum())
+    agreed = float(areas[both & (paint == theirs.paint)].sum())
+    of_classes = _ious(class_of(paint), class_of(theirs.paint), areas)
+    of_objects = _ious(paint, theirs.paint, areas)
+    names = names_of(theirs.class_list)
+    rows = []
+    for class_id, iou in of_classes.items():
+        objects = [
+            {"object": one >> 16, "iou": round(share, 6)}
+            for one, share in of_objects.items()
+            if one & 0xFFFF == class_id and one >> 16
+        ]
+        name = names.get(class_id, f"class {class_id}")
+        rows.append({"class": class_id, "name": name, "iou": round(iou, 6), "objects": objects})
+    return {"name": theirs.name, "share": agreed / total if total else 0.0, "classes": rows}
+
+
+def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
+    """IoU of each value above 0 that occurs in at least one work."""
+    same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
+    return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

@@ -1,0 +1,503 @@
+"""A mesh that is being labeled: its cells, labels and regions, and the journal of changes."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ... import _core
+from ..._types import Floats, Ints
+from ..._validate import checked_threads
+from ...cells.kinds import measures_of
+from ...io.atomic import atomic_outputs
+from ...mesh.cells import Cells
+from ..labels.classes import (
+    INSTANCES,
+    MAX_CLASS,
+    MAX_OBJECT,
+    ClassList,
+    checked_class_list,
+    class_of,
+    default_classes,
+    names_of,
+    object_of,
+    paint_of,
+    stuff_of,
+    with_missing,
+    with_object_name,
+)
+from ..labels.coding import CellNumbers, pack_cells, unpack_cells
+from ..labels.imports import Imported
+from ..labels.suggestions import suggestions_of
+from ..regions.revisions import GoneError, Partition, Revision, Revisions
+from ..regions.segmenting import Base, Segmenter, default_parameters
+from ..regions.splitting import split_cells
+from .agreement import Side, Theirs, agreement, read_theirs
+from .changes import Change, State, settling
+from .history import History
+from .journal import Journal, Line
+from .lines import line_of
+from .source import Source
+
+
+def work_file_of(path: Path) -> Path:
+    """Default path of the work file: beside the input file."""
+    return path.with_name(path.name + ".studio.jsonl")
+
+
+OTHER_VERSION = (
+    "This version of superfacets computes other regions than the version that created the work."
+    " Splits of regions are lost; all classes and objects are kept."
+)
+
+
+@dataclass
+class Document:
+    """A mesh with the state of its labeling.
+
+    Every change is written to the journal. If writing fails, the change is reverted.
+    """
+
+    source: Source
+    journal: Journal
+    history: History
+    segmenter: Segmenter
+    base: Base
+    share_classes: Callable[[ClassList], object] | None = None
+    notes: list[str] = field(default_factory=list)
+    revisions: Revisions = field(default_factory=Revisions)
+    revision: Revision = field(init=False)
+    theirs: Theirs | None = None  # other work for a comparison
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def __post_init__(self) -> None:
+        self.notes += self.journal.notes
+        self._show(self.base)
+        self._adopt_base()
+
+    @classmethod
+    def open(
+        cls, path: Path, work: Path | None = None, n_segments: int | None = None,
+        classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
+    ) -> Document:  # fmt: skip
+        """Read an input and its work file, and compute its regions.
+
+        By default, the work file is beside the input. `n_segments` and `classes` are used for a new
+        work file. In a folder, `classes` are shared by all meshes, and `share_classes` stores a
+        changed list for all of them.
+
+        Raises MeshError or OSError if the input cannot be read; JournalError if the work file
+        cannot be used, or belongs to another input.
+        """
+        source = Source.read(path)
+        own = None if share_classes else list(classes or default_classes())
+        parameters = default_parameters(source.n_cells, n_segments)
+        header = {**source.facts, "parameters": parameters, "classes": own}
+        journal = Journal.open(work.resolve() if work else work_file_of(path), header)
+        try:
+            source.check_work(journal)
+            history = History.replayed(journal, source.n_cells, classes if share_classes else None)
+            segmenter = Segmenter(source.cells)
+            base = segmenter.base(history.state.partition.parameters)
+            return cls(source, journal, history, segmenter, base, share_classes)
+        except BaseException:
+            journal.close()
+            raise
+
+    @property
+    def path(self) -> Path:
+        """The input file."""
+        return self.source.path
+
+    @property
+    def cells(self) -> Cells:
+        """The mesh or point cloud that is labeled."""
+        return self.source.cells
+
+    @property
+    def state(self) -> State:
+        """Labels of all cells, list of classes, names of objects, and regions."""
+        return self.history.state
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return len(self.state.paint)
+
+    @cached_property
+    def areas(self) -> Floats:
+        """Area (or volume) of each cell."""
+        return measures_of(self.cells, checked_threads(None))
+
+    @property
+    def progress(self) -> float:
+        """Labeled fraction of the area, 0 to 1; if the area is 0, labeled fraction of the cells."""
+        is_done = self.state.paint > 0
+        if self._total > 0:
+            return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
+        return float(np.count_nonzero(is_done) / self.n_cells)
+
+    @cached_property
+    def _total(self) -> float:
+        return float(self.areas.sum())
+
+    @property
+    def class_list(self) -> ClassList:
+        """List of classes, extended by missing classes that cells or suggestions have."""
+        used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
+        suggested = {one.class_id for one in self.state.suggestions}
+        return with_missing(self.state.class_list, suggested.union(used))
+
+    @property
+    def instances(self) -> Ints:
+        """``class * 1000 + object`` for each cell, shape (N,); 0 for cells without a class."""
+        return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
+
+    def name_of(self, class_id: int, object_id: int = 0) -> str:
+        """Name of a class, or of one of its objects."""
+        for entry in self.state.object_names:
+            if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
+                return str(entry["name"])
+        name = names_of(self.class_list)[class_id]
+        sign = "#" if name[-1].isdigit() else ""  # distinguishes "class 1 #2" from "class 12"
+        return f"{name} {sign}{object_id}" if object_id else name
+
+    def close(self) -> None:
+        """Stop all runs, and close the work file."""
+        with self.lock:
+            self.segmenter.close()
+            self.journal.close()
+
+    # Operations. Each method returns after its journal line is on disk. In a folder, `set_classes`
+    # writes the list of classes that all files share, instead of a journal line.
+
+    def paint(
+        self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
+    ) -> Change | None:
+        """Set the class and object of ascending cells, with one value for all, or one per cell.
+
+        0 means no class or no object. Returns None if nothing changes. Raises ValueError if a class
+        does not exist; JournalError if the change could not be written; ChangedError if the input
+        file has changed.
+        """
+        with self.lock:
+            values = np.unique(np.asarray(classes))
+            if unknown := {*values.tolist()} - {0, *names_of(self.class_list)}:
+                raise ValueError(f"there is no class {min(unknown)}")
+            wanted = paint_of(classes, objects)
+            change = Change.painting(self.state.paint, cells, wanted, stroke)
+            if change is not None:
+                self._commit(change)
+            return change
+
+    def split_object(self, class_id: int, object_id: int) -> list[int]:
+        """Make each connected piece of an object, except the largest piece, a new object.
+
+        For object 0, all cells of the class without an object are split, and each piece becomes an
+        object. Returns the numbers of the new objects. Raises ValueError if the object does not
+        exist, or is connected.
+        """
+        with self.lock:
+            is_in = (self.state.classes == class_id) & (self.state.objects == object_id)
+            if not class_id or not is_in.any():
+                raise ValueError(f"there is no object {object_id} of class {class_id}")
+            surface = self.segmenter.surface
+            pieces, _ = _core.find_components(
+                surface.offsets, surface.neighbors, is_in.astype(np.int32)
+            )
+            cells = np.flatnonzero(is_in)
+            ids, ranks = np.unique(pieces[cells], return_inverse=True)
+            if object_id and len(ids) == 1:
+                raise ValueError(f"{self.name_of(class_id, object_id)} has only one piece")
+            kept = [object_id] if object_id else []  # the largest piece keeps its number
+            first = self.free_object(class_id)
+            new = list(range(first, first + len(ids) - len(kept)))
+            if new[-1] > MAX_OBJECT:
+                raise ValueError(f"{len(ids)} pieces are too many: objects end at {MAX_OBJECT}")
+            numbers = np.zeros(len(ids), np.int64)
+            areas = np.bincount(ranks, self.areas[cells])
+            numbers[np.argsort(-areas, kind="stable")] = kept + new
+            self.paint(cells.astype(np.uint32), class_id, objects=numbers[ranks])
+            return new
+
+    def free_object(self, class_id: int) -> int:
+        """Lowest object number of a class that is above all used numbers."""
+        of_class = self.state.objects[self.state.classes == class_id]
+        return int(of_class.max(initial=0)) + 1
+
+    def name_object(self, class_id: int, object_id: int, name: object) -> None:
+        """Set the name of an object, or remove an empty name; a ValueError for invalid input."""
+        with self.lock:
+            if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
+                raise ValueError(f"there is no object {object_id} of class {class_id}")
+            before = self.state.object_names
+            after = with_object_name(before, class_id, object_id, name)
+            if after != before:
+                self._commit(Change("objects", before, after))
+
+    def review(self, is_reviewed: bool) -> None:
+        """Mark this file as reviewed or not reviewed; a changed file can be reviewed again."""
+        with self.lock:
+            if is_reviewed != self.state.is_reviewed or self.state.is_changed:
+                self._commit(Change("review", self.state.is_reviewed, is_reviewed))
+
+    def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
+        """Replace the current regions by regions that the segmenter has computed."""
+        with self.lock:
+            before, partition = self.state.partition, Partition(parameters, base.digest)
+            is_new = before.digest not in ("", base.digest) or bool(before.splits)
+            if is_new or before.parameters != parameters:
+                self._commit(Change("segment", before, partition))
+            return self._show(base)
+
+    def split(
+        self, region: int, number: object, red: CellNumbers, blue: CellNumbers
+    ) -> CellNumbers:
+        """Split a region of revision `number` between strokes; return the cells of the new region.
+
+        The new region contains the blue stroke, and gets the next free label. Raises GoneError if
+        the revision is not the current one; ValueError if the region does not exist, or does not
+        contain both strokes.
+        """
+        with self.lock:
+            if self.revisions.get(number) is not self.revision:
+                raise GoneError("the regions have changed: request the state and labels again")
+            whole = self.revision.cells_of(region)
+            cells = split_cells(self.segmenter.surface, whole, red, blue)
+            self._adopt_base()
+            before = self.state.partition
+            after = before.with_split(pack_cells(cells), self.base.digest)
+            self._commit(Change("split", before, after))
+            labels = self.revision.labels.copy()
+            labels[cells] = self.revision.n_regions
+            self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
+            return cells
+
+    def take(self, imported: Imported) -> Change | None:
+        """Set imported classes and objects, and extend the lists; a single undo reverts all.
+
+        Imported objects get numbers above the objects of cells that are not imported. Raises
+        ValueError if a class would have more than `MAX_OBJECT` objects.
+        """
+        with self.lock:
+            stroke = f"import {self.history.seq + 1}"
+            highest = np.zeros(MAX_CLASS + 1, np.int64)
+            is_left = np.ones(self.n_cells, bool)
+            is_left[imported.cells] = False
+            np.maximum.at(highest, self.state.classes[is_left], self.state.objects[is_left])
+            objects = imported.objects.astype(np.int64)
+            objects += np.where(objects > 0, highest[imported.classes], 0)
+            if objects.max(initial=0) > MAX_OBJECT:
+                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
+            self.set_classes(list(imported.class_list), stroke)
+            change = self.paint(imported.cells, imported.classes, stroke, objects=objects)
+            names = self.state.object_names
+            for (class_id, object_id), name in imported.names.items():
+                shifted = object_id + int(highest[class_id])
+                names = with_object_name(names, class_id, shifted, name)
+            if names != self.state.object_names:
+                self._commit(Change("objects", self.state.object_names, names, stroke))
+            return change
+
+    def suggest(self, imported: Imported) -> int:
+        """Replace all suggestions by imported objects; return their number, or raise ValueError."""
+        with self.lock:
+            suggestions, classes = suggestions_of(imported, self.class_list)
+            if not suggestions:
+                raise ValueError("the files suggest no object: no cell has a label above 0")
+            stroke = f"suggest {self.history.seq + 1}"
+            self.set_classes(list(classes), stroke)
+            self._commit(Change("suggest", self.state.suggestions, suggestions, stroke))
+            return len(suggestions)
+
+    def settle(self, accepted: Mapping[int, int], rejected: Collection[int] = ()) -> list[Change]:
+        """Accept and reject suggestions; return the changes, which a single undo reverts.
+
+        `accepted` maps the id of a suggestion to a class. Unlabeled cells of the suggestion become
+        a new object of this class, or get only the class if it has no objects. Raises ValueError if
+        a suggestion or class does not exist, if a suggestion is both accepted and rejected, if none
+        is given, or if a class would have more than `MAX_OBJECT` objects.
+        """
+        if both := {*accepted}.intersection(rejected):
+            raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
+        if not accepted and not rejected:
+            raise ValueError("no suggestion to accept or reject was given")
+        with self.lock:
+            stroke = f"settle {self.history.seq + 1}"
+            settled = settling(self.state, {*accepted, *rejected}, stroke)
+            n_before = len(self.history.undo_stack)
+            self._paint_suggestions(accepted, stroke)
+            self._commit(settled)
+            return self.history.undo_stack[n_before:]
+
+    def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
+        stuff = stuff_of(self.class_list)
+        paint = np.zeros(self.n_cells, np.uint32)
+        next_object = {class_id: self.free_object(class_id) for class_id in {*accepted.values()}}
+        for one in self.state.suggestions:
+            if one.id not in accepted:
+                continue
+            class_id = accepted[one.id]
+            cells = unpack_cells(one.cells, self.n_cells)
+            unlabeled = cells[self.state.paint[cells] == 0]
+            object_id = 0 if class_id in stuff else next_object[class_id]
+            if object_id > MAX_OBJECT:
+                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
+            if not class_id:
+                raise ValueError(f"suggestion {one.id} needs a class")
+            paint[unlabeled] = paint_of(class_id, object_id)
+            next_object[class_id] += bool(len(unlabeled))
+        painted = np.flatnonzero(paint).astype(np.uint32)
+        found = paint[painted]
+        self.paint(painted, class_of(found), stroke, objects=object_of(found))
+
+    def compare(self, name: str, data: bytes) -> None:
+        """Read another work file of the mesh for comparison; a JournalError if it is unusable."""
+        with self.lock:
+            self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
+
+    def agreement(self) -> dict[str, Any]:
+        """Agreement with the other work, as from `agreement`; a ValueError without other work."""
+        return agreement(self.state, self._compared(), self.areas)
+
+    def differing(self) -> CellNumbers:
+        """Cells that have a class in both works, but a different class or object."""
+        with self.lock:
+            return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
+
+    def accept(self, cells: CellNumbers, side: Side) -> Change | None:
+        """Resolve the differences in these cells: use their labels, or keep mine.
+
+        If `side` is "theirs", cells without a class in my work also get their labels.
+        """
+        with self.lock:
+            theirs = self._compared()
+            if side == "mine":
+                theirs.paint[cells] = self.state.paint[cells]
+                return None
+            stroke = f"theirs {self.history.seq + 1}"
+            known = names_of(self.class_list)
+            new = [entry for entry in theirs.class_list if entry["id"] not in known]
+            self.set_classes([*self.class_list, *new], stroke)
+            taken = cells[theirs.paint[cells] > 0]
+            paint = theirs.paint[taken]
+            return self.paint(taken, class_of(paint), stroke, objects=object_of(paint))
+
+    def _compared(self) -> Theirs:
+        if self.theirs is None:
+            raise ValueError("there is nothing to compare with: read another work file first")
+        return self.theirs
+
+    def set_classes(self, value: object, stroke: str | None = None) -> None:
+        """Replace the list of classes.
+
+        Raises ValueError if the list is invalid, or lacks a class that cells or suggestions have.
+        """
+        classes = checked_class_list(value)
+        with self.lock:
+            counts = np.bincount(self.state.classes).tolist()
+            kept = names_of(classes)
+            for class_id in np.flatnonzero(counts).tolist():
+                if class_id and class_id not in kept:
+                    raise ValueError(
+                        f"class {class_id} has {counts[class_id]} cells:"
+                        " give these cells another class first"
+                    )
+            for one in self.state.suggestions:
+                if one.class_id and one.class_id not in kept:
+                    raise ValueError(
+                        f"class {one.class_id} has suggestions: accept or reject them first"
+                    )
+            if self.share_classes is not None:
+                self.share_classes(classes)
+                self.state.class_list = classes
+            elif classes != self.state.class_list:
+                self._commit(Change("classes", self.state.class_list, classes, stroke))
+
+    def undo(self) -> list[Change]:
+        """Undo the last operation or stroke; return its changes, or raise NothingError."""
+        return self._move("undo")
+
+    def redo(self) -> list[Change]:
+        """Redo the last undone operation or stroke; return its changes, or raise NothingError."""
+        return self._move("redo")
+
+    def _move(self, name: str) -> list[Change]:
+        with self.lock:
+            self.source.check()
+            changes = self.history.move(name, lambda seq: self._write(seq, {"op": name}))
+            if changes[-1].kind in ("segment", "split"):
+                self._show(self.segmenter.base(self.state.partition.parameters))
+            return changes
+
+    def _commit(self, change: Change) -> None:
+        """Apply a new change, and write it to the journal."""
+        self.source.check()
+        self.history.make(change, lambda seq: self._write(seq, line_of(change)))
+
+    def _write(self, seq: int, line: Line) -> None:
+        done = round(self.progress, 6)
+        self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
+
+    def _is_foreign(self) -> bool:
+        """Whether the current partition is based on other labels than `base`."""
+        return self.state.partition.digest not in ("", self.base.digest)
+
+    def _adopt_base(self) -> None:
+        """Replace a partition of another version by `base`, as a step that can be undone.
+
+        Undo must not call this method, because the next undo would only revert the new step.
+        """
+        if self._is_foreign():
+            self.set_base(self.state.partition.parameters, self.base)
+
+    def _show(self, base: Base) -> Revision:
+        """Show the labels of `base` with later splits; splits of another version are ignored."""
+        self.base = base
+        labels, n_regions = base.labels, base.n_regions
+        partition = self.state.partition
+        if self._is_foreign():
+            if OTHER_VERSION not in self.notes:
+                self.notes.append(OTHER_VERSION)
+        elif partition.splits:
+            labels = labels.copy()
+            for split in partition.splits:
+                labels[unpack_cells(split, self.n_cells)] = n_regions
+                n_regions += 1
+        self.revision = self.revisions.add(partition, labels, n_regions)
+        return self.revision
+
+
+def merged_work(
+    path: Path, mine: Path, theirs: Path, output: Path | None = None, *, prefer_theirs: bool = False
+) -> dict[str, Any]:
+    """Compare two work files of a mesh, and return their agreement, as from `agreement`.
+
+    The merged work is written to `output`: my work, and one more step. This step copies their
+    labels to cells without a class and, with `prefer_theirs`, to cells with different labels.
+
+    Raises MeshError, JournalError or OSError if a file cannot be read or written.
+    """
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        copy = Path(folder, mine.name)
+        copy.write_bytes(mine.read_bytes())
+        document = Document.open(path, copy)
+        try:
+            document.compare(theirs.name, theirs.read_bytes())
+            found = document.agreement()
+            paint = document.state.paint
+            wanted = paint != document._compared().paint if prefer_theirs else paint == 0
+            document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")
+        finally:
+            document.close()
+        if output is not None:
+            with atomic_outputs([output]) as (temporary,):
+                temporary.write_bytes(copy.read_bytes())
+    return found

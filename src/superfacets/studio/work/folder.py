@@ -1,0 +1,146 @@
+"""Input files of the studio: one file, or all files of a folder. The last used files stay open."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections import Counter, OrderedDict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ...batches.sources import find_sources
+from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
+from .changes import REVIEW_MARKS
+from .document import Document, work_file_of
+from .journal import JournalError, Line, summary
+
+MAX_OPEN = 3  # maximum number of meshes in memory; others are opened again on demand
+EXPORTED = ".classes"  # suffix of exported files, which are not inputs
+
+
+@dataclass
+class Files:
+    """Input files of the studio, each identified by its index in `paths`."""
+
+    paths: list[Path]
+    work: Path | None = None  # work file of a single input, if it is not the default one
+    n_segments: int | None = None  # number of regions for new work
+    classes: ClassList = ()  # classes of a new work file, or of all files in a folder
+    folder: Path | None = None
+    # Open documents by index, least recently used first, and the number of blocks that use each.
+    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _users: Counter[int] = field(default_factory=Counter)
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    @classmethod
+    def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
+        """Find the input files at a path.
+
+        Raises ValueError if a work file is given for a folder, or the folder's list of classes is
+        damaged; OSError if no input file is found.
+        """
+        if not path.is_dir():
+            return cls([path], work, n_segments, classes)
+        if work is not None:
+            raise ValueError("--work is for one file: each mesh of a folder has its own work file")
+        found = [Path(source.input) for source in find_sources(path)]
+        paths = [file for file in found if EXPORTED not in file.suffixes]
+        if not paths:
+            raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
+        shared = path / CLASSES_FILE
+        if not classes:
+            classes = read_classes(shared) if shared.is_file() else default_classes()
+        return cls(paths, None, n_segments, classes, path)
+
+    @property
+    def home(self) -> Path:
+        """The work file of a single input, or the input folder."""
+        return self.folder or self.work or work_file_of(self.paths[0])
+
+    def path(self, number: int) -> Path:
+        """The path of a file; an IndexError if there is no such file."""
+        if not 0 <= number < len(self.paths):
+            raise IndexError(f"file {number} does not exist: there are {len(self.paths)} files")
+        return self.paths[number]
+
+    def listed(self) -> list[dict[str, Any]]:
+        """List all files and their progress, without opening them."""
+        return [self._entry(number) for number in range(len(self.paths))]
+
+    @contextlib.contextmanager
+    def document(self, number: int) -> Iterator[Document]:
+        """Yield the document of a file, which stays open until the block ends.
+
+        Raises IndexError if the file does not exist; MeshError, JournalError or OSError if the file
+        or its work file cannot be opened.
+        """
+        with self._lock:
+            document = self._open.get(number) or self._opened(number)
+            self._open.move_to_end(number)
+            self._users[number] += 1
+        try:
+            yield document
+        finally:
+            with self._lock:
+                self._users[number] -= 1
+                self._close_surplus()
+
+    def close(self) -> None:
+        """Close all documents."""
+        with self._lock:
+            documents = list(self._open.values())
+            self._open.clear()
+        for document in documents:  # without `_lock`, because users of a document may wait for it
+            document.close()
+
+    def _opened(self, number: int) -> Document:
+        share = None if self.folder is None else self._share
+        document = self._open[number] = Document.open(
+            self.path(number), self.work, self.n_segments, self.classes, share
+        )
+        return document
+
+    def _close_surplus(self) -> None:
+        """Close the least recently used documents that no block uses.
+
+        The caller has acquired `_lock`, so a work file is not opened again before it is closed.
+        Closing does not wait, because no thread uses these documents.
+        """
+        idle = [number for number in self._open if not self._users[number]]
+        for number in idle[: max(0, len(self._open) - MAX_OPEN)]:
+            self._open.pop(number).close()
+
+    def _entry(self, number: int) -> dict[str, Any]:
+        path, folder = self.paths[number], self.folder
+        name = path.name if folder is None else path.relative_to(folder).as_posix()
+        entry: dict[str, Any] = {"id": number, "name": name}
+        document = self._open.get(number)
+        if document is not None:
+            marks = document.state.review_marks
+            return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
+        try:
+            return {**entry, **_progress_of(summary(self.work or work_file_of(path)))}
+        except JournalError as error:
+            return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
+
+    def _share(self, classes: ClassList) -> None:
+        """Write the classes of the folder, and set them in all open documents."""
+        assert self.folder is not None
+        with self._lock:
+            write_classes(self.folder / CLASSES_FILE, classes)
+            self.classes = classes
+            for document in self._open.values():
+                document.state.class_list = classes
+
+
+def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
+    """Progress and number of cells in a summary of a work file; a JournalError if damaged."""
+    if found is None:
+        return {"done": 0.0, "n_cells": None}
+    done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
+    if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
+        raise JournalError("the work file is damaged: its progress or number of cells is missing")
+    marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
+    return {"done": done, "n_cells": n_cells, **marks}

@@ -1,0 +1,128 @@
+"""The history of a labeling: its state, and the changes that can be undone and redone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from ...io.guards import shortened
+from ..labels.classes import ClassList
+from .changes import Change, State
+from .journal import Journal, JournalError, Line
+from .lines import change_of, first_state
+
+
+class NothingError(LookupError):
+    """There is nothing to undo or redo."""
+
+
+def last_stroke(changes: list[Change]) -> list[Change]:
+    """Changes of the last stroke, most recent first."""
+    found: list[Change] = []
+    for change in reversed(changes):
+        if found and (change.stroke is None or change.stroke != found[0].stroke):
+            break
+        found.append(change)
+    return found
+
+
+def _nothing(seq: int) -> None:
+    """Record nothing, because replayed steps are in the journal already."""
+
+
+@dataclass
+class History:
+    """The state, and the changes that can be undone and redone.
+
+    Methods that change the state take a function `record`, which gets the number of the step and
+    writes the step to the journal. If `record` raises an error, the state does not change.
+    """
+
+    state: State
+    undo_stack: list[Change] = field(default_factory=list)
+    redo_stack: list[Change] = field(default_factory=list)
+    seq: int = 0
+
+    @classmethod
+    def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
+        """Replay all lines of a journal.
+
+        If `classes`, the list of a folder, is given, it replaces the list in the journal. Raises
+        JournalError if a line cannot be replayed.
+        """
+        number = 1
+        try:
+            history = cls(first_state(journal.header, n_cells, classes))
+            for line in journal.lines:
+                number = history.seq + 2
+                history.replay(line)
+        except (KeyError, TypeError, ValueError, OverflowError, NothingError) as error:
+            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            raise JournalError(
+                f"{journal.path}: line {number} of the work file is not valid: {shortened(reason)}"
+            ) from None
+        if classes is not None:  # replayed lines may have replaced the list
+            history.state.class_list = classes
+        journal.lines.clear()
+        return history
+
+    def replay(self, line: Line) -> None:
+        """Apply the change of a line."""
+        if line["seq"] != self.seq + 1:
+            raise ValueError(f"seq must be {self.seq + 1}, got {line['seq']}")
+        name = str(line["op"])
+        if name in ("undo", "redo"):
+            self.move(name)
+        else:
+            self.make(change_of(line, self.state))
+
+    def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
+        """Apply a new change, which can be undone; changes undone before cannot be redone again."""
+        self._apply([change], record)
+        self.undo_stack.append(change)
+        self.redo_stack.clear()
+
+    def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
+        """Undo or redo the last stroke; return its changes, or raise NothingError."""
+        is_undo = name == "undo"
+        stacks = self.undo_stack, self.redo_stack
+        source, target = stacks if is_undo else stacks[::-1]
+        changes = last_stroke(source)
+        if not changes:
+            raise NothingError(f"there is nothing to {name}")
+        made = [change.inverse() if is_undo else change for change in changes]
+        self._apply(made, record, is_undo=is_undo)
+        del source[len(source) - len(changes) :]
+        target.extend(changes)
+        return changes
+
+    def _apply(
+        self, changes: list[Change], record: Callable[[int], object], *, is_undo: bool = False
+    ) -> None:
+        """Apply changes and record the step; if recording fails, revert the changes."""
+        was_changed = self.state.is_changed
+        for change in changes:
+            change.do(self.state)
+        self.state.is_changed = self._is_changed({change.kind for change in changes}, is_undo)
+        try:
+            record(self.seq + 1)
+        except BaseException:
+            for change in reversed(changes):
+                change.inverse().do(self.state)
+            self.state.is_changed = was_changed
+            raise
+        self.seq += 1
+
+    def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
+        """Whether the work has changed since its review, after changes of these kinds.
+
+        If the last review is undone, an older review may be restored. The result is then True,
+        because it is unknown whether the work has changed since the older review.
+        """
+        is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
+        kept = self.state.is_changed and "review" not in kinds
+        return self.state.is_reviewed and (is_new or kept)
+
+
+_LABELING = frozenset({"paint", "classes", "objects"})
+"""Kinds of changes after which a review is out of date."""

@@ -1,0 +1,225 @@
+"""The work file, to which each operation appends one line of JSON.
+
+A line is written to disk before its operation is acknowledged. Therefore a crash damages at most
+the last line, whose operation was not acknowledged.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ...io.atomic import lock_file, open_own
+
+FORMAT = "superfacets studio"
+VERSION = 2
+READABLE = (1, VERSION)  # versions that can be opened; version 1 has no objects
+
+_BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
+"""First bytes of every work file."""
+
+_SUM = b',"crc":"%08x"}'  # end of each line: checksum of the bytes before this entry
+_LAST_BYTES = 1 << 12  # number of bytes to read from the end when the last line is searched
+
+Line = dict[str, Any]
+
+
+class JournalError(ValueError):
+    """The work file cannot be used."""
+
+
+class WriteError(JournalError):
+    """An operation could not be written to the work file, and was not carried out."""
+
+
+@dataclass
+class Journal:
+    """An open work file, locked against other servers."""
+
+    path: Path
+    header: Line  # the first line
+    lines: list[Line]  # all further lines, until they are replayed
+    notes: list[str]  # messages about repaired damage
+    _file: int = field(repr=False)
+    _size: int = field(repr=False)
+    _fault: str | None = None
+
+    @classmethod
+    def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
+        """Open a work file, or create it with this header.
+
+        Raises JournalError if another studio has opened the file, if it is not a work file, or if
+        it is damaged before its last line; OSError if it cannot be read or written.
+        """
+        file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+        try:
+            lock_file(file, path, f"{path}: another studio has this work file open")
+            with os.fdopen(file, "rb", closefd=False) as reader:
+                reader.seek(0)
+                data = reader.read()
+            lines, size, notes = _read_lines(path, data)
+            journal = cls(path, {}, lines[1:], notes, file, size)
+            if size < len(data):
+                os.ftruncate(file, size)
+                os.fsync(file)
+            if lines:
+                journal.header = lines[0]
+            else:
+                journal.header = {"format": FORMAT, "version": VERSION, **header}
+                journal.append(journal.header)
+                _sync_folder(path.parent)
+        except BaseException as error:
+            os.close(file)
+            if isinstance(error, ValueError) and not isinstance(error, JournalError):
+                raise JournalError(str(error)) from None
+            raise
+        return journal
+
+    def append(self, line: Mapping[str, Any]) -> None:
+        """Append a line, and return when it is on disk.
+
+        Raises WriteError, and leaves the file unchanged, if the line could not be written
+        completely, or if the file at the path is no longer the opened file.
+        """
+        self._check()
+        data = _coded(line)
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
+            os.fsync(self._file)
+        except OSError as error:
+            self._take_back()
+            reason = error.strerror or str(error)
+            raise WriteError(f"{self.path}: {reason}: the operation was not done") from None
+        self._size += len(data)
+
+    def close(self) -> None:
+        """Close the file and release its lock."""
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+    def _check(self) -> None:
+        """Raise a WriteError if another program has replaced or changed the file at the path."""
+        if self._fault is not None:
+            raise WriteError(self._fault)
+        if self._file < 0:
+            raise WriteError(f"{self.path}: the work file is closed")
+        own = os.fstat(self._file)
+        try:
+            there = self.path.stat()
+        except OSError:
+            raise WriteError(
+                f"{self.path}: the work file is gone: the operation was not done"
+            ) from None
+        if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
+            raise WriteError(
+                f"{self.path}: another program changed the work file: start the studio again"
+            )
+
+    def _take_back(self) -> None:
+        """Remove the partial line of a failed write; if this fails, refuse all later writes."""
+        try:
+            os.ftruncate(self._file, self._size)
+        except OSError:
+            self._fault = f"{self.path}: can no longer be written: start the studio again"
+
+
+def parsed_work(path: Path, data: bytes) -> Journal:
+    """Read the lines of a work file from its content; the result cannot be written.
+
+    Raises JournalError if the data is not a work file, or is damaged before its last line.
+    """
+    lines, size, notes = _read_lines(path, data)
+    if not lines:
+        raise JournalError(f"{path}: is not a work file of superfacets studio")
+    return Journal(path, lines[0], lines[1:], notes, -1, size)
+
+
+def summary(path: Path) -> tuple[Line, Line] | None:
+    """Read the first and the last complete line of a work file, without locking the file.
+
+    Returns None if the file does not exist, or has no complete line. Raises JournalError if the
+    first line is damaged, or if the path is not a regular file, for example a link.
+    """
+    try:
+        opened = open_own(path, os.O_RDONLY)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise JournalError(str(error)) from None
+    with contextlib.suppress(OSError), os.fdopen(opened, "rb") as file:
+        begin = file.readline()
+        first = _parsed(begin[:-1])
+        if first is None and begin.endswith(b"\n"):
+            raise JournalError(f"{path}: line 1 of the work file is damaged")
+        size = file.seek(0, os.SEEK_END)
+        n_bytes = _LAST_BYTES
+        while first is not None:
+            file.seek(max(0, size - n_bytes))
+            lines = file.read(n_bytes).split(b"\n")[:-1]
+            last = _parsed(lines[-1]) if lines else None
+            if last is not None or n_bytes >= size:
+                return first, last or first
+            n_bytes *= 8
+    return None
+
+
+def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
+    """Valid lines of a file, their size in bytes, and a note if the last line is damaged.
+
+    Raises JournalError if the data is not a work file, was written by a later version, or is
+    damaged before its last line.
+    """
+    if data and not data.startswith(_BEGIN[: len(data)]):
+        raise JournalError(f"{path}: is not a work file of superfacets studio")
+    lines: list[Line] = []
+    size = 0
+    for text in data.splitlines(keepends=True):
+        line = _parsed(text[:-1]) if text.endswith(b"\n") else None
+        if line is None:
+            break
+        lines.append(line)
+        size += len(text)
+    if b"\n" in data[size:-1]:
+        raise JournalError(
+            f"{path}: line {len(lines) + 1} of the work file is damaged: make a copy of the file,"
+            " then delete this line and all lines after it; the lines before it are valid"
+        )
+    if lines and lines[0].get("version") not in READABLE:
+        raise JournalError(f"{path}: was written by a later version of superfacets")
+    note = f"{path}: the last line was incomplete, as after a crash, and was removed"
+    return lines, size, [note] if size < len(data) else []
+
+
+def _coded(line: Mapping[str, Any]) -> bytes:
+    body = json.dumps(line, separators=(",", ":")).encode("ascii")[:-1]
+    return body + _SUM % zlib.crc32(body) + b"\n"
+
+
+def _parsed(text: bytes) -> Line | None:
+    """Parse the JSON of a line; None if the line is damaged."""
+    body = text[: -len(_SUM % 0)]
+    if text[len(body) :] != _SUM % zlib.crc32(body):
+        return None
+    with contextlib.suppress(ValueError, RecursionError):  # valid checksum, but no valid JSON
+        line: Line = json.loads(text)
+        return line
+    return None
+
+
+def _sync_folder(folder: Path) -> None:
+    """Flush the directory entry of a new file to disk, on systems that support this."""
+    with contextlib.suppress(OSError):
+        file = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(file)
+        finally:
+            os.close(file)

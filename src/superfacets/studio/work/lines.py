@@ -1,0 +1,166 @@
+"""The lines of the work file that store the initial state and the changes."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..labels.classes import (
+    MAX_CLASS,
+    MAX_OBJECT,
+    ClassList,
+    ObjectNames,
+    checked_class_list,
+    checked_object,
+    class_of,
+    default_classes,
+    object_of,
+    paint_of,
+    with_object_name,
+)
+from ..labels.coding import base64_of, bytes_from, inflated, unpack_cells
+from ..labels.suggestions import Suggestion
+from ..regions.revisions import Partition
+from ..regions.segmenting import checked_parameters, default_parameters
+from .changes import Change, Numbers, State, settling
+from .journal import Line
+
+
+def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
+    """State before the first change, from the header; `classes` replaces the list of classes."""
+    usual = default_parameters(n_cells)
+    parameters = checked_parameters(header["parameters"], usual, n_cells)
+    if classes is None:
+        own = header["classes"]  # None if the work was begun in a folder
+        classes = default_classes() if own is None else _class_list(own)
+    return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
+
+
+def line_of(change: Change) -> Line:
+    """Line of the journal that stores a change."""
+    stroke = {} if change.stroke is None else {"stroke": change.stroke}
+    return {"op": change.kind, **_WRITERS[change.kind](change), **stroke}
+
+
+def change_of(line: Line, state: State) -> Change:
+    """Change that a line stores; a ValueError, TypeError or KeyError if the line is not valid."""
+    name = str(line["op"])
+    if name not in _READERS:
+        raise ValueError(f"unknown operation {name}")
+    return _READERS[name](line, state)
+
+
+def _class_list(value: Any) -> ClassList:
+    """Check a list of classes; lone surrogates, which older versions accepted, are removed."""
+    text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
+    return checked_class_list(json.loads(text))
+
+
+# For each kind of change, one function writes the entries of a line, and another function reads
+# them.
+
+
+def _write_paint(change: Change) -> Line:
+    values = change.after.unpacked()
+    line = {
+        "cells": base64_of(change.after.cells),
+        **_write_numbers("class", "es", class_of(values)),
+    }
+    objects = object_of(values)  # without objects, the line has the format of version 1
+    return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
+
+
+def _write_numbers(name: str, plural: str, values: Numbers) -> Line:
+    if bool((values == values[0]).all()):
+        return {name: int(values[0])}
+    return {name + plural: base64_of(zlib.compress(values.tobytes(), level=1))}
+
+
+def _read_paint(line: Line, state: State) -> Change:
+    n_cells = len(state.paint)
+    cells = unpack_cells(bytes_from(line["cells"], "cells"), n_cells)
+    classes = _read_numbers(line, "class", "es", MAX_CLASS, n_cells)
+    has_objects = "object" in line or "objects" in line
+    objects = _read_numbers(line, "object", "s", MAX_OBJECT, n_cells) if has_objects else 0
+    change = Change.painting(state.paint, cells, paint_of(classes, objects), line.get("stroke"))
+    if change is None:
+        raise ValueError("it changes no cell")
+    return change
+
+
+def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int) -> int | Numbers:
+    """Read one number for all cells of a line, or one number per cell."""
+    if name not in line:
+        data = inflated(bytes_from(line[name + plural], name + plural), 2 * n_cells)
+        numbers = np.frombuffer(data, np.uint16)
+        if numbers.max(initial=0) > highest:
+            raise ValueError(f"{name} must be 0 to {highest}, got {numbers.max()}")
+        return numbers
+    value: int = line[name]
+    if not isinstance(value, int) or not 0 <= value <= highest:
+        raise ValueError(f"{name} must be 0 to {highest}, got {value}")
+    return value
+
+
+def _read_segment(line: Line, state: State) -> Change:
+    before, n_cells = state.partition, len(state.paint)
+    parameters = checked_parameters(line["parameters"], before.parameters, n_cells)
+    return Change("segment", before, Partition(parameters, str(line["digest"])))
+
+
+def _read_split(line: Line, state: State) -> Change:
+    packed = bytes_from(line["cells"], "cells")
+    unpack_cells(packed, len(state.paint))  # raises an error if the cells are damaged
+    return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
+
+
+def _read_objects(line: Line, state: State) -> Change:
+    names: ObjectNames = ()
+    for entry in line["names"]:
+        object_id = checked_object(entry["object"])
+        names = with_object_name(names, int(entry["class"]), object_id, entry["name"])
+    return Change("objects", state.object_names, names, line.get("stroke"))
+
+
+def _read_suggest(line: Line, state: State) -> Change:
+    n_cells = len(state.paint)
+    found = tuple(Suggestion.of_line(entry, n_cells) for entry in line["suggestions"])
+    return Change("suggest", state.suggestions, found, line.get("stroke"))
+
+
+def _write_settle(change: Change) -> Line:
+    left = {one.id for one in change.after}
+    return {"settled": [one.id for one in change.before if one.id not in left]}
+
+
+_WRITERS: dict[str, Callable[[Change], Line]] = {
+    "paint": _write_paint,
+    "segment": lambda change: {
+        "parameters": change.after.parameters, "digest": change.after.digest,
+    },
+    "split": lambda change: {
+        "digest": change.after.digest, "cells": base64_of(change.after.splits[-1]),
+    },
+    "classes": lambda change: {"classes": list(change.after)},
+    "objects": lambda change: {"names": list(change.after)},
+    "review": lambda change: {"reviewed": change.after},
+    "suggest": lambda change: {"suggestions": [one.line() for one in change.after]},
+    "settle": _write_settle,
+}  # fmt: skip
+
+_READERS: dict[str, Callable[[Line, State], Change]] = {
+    "paint": _read_paint,
+    "segment": _read_segment,
+    "split": _read_split,
+    "classes": lambda line, state: Change(
+        "classes", state.class_list, _class_list(line["classes"]), line.get("stroke")
+    ),
+    "objects": _read_objects,
+    "review": lambda line, state: Change("review", state.is_reviewed, bool(line["reviewed"])),
+    "suggest": _read_suggest,
+    "settle": lambda line, state: settling(state, {*map(int, line["settled"])}, line.get("stroke")),
+}

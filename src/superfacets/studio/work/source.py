@@ -1,0 +1,99 @@
+"""The input file of a document: its cells, and detection of changes of the file."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...cells.kinds import kind_of
+from ...errors import MeshError
+from ...io.guards import read_content
+from ...io.readers.read import cell_ending, parse_cells_and_attributes
+from ...io.textures import Texture
+from ...mesh.cells import Cells
+from .journal import Journal, JournalError
+
+
+class ChangedError(RuntimeError):
+    """The input has changed since the work began."""
+
+
+@dataclass
+class Source:
+    """An input file that has been read."""
+
+    path: Path
+    cells: Cells
+    size: int  # size of the file in bytes
+    digest: str  # SHA-256 hash of the file
+    _seen: tuple[int, int] | None  # `_stamp` of the file when it was read
+    texture: Texture | None = None
+
+    @classmethod
+    def read(cls, path: Path) -> Source:
+        """Read a file; a MeshError or an OSError if that fails."""
+        seen = _stamp(path)
+        content = read_content(path)
+        try:
+            cells, attributes = parse_cells_and_attributes(content, cell_ending(path), path.parent)
+        except MeshError as error:
+            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+        texture = None if attributes is None else attributes.texture
+        return cls(path, cells, len(content), hashlib.sha256(content).hexdigest(), seen, texture)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return self.cells.n_cells
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of cells, as used in the front end."""
+        name = kind_of(self.cells).name
+        return "tets" if name == "tetrahedra" else name
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Facts about the input that the first line of a work file stores."""
+        return {
+            "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
+            "kind": self.kind,
+            "n_cells": self.n_cells,
+        }
+
+    def check(self) -> None:
+        """Raise a ChangedError if the content of the file has changed since it was read."""
+        stamp = _stamp(self.path)
+        if stamp == self._seen:
+            return
+        if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
+            raise ChangedError(
+                f"{self.path.name} has changed since the studio read it: restore the old file, or"
+                " start the studio again with another --work (all work is saved)"
+            )
+        self._seen = stamp
+
+    def check_work(self, journal: Journal) -> None:
+        """Raise a JournalError if a work file belongs to another input."""
+        file, n_cells = journal.header.get("file"), journal.header.get("n_cells")
+        if not isinstance(file, dict) or n_cells is None:
+            raise JournalError(f"{journal.path}: the first line of the work file is damaged")
+        if (file.get("sha256"), n_cells) == (self.digest, self.n_cells):
+            return
+        name = file.get("name")
+        if name == self.path.name:
+            reason = f"{self.path} has changed since the work was begun"
+        else:
+            reason = f"the work file belongs to {name}, not to {self.path.name}"
+        raise JournalError(f"{journal.path}: {reason}: restore the old file, or use another --work")
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """Time of the last write, and size; None if there is no file."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
