@@ -1,4 +1,4 @@
-"""Storage of labels and colors in meshes and point clouds of other libraries."""
+"""Store labels and colors in meshes and point clouds of other libraries."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
         extreme = array.min() if array.min() < limits.min else array.max()
-        raise ValueError(f"labels must be {limits.min} to {limits.max}, got {extreme}")
+        raise ValueError(f"labels must be from {limits.min} to {limits.max}, got {extreme}")
     return array.astype(np.int32)
 
 

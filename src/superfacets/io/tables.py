@@ -1,4 +1,4 @@
-"""Tables of which ranges of rows can be read: arrays, binary files, and joined files."""
+"""Read ranges of rows from tables: arrays, binary files and joined files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """A table of which ranges of rows can be read. All classes but `ArrayRows` can be pickled."""
+    """Table from which ranges of rows can be read; can be pickled, except `ArrayRows`."""
 
     @property
     def n_rows(self) -> int:
@@ -124,7 +124,7 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Return the rows with the indices `wanted`, in this order; reads about `most` at a time."""
+    """Return the rows with the indices `wanted`, in this order; reads about `most` rows at once."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:
             return np.asarray(rows.array[wanted])
