@@ -248,5 +248,5 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
         sf.read_cameras(tmp_path / "model")
     (tmp_path / "poses").mkdir()
     (tmp_path / "poses" / "1.txt").write_text("1 2\n3")
-    with pytest.raises(sf.MeshError, match="expected a matrix"):
+    with pytest.raises(sf.MeshError, match="the rows of the matrix must have the same length"):
         sf.read_cameras(tmp_path / "poses", intrinsics=(5, 5, 2, 2), size=(4, 4))

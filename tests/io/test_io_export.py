@@ -128,7 +128,7 @@ class TestScanNet:
         for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
             with pytest.raises(MeshError, match=rf"labels\[1\] must be >= 0 in {name[1:]}, got -1"):
                 write_mesh(tmp_path / name, square, [0, -1])
-            with pytest.raises(MeshError, match=r"labels\[1\] is -1"):
+            with pytest.raises(MeshError, match=r"labels\[1\] must be >= 0"):
                 write_labels(tmp_path / name, [0, -1])
         assert not list(tmp_path.iterdir())
 

@@ -129,7 +129,7 @@ def test_indices_out_of_range_are_refused_as_the_file_writes_them(refuse, index)
 @pytest.mark.parametrize("digits", [20, 5000])
 @pytest.mark.parametrize("sign", ["", "-"])
 def test_indices_of_many_digits_are_refused(refuse, digits, sign):
-    refuse("a.obj", f"{SQUARE}f 1 2 {sign}{'9' * digits}\n".encode(), "line 5: faces[0] refers to")
+    refuse("a.obj", f"{SQUARE}f 1 2 {sign}{'9' * digits}\n".encode(), "line 5: the face refers to")
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-Infinity", "1e999"])

@@ -115,7 +115,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if the number of classes or scores differs from that of regions."""
+        """Raise a MeshError unless there is one class and one score per region, or none."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue

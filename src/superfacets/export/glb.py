@@ -226,7 +226,7 @@ class _Scene:
     n_bytes: int = 0  # size of the buffer
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: npt.NDArray[np.float64] | None = None  # origin of the coordinates; None: (0, 0, 0)
+    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates; None means 0
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its buffer view."""

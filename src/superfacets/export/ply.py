@@ -133,7 +133,7 @@ def _vertex_columns(vertices: Floats) -> list[_Column]:
 
 
 def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
-    """Return columns of positions, normals, labels and colors, by default those of the cloud."""
+    """Return columns of positions, normals, labels and colors, given or from the cloud."""
     colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:

@@ -53,7 +53,7 @@ def attach_labels(
         Name of the array of labels.
     location : {"cells", "points"}
         Whether labels belong to the cells that `segment` labels, or to the vertices of a mesh. For
-        a point cloud, both mean the points.
+        a point cloud, both values mean the points.
     colors : bool or array_like of uint8, shape (N, 3), default False
         Colors to store with the labels. True computes colors of cells with `face_colors`.
 

@@ -22,7 +22,7 @@ class SuperfacetsAccessor:
     """Accessor ``dataset.superfacets`` of the datasets of PyVista 0.48 or newer.
 
     If this package is installed, PyVista finds the accessor by an entry point, so no import is
-    necessary. If the package is only on the path, import this module.
+    necessary. If the package is on the path but not installed, import this module.
 
     Parameters
     ----------

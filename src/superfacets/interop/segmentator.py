@@ -68,8 +68,8 @@ def segment_mesh(
     its ends if its weight is at most the threshold of both segments. The threshold of a segment is
     `kThresh` divided by its number of vertices, plus the weight of the last edge that was joined.
     Then segments with fewer than `segMinVerts` vertices are joined to others along edges.
-    Components with fewer than `segMinVerts` vertices are not counted, and become additional
-    regions. Vertices at the same position are treated as one vertex.
+    Connected components with fewer than `segMinVerts` vertices are not counted, and become
+    additional regions. Vertices at the same position are treated as one vertex.
 
     Parameters
     ----------

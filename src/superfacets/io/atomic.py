@@ -18,7 +18,7 @@ STEM_SIZE = 40
 File systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Minimum age, in seconds, of leftover temporary files that are removed. Writing is faster."""
+"""Age in seconds at which leftover temporary files are removed. Writing a file is faster."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 

@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """Table from which ranges of rows can be read; can be pickled, except `ArrayRows`."""
+    """Table that can be read in ranges of rows. All classes except `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:

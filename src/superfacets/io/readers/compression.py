@@ -82,7 +82,7 @@ def _after_metadata(content: bytes, place: int) -> int:
 
 
 def _after_elements(content: bytes, place: int) -> int:
-    """Return the offset after an element: names with values, then names with nested elements."""
+    """Return the offset after a metadata element, which has named values and nested elements."""
     n_left = 1
     while n_left:
         n_left -= 1

@@ -210,7 +210,7 @@ class _SourceReader:
     def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
         """Convert a texture reference; return None if the color has other texture coordinates."""
         if _use_of(info) != self.use:
-            self.left_out.append(f"{key}, whose coordinates differ from those of the color,")
+            self.left_out.append(f"{key}, which needs other coordinates than the color,")
             return None
         image, sampler = self.reader.image_and_sampler(info["index"])
         self.images.append(image)

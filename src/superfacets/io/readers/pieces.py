@@ -38,8 +38,8 @@ class Pieces:
     """Tables of a mesh or a cloud, which are read in ranges of rows."""
 
     points: Rows  # (V, 3) vertices, or (N, 3) points of a cloud
-    corners: Rows | None = None  # (F, 3) vertices of triangles, or (C,) of polygons; None: cloud
-    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, then C; None: triangles
+    corners: Rows | None = None  # (F, 3) or (C,) vertices of triangles or polygons; None for clouds
+    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, then C; None for triangles
     normals: Rows | None = None  # (N, 3) normals of points, of length 1 or 0
     axes: Rows | None = None  # (N, 3) normals with unknown sign, of length 1 or 0
     viewpoint: Viewpoint | None = None  # sensor position, which estimated normals face

@@ -186,7 +186,7 @@ def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Co
 
 
 def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
-    """Return columns if list lengths differ, or raise a MeshError if a line does not fit."""
+    """Return columns whose list lengths differ between rows; check the length of each line."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []

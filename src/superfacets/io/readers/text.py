@@ -55,7 +55,7 @@ class Lines:
         return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
 
     def refuse(self, is_wrong: Bools, expected: str) -> None:
-        """Raise a MeshError that reports how many tokens the first line in `is_wrong` has."""
+        """Raise a MeshError about the token count of the first line where `is_wrong` is true."""
         if is_wrong.any():
             line = int(np.argmax(is_wrong))
             raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")

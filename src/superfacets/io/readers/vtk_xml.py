@@ -118,7 +118,7 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return cell data after the cells counted by `before`, or None if a piece has no data."""
+        """Return cell data, or None if they are missing; skip cells counted by names `before`."""
         parts = []
         for piece in self.pieces:
             n_before = sum(_count(piece, name) for name in before)
