@@ -94,7 +94,7 @@ def test_files_with_one_result_are_refused(tree):
 def test_inputs_that_stand_for_nothing_are_named(tree):
     (tree / "empty").mkdir()
     for inputs, error, message in [
-        ("empty", FileNotFoundError, "empty: has no file that ends in "),
+        ("empty", FileNotFoundError, "empty: no file in it ends in "),
         ("scans/*.stl", FileNotFoundError, r"scans/\*.stl: no file matches"),
         ("@scans/list.txt", FileNotFoundError, "list.txt"),
         ("", ValueError, "inputs must not contain an empty path"),
