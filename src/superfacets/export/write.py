@@ -116,7 +116,7 @@ def write_mesh(
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None.
     OSError
-        If the file cannot be written; a FileExistsError if `force` is needed.
+        If the file cannot be written. If `force` is needed, it is a FileExistsError.
 
     Notes
     -----

@@ -37,7 +37,7 @@ def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
 
 
 def oklab_of_linear(light: Floats) -> Floats:
-    """Convert linear light, (N, 3), to OKLab: lightness 0 to 1, green-red, blue-yellow.
+    """Convert linear light, (N, 3), to OKLab: lightness (0 to 1), green to red, blue to yellow.
 
     Euclidean distances in OKLab approximate perceived differences. The matrices are from Ottosson,
     "A perceptual color space for image processing", 2020.

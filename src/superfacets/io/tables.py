@@ -59,7 +59,7 @@ class RecordRows:
     length: str | None = None  # field with the number of corners, which must be 3 in all records
 
     def read(self, begin: int, end: int) -> Array:
-        """Return rows `begin` to `end` - 1; a MeshError if the field `length` is not 3."""
+        """Return rows `begin` to `end` - 1. Raise a MeshError if the field `length` is not 3."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)

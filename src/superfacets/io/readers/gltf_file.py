@@ -125,7 +125,7 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
 
 
 def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """Return the list of objects at `key`; an empty list if the key is missing."""
+    """Return the list of objects at `key`, or an empty list if the key is missing."""
     values = item.get(key, [])
     if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
         raise MeshError(f"broken glTF: {key} is not a list of objects")

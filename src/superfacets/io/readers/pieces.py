@@ -58,7 +58,7 @@ class Pieces:
         return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
 
     def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
-        """Return corners of faces `begin` to `end` - 1, flat; and offsets, None for triangles."""
+        """Return flat corners of faces `begin` to `end` - 1, and offsets (None for triangles)."""
         assert self.corners is not None
         if self.offsets is None:
             return self.corners.read(begin, end).reshape(-1).astype(np.int64), None
