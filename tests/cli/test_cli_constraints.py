@@ -74,7 +74,7 @@ def test_files_of_another_mesh_are_refused(run, sheet, halves):
     for option in ("--mask", "--barriers"):
         status, _, err = run("segment", sheet, option, halves / "short.seg")
         assert status == 1
-        assert "there are 1 label for 1152 cells" in err
+        assert "labels must have 1152 values, one per cell, got 1" in err
 
 
 def test_without_iterations_faces_go_to_the_first_centers(run, sheet, tmp_path):
@@ -123,7 +123,7 @@ def test_values_of_a_mask_that_are_wrong_are_a_usage_error(run, sheet, options, 
     [
         (
             np.ones(3, bool),
-            "m.npy: there are 3 labels for 1152 cells",
+            "m.npy: labels must have 1152 values, one per cell, got 3",
         ),
         (np.ones((1152, 1), bool), "m.npy: labels must be one-dimensional"),
         (np.ones(1152), "m.npy: labels must be integers, got float64"),

@@ -217,7 +217,7 @@ def test_no_region_at_all_has_no_ids_of_vertices(run, folder):
     write_labels("b.npy", np.full(72, -1))
     status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
     assert status == 1
-    assert err == "superfacets: error: labels[0] is -1: .segs.json needs labels of 0 or more\n"
+    assert err == "superfacets: error: labels[0] must be >= 0 in .segs.json, got -1\n"
 
 
 def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, folder):

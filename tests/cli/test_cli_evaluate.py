@@ -44,7 +44,7 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     (labeled_strip / "short.seg").write_text("0\n")
     status, _, error = run("evaluate", mesh, labels, "--gt", labeled_strip / "short.seg")
     assert status == 1
-    assert error.endswith("short.seg: there are 1 label for 4 cells\n")
+    assert error.endswith("short.seg: labels must have 4 values, one per cell, got 1\n")
     status, _, error = run("evaluate", mesh, labels, labels)
     assert status == 2
     assert "give ground truth with --gt" in error

@@ -126,7 +126,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
     for name, message in [
         ("a.sstk.json", ".sstk.json needs labels of triangles, but the cells are points"),
         ("a.vtp", "points are written as"),
-        ("a.segs.json", "labels[0] is -1: .segs.json needs labels of 0 or more"),
+        ("a.segs.json", "labels[0] must be >= 0 in .segs.json, got -1"),
     ]:
         status, _, err = run(*given, tmp_path / name)
         assert status == 1

@@ -171,7 +171,7 @@ def test_labels_of_another_mesh_are_refused(run, fold):
     (fold / "short.seg").write_text("0\n")
     status, _, error = run("regions", fold / "fold.ply", fold / "short.seg")
     assert status == 1
-    assert "there are 1 label for 2 cells" in error
+    assert "labels must have 2 values, one per cell, got 1" in error
 
 
 def test_no_input_is_replaced(run, fold, monkeypatch):

@@ -136,7 +136,7 @@ def test_labels_of_files_and_folders_go_to_one_folder(run, city, bear, tmp_path)
     out = tmp_path / "out"
     status, _, err = run("segment", *inputs, "-n", 20, "--tiled", "-o", f"{out}/")
     assert status == 1
-    assert err.count("no file in it ends in .glb") == 1
+    assert err.count("has no file that ends in .glb") == 1
     assert err.splitlines()[-1] == "superfacets: error: 1 of 3 files failed"
     assert files_in(out) == ["a.npy", "b.npy", "bear.superfacets.npy"]
 

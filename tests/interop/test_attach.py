@@ -219,7 +219,7 @@ def test_cells_without_a_label_are_gray():
         (
             {"labels": np.full(128, 2**40)},
             ValueError,
-            "labels must be -2147483648 to 2147483647, got",
+            "labels must be from -2147483648 to 2147483647, got",
         ),
         (
             {"location": "points"},

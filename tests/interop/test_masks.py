@@ -46,7 +46,7 @@ def test_stacks_of_masks_are_read_and_the_smallest_counts(tmp_path):
 
 
 def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):
-    with pytest.raises(sf.MeshError, match="contains no masks"):
+    with pytest.raises(sf.MeshError, match="a folder per image, but has no masks"):
         sf.read_masks(tmp_path)
     with pytest.raises(FileNotFoundError):
         sf.read_masks(tmp_path / "none")

@@ -200,8 +200,8 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
     ("path", "value", "message"),
     [
         (["asset"], None, "not a glTF file: the JSON has no asset"),
-        (["asset", "version"], "1.0", "glTF version '1.0' is not supported"),
-        (["asset", "version"], 2, "glTF version 2 is not supported"),
+        (["asset", "version"], "1.0", "the glTF version must be 2.0, got '1.0'"),
+        (["asset", "version"], 2, "the glTF version must be 2.0, got 2"),
         (
             ["extensionsRequired"],
             ["EXT_mesh_gpu_instancing"],
@@ -238,7 +238,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         ([*PRIMITIVE, "mode"], 5, "triangle strips and fans are not supported"),
         ([*PRIMITIVE, "mode"], 6, "triangle strips and fans are not supported"),
         ([*PRIMITIVE, "mode"], -4, "mode must be an integer >= 0, got -4"),
-        ([*PRIMITIVE, "indices"], None, "the number of corners, 5, is no multiple of 3"),
+        ([*PRIMITIVE, "indices"], None, "a multiple of 3 corners is expected, got 5"),
         (["accessors", 0, "bufferView"], None, "accessors[0] is sparse or has no buffer view"),
         (["accessors", 0, "sparse"], {"count": 1}, "accessors[0] is sparse or has no buffer view"),
         (["accessors", 0, "bufferView"], 2, "there is no bufferViews[2]"),
@@ -248,9 +248,9 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["accessors", 0, "count"], 6, "accessors[0] is longer than its buffer view"),
         (["accessors", 0, "count"], -1, "count must be an integer >= 0, got -1"),
         (["accessors", 0, "count"], 5.0, "count must be an integer >= 0, got 5.0"),
-        (["accessors", 0, "count"], 0, "refers to vertex 3 but its primitive has 0 vertices"),
+        (["accessors", 0, "count"], 0, "refers to vertex 3, but its primitive has 0 vertices"),
         (["accessors", 0, "byteOffset"], 10**30, "accessors[0] is longer than its buffer view"),
-        (["accessors", 1, "count"], 5, "the number of corners, 5, is no multiple of 3"),
+        (["accessors", 1, "count"], 5, "a multiple of 3 corners is expected, got 5"),
         (["accessors", 1, "count"], 0, "has no triangles"),
         (["accessors", 1, "count"], 9, "accessors[1] is longer than its buffer view"),
         (["accessors", 1, "componentType"], 5122, "vertex indices must be unsigned integers"),
@@ -396,7 +396,7 @@ def test_a_small_scene_may_repeat_a_part_a_thousand_times(read):
 def test_indices_out_of_range_are_refused(refuse):
     faces = FACES.copy()
     faces[1, 1] = 5
-    message = "a face refers to vertex 5 but its primitive has 5 vertices"
+    message = "a face refers to vertex 5, but its primitive has 5 vertices"
     refuse("a.glb", glb(buffer=gltf_buffer(faces=faces)), message)
 
 
@@ -424,7 +424,7 @@ def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refus
         (b"glTF", "the GLB file is truncated: it has only 4 bytes"),
         (glb()[:-1], "bytes but has"),
         (glb() + b"\0", "bytes but has"),
-        (b"glTF\1" + glb()[5:], "GLB version 1 is not supported"),
+        (b"glTF\1" + glb()[5:], "the GLB version must be 2, got 1"),
         (
             glb()[:12] + b"\xff\xff\xff\x7f" + glb()[16:],
             "the first chunk must be a complete JSON chunk",

@@ -110,8 +110,8 @@ def test_ply_of_any_integer_type_and_with_polygons(read, form, kind):
 
 @pytest.mark.parametrize(("name", "data"), [("a.npy", npy(LABELS)), ("a.seg", b"1\n2\n3\n")])
 def test_another_number_of_faces_is_refused(refuse, name, data):
-    refuse(name, data, "there are 3 labels for 1 cell", n_faces=1)
-    refuse(name, data, "there are 3 labels for 4 cells", n_faces=4)
+    refuse(name, data, "labels must have 1 value, one per cell, got 3", n_faces=1)
+    refuse(name, data, "labels must have 4 values, one per cell, got 3", n_faces=4)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         (b"hello", "the header of the .npy file cannot be read: "),
         (npy(LABELS)[:7], "cannot be read: expected the magic bytes"),
         (npy(LABELS)[:9], "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:60], "cannot be read: its 118 bytes exceed the file or 10000"),
+        (npy(LABELS)[:60], "cannot be read: its length, 118, exceeds the file or 10000"),
         (npy(LABELS).replace(b"(3,)", b"(3,,"), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"(3,)", b"(-) "), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"(3,)", b"True"), "shape must be a tuple of integers, got True"),
@@ -164,19 +164,22 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "the header of the .npy file cannot be read"),
         (
             b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ",
-            "its 4294967295 bytes exceed the file or 10000",
+            "its length, 4294967295, exceeds the file or 10000",
         ),
         (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
-        (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: the file may be truncated"),
+        (
+            npy(LABELS)[:-1],
+            "declares 12 bytes of labels, but 11 bytes follow: the file may be truncated",
+        ),
         (
             npy(LABELS) + b"1",
-            "declares 12 bytes of labels but 13 follow: the file may be truncated",
+            "declares 12 bytes of labels, but 13 bytes follow: the file may be truncated",
         ),
         (
             npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
-            "declares 39999999996 bytes of labels but",
+            "declares 39999999996 bytes of labels, but",
         ),
-        (npy(LABELS).replace(b"(3,)", b"(-3,)"), "declares -12 bytes of labels but"),
+        (npy(LABELS).replace(b"(3,)", b"(-3,)"), "declares -12 bytes of labels, but"),
     ],
 )
 def test_npy_that_is_wrong_is_refused(refuse, data, message):
@@ -324,7 +327,7 @@ def test_named_parts_are_numbered_in_their_order(tmp_path):
 
 def test_files_without_parts_are_refused(refuse):
     refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the OBJ file has no groups")
-    refuse("a.obj", b"g a\nf 1 2 3\n", "faces[0] refers to vertex 1")
+    refuse("a.obj", b"g a\nf 1 2 3\n", "the face refers to vertex 1")
     refuse("a.stl", stl_binary(), "a binary STL file has no solids")
 
 

@@ -105,7 +105,7 @@ def test_polygons_keep_their_corners_and_their_order(read, monkeypatch, block):
 
 def test_a_wrong_index_of_a_polygon_is_refused_as_it_is_written(refuse):
     data = SQUARE + "f 1 2 3\n\nf 1 2 3 4\nf 1 2 3 -9\n"
-    refuse("a.obj", data.encode(), "line 8: faces[2] refers to vertex -9 but the vertices are")
+    refuse("a.obj", data.encode(), "line 8: the face refers to vertex -9, but the vertices have")
 
 
 @pytest.mark.parametrize(
@@ -122,14 +122,14 @@ def test_a_last_face_that_was_cut_is_refused(refuse, line, n_corners):
 @pytest.mark.parametrize("index", [0, 5, -5, 9223372036854775807, -9223372036854775807])
 def test_indices_out_of_range_are_refused_as_the_file_writes_them(refuse, index):
     data = SQUARE + f"f 1 2 3\nf 1 2 {index}\n"
-    message = f"line 6: faces[1] refers to vertex {index} but the vertices are 1 to 4"
+    message = f"line 6: the face refers to vertex {index}, but the vertices have the numbers 1 to 4"
     refuse("a.obj", data.encode(), message)
 
 
 @pytest.mark.parametrize("digits", [20, 5000])
 @pytest.mark.parametrize("sign", ["", "-"])
 def test_indices_of_many_digits_are_refused(refuse, digits, sign):
-    refuse("a.obj", f"{SQUARE}f 1 2 {sign}{'9' * digits}\n".encode(), "line 5: faces[0] refers to")
+    refuse("a.obj", f"{SQUARE}f 1 2 {sign}{'9' * digits}\n".encode(), "line 5: the face refers to")
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-Infinity", "1e999"])

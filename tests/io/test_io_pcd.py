@@ -171,7 +171,7 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
         (header(XYZ[:2], "ascii"), "FIELDS must contain z, with COUNT 1"),
         (
             header([*XYZ, ("w", "F2", 1)], "ascii"),
-            "expected a TYPE and SIZE such as F and 4, got 'F2'",
+            "a SIZE such as 4, got TYPE 'F' and SIZE '2'",
         ),
         (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "FIELDS must contain z, with COUNT 1"),
         (header(XYZ, "ascii", COUNT="1 1"), "must have the same length"),
@@ -184,7 +184,7 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
         (text(XYZ, POINTS.T * np.nan), "no point of the file has a position"),
         (
             header(XYZ, "binary", 5) + RECORDS,
-            "declares 5 points, but the file has 4: it may be truncated",
+            "declares 5 points, but the file has 4: the file may be truncated",
         ),
         (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file has 0"),
         (header(XYZ, "binary_compressed"), "has 0: the file may be truncated or damaged"),

@@ -260,7 +260,7 @@ def test_blanks_may_follow(read):
         ("end_header\n", "", "no line end_header"),
         ("format ascii 1.0", "format ebcdic 1.0", "expected `format` and one of"),
         ("format ascii 1.0", "", "expected `format` and one of"),
-        ("format ascii 1.0", "format ascii 2.0", "version '2.0' is not supported"),
+        ("format ascii 1.0", "format ascii 2.0", "the PLY version must be 1.0, got '2.0'"),
         ("element face 2", "element face two", "header, got 'element face two'"),
         ("element face 2", "element face -2", "header, got 'element face -2'"),
         ("element face 2", "element face ²", "expected an element with its count"),

@@ -129,7 +129,7 @@ def test_a_center_may_be_in_the_binary_part(tmp_path):
     ("data", "message"),
     [
         (b"b3dm" + bytes(10), "the b3dm file is truncated: it has only 14 bytes"),
-        (b3dm().replace(b"b3dm\1", b"b3dm\2"), "b3dm version 2 is not supported"),
+        (b3dm().replace(b"b3dm\1", b"b3dm\2"), "the b3dm version must be 1, got 2"),
         (b3dm()[:-4], "the b3dm file is shorter than its header declares"),
         (b3dm(b"glTG" + glb()[4:]), "the b3dm file contains no binary glTF"),
         (b3dm(features={"RTC_CENTER": [1, 2]}), "RTC_CENTER must be a list of 3 numbers"),
@@ -138,7 +138,7 @@ def test_a_center_may_be_in_the_binary_part(tmp_path):
             b3dm(features={"RTC_CENTER": {"byteOffset": 0}}, binary=b"\xff" * 16),
             "RTC_CENTER is not finite",
         ),
-        (b3dm(glb()[:30]), "the GLB file declares"),
+        (b3dm(glb()[:30]), "the GLB declares"),
     ],
 )
 def test_a_b3dm_that_is_wrong_is_refused(refuse, data, message):
@@ -188,7 +188,7 @@ def test_a_tileset_that_is_wrong_is_refused(lone, root, message):
         ("[" * 100_000, "not a tileset, or damaged: RecursionError"),
         ("[]", "the JSON must have the entries asset and root"),
         ('{"asset": {"version": "1.0"}}', "the JSON must have the entries asset and root"),
-        ('{"asset": {"version": "2.0"}, "root": {}}', "only 1.0 and 1.1 are"),
+        ('{"asset": {"version": "2.0"}, "root": {}}', "the tileset version must be 1.0 or 1.1"),
         (
             '{"asset": {"version": "1.0", "gltfUpAxis": "W"}, "root": {}}',
             "gltfUpAxis must be X, Y or Z, got 'W'",

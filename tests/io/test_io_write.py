@@ -140,7 +140,7 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
 @pytest.mark.parametrize(
     ("labels", "message"),
     [
-        ([1], "there are 1 label for 2 cells"),
+        ([1], "labels must have 2 values, one per cell, got 1"),
         ([[1, 2]], "labels must be one-dimensional, got shape"),
         ([1.0, 2.0], "labels must be integers, got float64"),
         ([True, False], "labels must be integers, got bool"),

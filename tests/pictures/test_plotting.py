@@ -250,7 +250,7 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
             r"color_by must have one value per cell, \(2,\); got shape",
         ),
         ({"view": "above"}, ValueError, "view must be one of front"),
-        ({"compare": [[0, 1, 2]]}, ValueError, "3 labels for 2 cells"),
+        ({"compare": [[0, 1, 2]]}, ValueError, "there are 2 cells, labels has 3 values"),
     ],
 )
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):

@@ -231,8 +231,8 @@ def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):
     document.suggest(read_import(files, document.cells, document.class_list))
     assert [(one.class_id, one.score) for one in document.state.suggestions] == [(0, 1), (0, 0.125)]
     for scores, error in (
-        ([1], "scores must have one value per region, 2, got 1"),
-        ([2, 0], "from 0 to 1"),
+        ([1], "scores must have 2 values, one per region, got 1"),
+        ([2, 0], r"must be a list of numbers in \[0, 1\], got \[2, 0\]"),
     ):
         with pytest.raises(ValueError, match=error):
             write_mesh(tmp_path / "o.aggregation.json", mesh, labels, scores=scores)

@@ -54,7 +54,7 @@ def test_missing_and_mismatched_ground_truths_are_named_and_left_out(folder):
     assert [truth.tolist() for truth in model.ground_truths] == [[0, 0], [0, 1], [1, 1]]
     missing, wrong = sorted(model.problems, key=lambda line: "3_3" not in line)[:2]
     assert missing == f"{truths / '3_3.seg'}: no such file"
-    assert wrong == f"{truths / '3_2.seg'}: there are 3 labels for 2 cells"
+    assert wrong == f"{truths / '3_2.seg'}: labels must have 2 values, one per cell, got 3"
     assert len(model.problems) == 3
 
 

@@ -109,7 +109,7 @@ def test_a_name_that_may_be_a_file_or_a_folder_is_refused(city, tmp_path):
     (tmp_path / "out" / "c.npy").mkdir(parents=True)
     with pytest.raises(IsADirectoryError, match=r"c\.npy: is a folder, not a file"):
         segment_tiled(city, 12, out=tmp_path / "out")
-    with pytest.raises(FileNotFoundError, match="no file in it ends in"):
+    with pytest.raises(FileNotFoundError, match="has no file that ends in"):
         segment_tiled(tmp_path / "out", 12, out=tmp_path / "out")
 
 
@@ -144,11 +144,11 @@ def test_labels_do_not_replace_the_source(sheet, city, tmp_path):
     points = tmp_path / "points.npy"
     np.save(points, sheet.vertices)
     before = points.read_bytes()
-    with pytest.raises(ValueError, match=r"points\.npy: out is a file of the source"):
+    with pytest.raises(ValueError, match=r"points\.npy: out must not be a file of the source"):
         segment_tiled(points, 5, out=points)
     assert points.read_bytes() == before
     out = tmp_path / "labels"
     out.mkdir()
     (out / "c.npy").symlink_to(city / "c.obj")
-    with pytest.raises(ValueError, match=r"c\.npy: out is a file of the source"):
+    with pytest.raises(ValueError, match=r"c\.npy: out must not be a file of the source"):
         segment_tiled(city, 5, out=out)

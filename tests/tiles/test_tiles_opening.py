@@ -159,7 +159,7 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(scratch, tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(FileNotFoundError, match=r"no\.ply: no such file"):
         open_pieces(tmp_path / "no.ply", scratch, for_workers=False)
-    with pytest.raises(FileNotFoundError, match="empty: no file in it ends in"):
+    with pytest.raises(FileNotFoundError, match="empty: has no file that ends in"):
         open_pieces(tmp_path / "empty", scratch, for_workers=False)
     for text, message in [("v 0 0 0\n", "a.obj: the mesh has no faces"), ("#", "not an OBJ file")]:
         (tmp_path / "a.obj").write_text(text)

@@ -1,7 +1,8 @@
-"""Write cells, with labels and colors, to mesh and point cloud files."""
+"""Write cells (faces, tetrahedra or points) with labels and colors to files."""
 
 from __future__ import annotations
 
+import reprlib
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -56,15 +57,15 @@ WRITERS: dict[str, Writers] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""Writers, keyed by kind of cells, then by file name ending. The first ending is the default. For
-other kinds of cells, only label files can be written."""
+"""Writer functions, keyed by the kind of cells, then by file name ending. The first ending is the
+default. Other kinds of cells can be written only as label files."""
 
 MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings for which attributes of the input are read, to write them or to warn about their loss."""
+"""Endings of outputs for which the attributes of the input file are read."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of formats that store labels in a named array."""
@@ -78,7 +79,7 @@ COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Options of the output formats; see `write_mesh`."""
+    """Options of the output formats, which `write_mesh` documents."""
 
     ascii: bool = False
     label_name: str = "label"
@@ -99,7 +100,7 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
-        """Return the options; an error if a value is wrong, or has no effect for `endings`."""
+        """Return the options, or raise an error if a value is wrong or unused for `endings`."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
         for name, is_given, fitting in (
@@ -114,7 +115,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if classes or scores are given, but not one per region."""
+        """Raise a MeshError unless there is one class and one score per region, or none."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
@@ -123,7 +124,7 @@ class FormatOptions:
             n_regions = len(np.unique(labels[labels >= 0]))
             if len(given) != n_regions:
                 raise MeshError(
-                    f"{name} must have one value per region, {n_regions}, got {len(given)}"
+                    f"{name} must have {n_regions} values, one per region, got {len(given)}"
                 )
 
 
@@ -132,7 +133,7 @@ def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
         return None
     scores = np.asarray(values, np.float64)
     if scores.ndim != 1 or not ((scores >= 0) & (scores <= 1)).all():
-        raise ValueError("scores must be a list of numbers from 0 to 1, one per region")
+        raise ValueError(f"scores must be a list of numbers in [0, 1], got {reprlib.repr(values)}")
     return tuple(scores.tolist())
 
 
@@ -144,7 +145,7 @@ def _checked_class(value: object) -> str:
 
 @dataclass(frozen=True)
 class CellWriter:
-    """Writes cells with labels, colors and attributes in any mesh or point cloud format."""
+    """Writer of cells, labels, colors and attributes to mesh and point cloud files."""
 
     cells: Cells
     labels: Ints | None
@@ -153,7 +154,7 @@ class CellWriter:
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> CellWriter:
-        """Return a writer with checked colors; an error if a format of `endings` cannot be used."""
+        """Return a writer with checked colors, or raise an error if a format does not fit."""
         if not endings:
             return self
         kind = kind_of(self.cells)
@@ -162,7 +163,7 @@ class CellWriter:
         self.options.check_classes(self.labels)
         if not {*endings}.isdisjoint(TET_WRITERS):
             if self.given_colors is not None or self.attributes is not None:
-                raise ValueError("omit colors and attributes: .vtu and .vtk cannot store them")
+                raise ValueError(".vtu and .vtk cannot store colors and attributes: omit them")
             return self
         _check_attributes(self.attributes, self.cells)
         if self.options.vertex_labels and (self.labels is None or not kind.has_faces):
@@ -190,9 +191,9 @@ class CellWriter:
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """The given colors, or else colors of the labels; None if both are missing."""
+        """Given colors, or else colors computed from the labels; None if both are missing."""
         if self.given_colors is not None or self.labels is None:
-            return self.given_colors  # type: ignore[no-any-return]  # checked
+            return self.given_colors  # type: ignore[no-any-return]  # see `checked`
         from ..pictures.colors import face_colors
 
         return face_colors(self.cells, self.labels)
@@ -212,7 +213,6 @@ def _writers_of(kind: Kind) -> Writers:
 
 
 def _check_kind(kind: Kind, ending: str) -> None:
-    """Raise a MeshError if the format of `ending` cannot store cells of this kind."""
     fitting = tuple(_writers_of(kind))
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
@@ -233,7 +233,7 @@ def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
 
 
 def _check_attributes(attributes: Any, cells: Any) -> None:
-    """Raise an error if `attributes` has a wrong type, or arrays that do not match the cells."""
+    """Raise an error if `attributes` has a wrong type, or if its arrays do not match the cells."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):

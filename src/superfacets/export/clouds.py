@@ -33,12 +33,11 @@ def write_csv(file: IO[bytes], content: Content) -> None:
 
 
 def write_las(file: IO[bytes], content: Content) -> None:
-    """Write points as LAS or LAZ, with attributes, and with labels in a dimension `label`.
+    """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
 
-    If the attributes come from a LAS file whose quantization can represent the points, version,
-    point format and quantization are copied. Otherwise the file is LAS 1.4 with point format 6, or
-    with format 7 if there are colors. The file also gets the coordinate reference system of the
-    attributes.
+    Version, point format, quantization and coordinate reference system are copied if the attributes
+    come from a LAS file. A new quantization is computed if the copied one cannot represent the
+    points. For other attributes, the file is LAS 1.4 with point format 6, or 7 if there are colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -73,7 +72,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return the given frame, without wave packets, if it can store the points, or a new frame."""
+    """Return `given`, changed as necessary to store the points, or a new `LasFrame`."""
     low, high = cloud.bounds
     scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))

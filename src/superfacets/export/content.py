@@ -1,4 +1,4 @@
-"""Input of the functions that write one format each."""
+"""Define `Content`, the input of the functions that write a file in one format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..io.textures import Texture
 
 @dataclass(frozen=True)
 class Content:
-    """Checked cells to write, with labels, colors, attributes and format options."""
+    """Cells to write, with their labels, colors and attributes, and format options; all checked."""
 
     cells: Any
     ending: str
@@ -29,5 +29,5 @@ class Content:
 
     @property
     def texture(self) -> Texture | None:
-        """Texture in the attributes, or None."""
+        """Texture of the attributes, or None if there is no texture."""
         return None if self.attributes is None else self.attributes.texture

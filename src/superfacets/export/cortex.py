@@ -1,4 +1,4 @@
-"""Write vertex labels of brain cortex meshes: GIFTI, and FreeSurfer annotation files."""
+"""Write vertex labels of brain cortex meshes as GIFTI or FreeSurfer annotation files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 
 
 def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None) -> None:
-    """Write labels of vertices, -1 for vertices in no region, as ``.label.gii`` or ``.annot``.
+    """Write the label of each vertex, or -1 for no region, as ``.label.gii`` or ``.annot``.
 
     `colors`, (K, 3), has the color of each region, in ascending order of the labels. By default the
     colors of `PALETTE` are repeated.
@@ -47,7 +47,7 @@ def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | No
 
 
 def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Write GIFTI: the key of a region is its label + 1; key 0, named ``???``, means no region."""
+    """Write GIFTI. The key of a region is its label + 1. Key 0, named ``???``, means no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
     rows = [row.format(0, 1, 1, 1, 0, "???")]
     for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
@@ -58,8 +58,8 @@ def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Write an annotation file: the color table has a row per region after row 0, ``unknown``."""
-    # Colors identify regions, so all must differ. Some readers allow no gaps in the row numbers.
+    """Write an annotation file. In its color table, regions follow row 0, which means no region."""
+    # Colors must differ, because the file identifies the region of a vertex by its color.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]
     places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
@@ -72,7 +72,7 @@ def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
-    """Yield the colors; low bits of repeated colors are changed, and no color is black."""
+    """Yield distinct colors other than black, by changing low bits of repeated colors."""
     taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
     for color in map(tuple, colors.tolist()):
         changed = color

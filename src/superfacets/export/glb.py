@@ -43,7 +43,7 @@ def write_glb(file: IO[bytes], content: Content) -> None:
     """Write GLB. Polygons are triangulated, and unused vertices are skipped.
 
     Coordinates are float32. If float32 is not exact, coordinates are relative to the center of the
-    bounding box. The triangles of each material are a separate primitive.
+    bounding box. The triangles of each material form a separate primitive.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()
@@ -121,7 +121,7 @@ class _Split:
     """Vertices and triangles of the file. A vertex has a single label, color and material."""
 
     vertices: npt.NDArray[np.int64]  # mesh vertex of each vertex of the file
-    face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each vertex
+    face_of_vertex: npt.NDArray[np.int64]  # index of one of the mesh faces at each vertex
     pairs: npt.NDArray[np.int64]  # row of texture coordinates of each vertex, or -1
     triangles: npt.NDArray[np.int64]  # (T, 3) vertices of the file
     faces: npt.NDArray[Any]  # mesh face of each triangle
@@ -212,7 +212,7 @@ def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
 
 def _check_size(n_bytes: int) -> None:
     if n_bytes > MAX_BYTES:
-        raise MeshError("the mesh is too large, as GLB has at most 4 GiB: write .ply or .obj")
+        raise MeshError("the mesh needs more than 4 GiB, the limit of GLB: write .ply or .obj")
 
 
 @dataclass
@@ -226,10 +226,10 @@ class _Scene:
     n_bytes: int = 0  # size of the buffer
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates if not (0, 0, 0)
+    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates; None means 0
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
-        """Append an array to the buffer, and return the index of its view."""
+        """Append an array to the buffer, and return the index of its buffer view."""
         _check_size(self.n_bytes + array.nbytes)
         data = np.ascontiguousarray(array).tobytes()
         view = {"buffer": 0, "byteOffset": self.n_bytes, "byteLength": len(data)}
@@ -253,7 +253,7 @@ class _Scene:
         return len(self.accessors) - 1
 
     def place(self, points: npt.NDArray[np.float64]) -> None:
-        """Move the node to the center of these points if float32 cannot hold their coordinates."""
+        """Move the origin to the center of the points if float32 cannot store them exactly."""
         if not fits_single(points):
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()

@@ -1,4 +1,4 @@
-"""Materials and images of a glTF document."""
+"""Write materials and images to a glTF document."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..io.textures import Material, with_textures
 
 
 class GltfMaterials:
-    """Collects the materials of a texture for a glTF document; each image is embedded once."""
+    """Materials and images to write to a glTF document. Each image is embedded once."""
 
     def __init__(self, add_view: Any) -> None:
         self.add_view = add_view  # appends bytes to the buffer; returns the index of a buffer view
@@ -57,7 +57,6 @@ class GltfMaterials:
         return {"name": material.name, "pbrMetallicRoughness": shading}
 
     def _find_extensions(self, value: Any) -> None:
-        """Add the names of all glTF extensions used in a JSON value."""
         nested = value if isinstance(value, list) else []
         if isinstance(value, dict):
             nested = list(value.values())
@@ -81,7 +80,7 @@ class GltfMaterials:
         return self._texture_of[key]
 
     def _reference(self, image: int) -> dict[str, Any]:
-        """Return a glTF texture with an image; WebP and KTX2 images need an extension."""
+        """Return a glTF texture that refers to an image; WebP and KTX2 need an extension."""
         kind = self.lists["images"][image]["mimeType"]
         name = {"image/webp": "EXT_texture_webp", "image/ktx2": "KHR_texture_basisu"}.get(kind)
         if name is None:

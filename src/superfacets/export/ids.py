@@ -1,4 +1,4 @@
-"""Write label files, with labels of cells, vertices or triangles."""
+"""Write labels of cells, vertices or triangles to label files."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json
 
 @dataclass(frozen=True)
 class IdWriter:
-    """Writes labels of cells, or the graph of their regions, to label files and graph files."""
+    """Writer of labels to label files, and of region graphs to graph files."""
 
     cells: Cells
     labels: Ints | None
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
-        """Return self; a MeshError if files with these endings cannot store the labels."""
+        """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
         for ending in endings:
             if self.labels is None:
                 raise MeshError(f"a {ending} file needs labels, but none are given")
@@ -73,7 +73,7 @@ class IdWriter:
         return self
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file in the format of `ending`; `path` determines the name of the scene."""
+        """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
             ranks, _ = ranked_labels(self.labels)
@@ -96,7 +96,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions that contain no vertex, so that files of vertex labels omit them."""
+        """Number of regions that files of vertex labels omit, because they contain no vertex."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
@@ -158,10 +158,9 @@ def _check_triangles(cells: Cells) -> None:
 
 
 def _check_labels(labels: Ints, ending: str) -> None:
-    """Raise an error if the format cannot store the labels, or needs a missing package."""
     if ending in VERTEX_OUTPUTS and labels.min() < 0:
         first = int(np.argmin(labels))
-        raise MeshError(f"labels[{first}] is {labels[first]}: {ending} needs labels of 0 or more")
+        raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
     if ending == ".pth":
         check_torch()
     if ending in CORTEX_OUTPUTS:

@@ -22,9 +22,9 @@ PLAIN_SIZE = (2048, 2048)
 
 
 def write_ids(file: IO[bytes], content: Content) -> None:
-    """Write an image with a region id per texel, and a table of ids to the same folder.
+    """Write an image with the region id of each texel, and a table of ids in the same folder.
 
-    The texture coordinates of the mesh apply to the image. The id of a region is its label + 1,
+    The texture coordinates of the mesh apply to this image. The id of a region is its label + 1,
     encoded as red + 256 green + 65,536 blue; 0 means no region. If the texture has several images,
     one id image is written for each.
     """
@@ -32,7 +32,7 @@ def write_ids(file: IO[bytes], content: Content) -> None:
     if texture is None or labels is None:
         raise MeshError("a .ids.png file needs faces with labels and texture coordinates")
     if labels.max(initial=0) >= 2**24 - 1:
-        raise MeshError("a .ids.png file can store labels up to 16,777,214: renumber the labels")
+        raise MeshError(f".ids.png needs labels below 2**24 - 1, got {labels.max()}: renumber them")
     n_texels = np.zeros(int(labels.max(initial=-1)) + 1, np.int64)
     for number, (material, is_here, size) in enumerate(_layouts(texture)):
         ids = ids_in_layout(content.cells, texture, labels, is_here, material.wrap, size)

@@ -16,10 +16,10 @@ from .scannet import write_array
 def label_files(source: object, out: StrPath) -> list[Path]:
     """Return the paths of the label files of a source, and create their folder if it is missing.
 
-    `out` is a ``.npy`` file. If the source is a folder, `out` may also be a folder: an existing
-    folder, or a name without a suffix, or with a trailing slash. Raises a ValueError if `out` is
-    something else or a file of the source, or if two files of the source have the same stem; an
-    OSError if a file cannot be written.
+    `out` is the name of a ``.npy`` file. If the source is a folder, `out` can also be a folder that
+    exists, has no suffix, or ends in a slash. Raises a ValueError for any other `out`, if `out` is
+    a file of the source, or if two files of the source have the same stem. Raises an OSError if a
+    file cannot be written.
     """
     if not _is_folder(out):
         if Path(out).suffix != ".npy":
@@ -38,7 +38,7 @@ def label_files(source: object, out: StrPath) -> list[Path]:
         inputs = {file.path.resolve() for file in files_of(Path(source))}
         for file in files:
             if file.resolve() in inputs:
-                raise ValueError(f"{file}: out is a file of the source: choose another name")
+                raise ValueError(f"{file}: out must not be a file of the source: choose another")
     return files
 
 
@@ -87,7 +87,7 @@ def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
 
 
 def save_labels(files: Sequence[Path], starts: Sequence[int], labels: Ints) -> None:
-    """Write consecutive ranges of labels to ``.npy`` files; writes all files, or none."""
+    """Write consecutive ranges of labels to ``.npy`` files: either all files, or none."""
     with atomic_outputs(files) as temporaries:
         for temporary, file, (begin, end) in zip(temporaries, files, pairwise(starts), strict=True):
             try:

@@ -80,7 +80,7 @@ def face_lines(
     first: int = 0,
     ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
-    """Yield lists of at most `ROWS_AT_ONCE` lines. Each line has `begin`, the corners, and `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines, which consist of `begin`, corners and `ends`.
 
     A ``#`` in `begin` is replaced by the number of corners. The first vertex has index `first`.
     Each array in `ends` has one number per face of the mesh.
@@ -93,7 +93,7 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Return face lines; `pairs` has texture coordinate indices and the first corner of faces."""
+    """Return face lines; `pairs` has the texture index of each corner, and offsets of faces."""
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)
@@ -122,7 +122,7 @@ def _lines_of(
 
 
 def write_off(file: IO[bytes], content: Content) -> None:
-    """Write OFF, with red, green and blue, 0 to 255, after the corners of each face.
+    """Write OFF. The color of a face, three numbers from 0 to 255, follows its corners.
 
     The first line is OFF, because COFF would declare vertex colors. OFF cannot store labels and
     attributes.

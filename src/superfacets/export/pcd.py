@@ -16,7 +16,7 @@ _FORMATS = {"f4": "%.9g", "f8": "%.17g"}
 
 
 def write_pcd(file: IO[bytes], content: Content) -> None:
-    """Write points as binary or text PCD: x, y, z, normals, packed colors, label, attributes.
+    """Write positions, normals, packed colors, labels and attributes as binary or text PCD.
 
     Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers
     unless a label is -1.

@@ -89,7 +89,7 @@ class _Column:
 
     name: str
     dtype: str
-    values: Any  # array; or one value for all rows; or the mesh, if its faces differ in size
+    values: Any  # array, or one value for all rows, or the mesh if its faces differ in size
     length: int | None = None  # length of the list in every row; None if rows have one number
     longest: int = 0  # length of the longest list if lists differ in length, otherwise 0
 
@@ -98,7 +98,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Select rows of a column; lists in these rows have length `size` if lengths differ."""
+        """Return rows of the column. If list lengths differ, lists in `rows` have length `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -116,7 +116,7 @@ class _Element:
     columns: list[_Column]
 
     def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
-        """Append attributes as columns, except those whose name is in use or in `left_out`."""
+        """Append attributes as columns, but skip names that are in use or in `left_out`."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}
@@ -133,7 +133,7 @@ def _vertex_columns(vertices: Floats) -> list[_Column]:
 
 
 def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
-    """Return columns of positions, normals, labels, and the given or the cloud's own colors."""
+    """Return columns of positions, normals, labels and colors, given or from the cloud."""
     colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:
@@ -192,7 +192,7 @@ def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
     for column in columns:
         if column.length is None:
             fields.append((column.name, column.dtype))
-        else:  # attribute names have no spaces, so the names below are unique
+        else:  # attribute names have no spaces, so this name is unique
             fields.append((f"length of {column.name}", column.length_dtype))
             fields.append((column.name, column.dtype, (column.length,)))
     rows = np.empty(n_rows, dtype=fields)

@@ -32,8 +32,8 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
         Arrays of a graph, by name. ``edge_index``, (2, E), has the regions at the two ends of each
         edge; each edge is listed in both directions. ``edge_attr``, (E, n), has a row per edge.
         ``pos``, (K, 3), and all other arrays have a row per region. ``super_index`` has the region
-        that contains each cell, or each region of the next finer graph, or -1. The finest graph of
-        a sequence is first.
+        that contains each cell or each region of the next finer graph, or -1 for no region. The
+        finest graph of a sequence is first.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
 
 def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     """Write checked arrays as an .npz file."""
-    np.savez(file, **arrays)  # type: ignore[arg-type]  # a name could be numpy's allow_pickle
+    np.savez(file, **arrays)  # type: ignore[arg-type]  # mypy: a key could be `allow_pickle`
 
 
 def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:
@@ -93,7 +93,7 @@ def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:
         what = f"graphs[{place}]: "
         graph = {name: _checked(values, what + name) for name, values in given.items()}
         if "super_index" not in graph:
-            raise MeshError(f"{what}super_index is missing; nested graphs need it")
+            raise MeshError(f"{what}super_index is missing: nested graphs need it")
         n_below = _check_graph(graph, what, n_below)
         for name, values in graph.items():  # a super_index is stored with the next finer level
             level = place if name == "super_index" else place + 1
@@ -107,7 +107,7 @@ def _checked(values: npt.ArrayLike, name: str) -> Array:
     if not array.size and name.endswith("_index"):
         array = array.astype(np.int64)
     if array.dtype.kind not in "biuf":
-        raise MeshError(f"{name} must be numbers, got {array.dtype}")
+        raise MeshError(f"{name} must be an array of numbers, got {array.dtype}")
     if not name.endswith("_index"):
         return array
     if array.dtype.kind not in "iu":
@@ -116,7 +116,7 @@ def _checked(values: npt.ArrayLike, name: str) -> Array:
 
 
 def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -> int:
-    """Return the number of regions; a MeshError if an index is out of range."""
+    """Return the number of regions, or raise a MeshError if an index is out of range."""
     missing = {"edge_index", "pos"} - graph.keys()
     if missing:
         raise MeshError(f"{prefix}{min(missing)} is missing")
@@ -124,14 +124,18 @@ def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -
     if edges.ndim != 2 or len(edges) != 2:
         raise MeshError(f"{prefix}edge_index must have shape (2, E), got {edges.shape}")
     if "edge_attr" in graph and len(graph["edge_attr"]) != edges.shape[1]:
-        raise MeshError(f"{prefix}edge_attr must have one row per edge, {edges.shape[1]} rows")
+        must = f"{edges.shape[1]} rows, one per edge"
+        raise MeshError(f"{prefix}edge_attr must have {must}, got {len(graph['edge_attr'])}")
     members = graph.get("super_index", np.empty(0, np.int64))
     if n_below is not None and len(members) != n_below:
         raise MeshError(
-            f"{prefix}super_index must have one entry per region of the previous graph, {n_below},"
-            f" got {len(members)}"
+            f"{prefix}super_index must have {n_below} entries, one per region of the previous"
+            f" graph, got {len(members)}"
         )
     for name, indices, lowest in (("edge_index", edges, 0), ("super_index", members, -1)):
         if indices.size and not lowest <= indices.min() <= indices.max() < n_regions:
-            raise MeshError(f"{prefix}{name} must be regions from {lowest} to {n_regions - 1}")
+            raise MeshError(
+                f"{prefix}{name} must be regions from {lowest} to {n_regions - 1}, got"
+                f" {indices.min()} to {indices.max()}"
+            )
     return n_regions

@@ -71,7 +71,7 @@ def check_truth_stays(paths: Iterable[StrPath]) -> None:
 
 
 def _is_ours(groups: Path) -> bool:
-    """Whether this package wrote the ``.aggregation.json`` file `groups`."""
+    """Return whether this package wrote the ``.aggregation.json`` file `groups`."""
     try:
         return bool(json.loads(groups.read_bytes())["appId"] == APP_ID)
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
@@ -87,7 +87,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
         named = json.loads(groups.read_bytes())["segmentsFile"]
         names |= {named, named.removeprefix("scannet.")}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        pass  # an unreadable file can refer to segments only by its scene name
+        pass  # if it cannot be read, only the scene in its name shows to which segments it refers
     return names
 
 
@@ -143,7 +143,7 @@ def check_ids(ids: npt.NDArray[np.integer]) -> None:
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
     """Write the region of each triangle in each level, for the Scene Toolkit (SSTK).
 
-    Levels are ordered from fine to coarse. SSTK finds the levels of a hierarchy by name. Triangles
+    Levels are ordered from fine to coarse. SSTK recognizes the levels by their names. Triangles
     with negative labels are in no segment.
     """
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
@@ -178,8 +178,8 @@ def check_torch() -> None:
 def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
     """Write one id per vertex, renumbered without gaps, as an int64 tensor for ISBNet and Open3DIS.
 
-    The scripts of these networks write a NumPy array, but new versions of torch do not load arrays
-    by default.
+    The scripts of these networks write a NumPy array instead, which new versions of torch refuse to
+    load by default.
     """
     import torch
 
@@ -193,7 +193,7 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:
 
 
 def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy; unlike `numpy.save`, this reports an error if the disk is full."""
+    """Write an array as .npy, and raise an error if the disk is full, unlike `numpy.save`."""
     with path.open("wb") as file:
         write_npy(file, np.ascontiguousarray(array))
 

@@ -45,7 +45,7 @@ def coordinate_format(values: Floats) -> str:
 
 
 def fits_single(values: Floats) -> bool:
-    """Whether float32 represents all values exactly."""
+    """Return whether float32 represents all values exactly."""
     with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
         return all(
             np.array_equal(part.astype(np.float32), part)

@@ -1,4 +1,4 @@
-"""Write textures of meshes: image names and copies, MTL files, and texture properties of PLY."""
+"""Write textures of meshes as copies of images, MTL files and properties of PLY files."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ def notes_on_texture(
 
 @dataclass
 class Placer:
-    """Chooses names of images for an output file, and copies images from other folders."""
+    """Copier of images to the folder of an output file, which also chooses their names."""
 
     path: Path | None  # output file; None for standard output, for which no image is copied
     names: dict[TextureImage, str | None] = field(default_factory=dict)
 
     def name_of(self, image: TextureImage) -> str | None:
-        """Return the name of an image in the output; None if the image cannot be referenced.
+        """Return the name of an image in the output, or None if the output cannot refer to it.
 
         Images in the folder of the output, or in its subfolders, are not copied. Other images are
         copied to the folder of the output. A missing image keeps its name.
@@ -60,7 +60,7 @@ class Placer:
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return a path relative to the output's folder; None if it is outside this folder."""
+        """Return a path relative to the output's folder, or None if it is outside this folder."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -90,7 +90,7 @@ def write_beside(path: Path, name: str, content: bytes) -> None:
 
 
 def _plain(name: str) -> str:
-    """Replace characters of a name other than letters, digits, dots, dashes and underscores."""
+    """Replace all characters except letters, digits, dots and dashes by underscores."""
     return re.sub(r"[^\w.-]+", "_", name).lstrip(".") or "image"
 
 

@@ -84,7 +84,7 @@ def write_mesh(
     labels : array_like of integers, shape (F,), optional
         Region of each face, 0 or greater; -1 if a face is in no region.
     colors : array_like of uint8, shape (F, 3), optional
-        Red, green, blue. If there are labels, the default is `face_colors`.
+        Red, green and blue. If there are labels, the default is the result of `face_colors`.
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or created by you. A property
         is skipped if the format itself has a property of this name, such as ``label`` or ``red`` in
@@ -116,7 +116,7 @@ def write_mesh(
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None.
     OSError
-        If the file cannot be written; a FileExistsError if `force` is needed.
+        If the file cannot be written. If `force` is needed, it is a FileExistsError.
 
     Notes
     -----
@@ -333,7 +333,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """Return the write function for each ending; an error if a format cannot store the data."""
+    """Return the write function for each ending, after checking that the formats fit."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
@@ -361,7 +361,7 @@ def writer_of(
     form: FormatOptions,
     attributes: MeshAttributes | None = None,
 ) -> CellWriter | IdWriter:
-    """Return the writer for files with this ending; an error if they cannot store the cells."""
+    """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
         return CellWriter(cells, labels, None, attributes, form).checked([ending])
     return IdWriter(cells, labels, form).checked([ending])

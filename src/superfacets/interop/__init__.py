@@ -1,1 +1,1 @@
-"""Interoperation with other tools: storage in their objects, and replacements of functions."""
+"""Store labels in objects of other libraries, and replace functions of other packages."""

@@ -1,4 +1,4 @@
-"""Transfer of objects in ScanNet format to other segments of the same mesh."""
+"""Transfer objects, which are groups of segments, to other segments of the same mesh."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..io.guards import known_ending, read_json
 
 
 class RegroupedObject(NamedTuple):
-    """Change of the vertices of an object in `regroup_segments`.
+    """Numbers of vertices that an object loses and gains in `regroup_segments`.
 
     Attributes
     ----------
@@ -49,8 +49,9 @@ def regroup_segments(
 ) -> list[RegroupedObject]:
     """Write an ``.aggregation.json`` file with the same objects for other segments of a mesh.
 
-    Each new segment gets the object of most of its vertices, or no object if most of its vertices
-    have no object. If a new segment crosses the border of an object, the object changes there.
+    Each new segment becomes a part of the object that contains most of its vertices, or of no
+    object if most of its vertices are in no object. This moves the border of an object where a new
+    segment crosses the border.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def regroup_segments(
 
     Notes
     -----
-    Time is O(V log V) for V vertices. If a segment is in several objects, the first one is used.
+    Time is O(V log V) for V vertices. If a segment is in several objects, the first object is used.
     """
     for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
         known_ending(Path(path), (ending,))

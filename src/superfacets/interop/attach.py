@@ -1,4 +1,4 @@
-"""Storage of labels and colors in meshes and point clouds of other libraries."""
+"""Store labels and colors in meshes and point clouds of other libraries."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def attach_labels(
         Name of the array of labels.
     location : {"cells", "points"}
         Whether labels belong to the cells that `segment` labels, or to the vertices of a mesh. For
-        a point cloud, both mean the points.
+        a point cloud, both values mean the points.
     colors : bool or array_like of uint8, shape (N, 3), default False
         Colors to store with the labels. True computes colors of cells with `face_colors`.
 
@@ -95,7 +95,7 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
         extreme = array.min() if array.min() < limits.min else array.max()
-        raise ValueError(f"labels must be {limits.min} to {limits.max}, got {extreme}")
+        raise ValueError(f"labels must be from {limits.min} to {limits.max}, got {extreme}")
     return array.astype(np.int32)
 
 

@@ -1,4 +1,4 @@
-"""Reading of mask files that image segmenters write."""
+"""Read mask files that programs for image segmentation write."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest")
         masks[path.stem] = found
     if not masks:
         raise MeshError(
-            f"{folder}: contains no masks, expected a .png file, a .npy file or a folder per image"
+            f"{folder}: must have a .png file, a .npy file or a folder per image, but has no masks"
         )
     return masks
 

@@ -1,4 +1,4 @@
-"""Methods ``dataset.superfacets`` for PyVista, which finds this module by an entry point."""
+"""Register the accessor ``dataset.superfacets`` in PyVista."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from .attach import DEFAULT_NAME, attach_labels
 
 
 class SuperfacetsAccessor:
-    """Methods ``dataset.superfacets`` for all datasets of PyVista 0.48 or newer.
+    """Accessor ``dataset.superfacets`` of the datasets of PyVista 0.48 or newer.
 
-    It is enough to import PyVista, which finds this class by an entry point of the installed
-    package. If the package is on the path but not installed, import this module.
+    If this package is installed, PyVista finds the accessor by an entry point, so no import is
+    necessary. If the package is on the path but not installed, import this module.
 
     Parameters
     ----------

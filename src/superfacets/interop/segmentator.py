@@ -6,8 +6,8 @@ module instead, change the import line to
 
     from superfacets import segmentator
 
-The number of regions is about the same. Regions are connected and compact, and their borders follow
-creases.
+The number of regions is about the same as with the original package. Regions are connected and
+compact, and their borders follow creases.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def segment_mesh(
     its ends if its weight is at most the threshold of both segments. The threshold of a segment is
     `kThresh` divided by its number of vertices, plus the weight of the last edge that was joined.
     Then segments with fewer than `segMinVerts` vertices are joined to others along edges.
-    Components with fewer than `segMinVerts` vertices are not counted, and become additional
-    regions. Vertices at the same position are treated as one vertex.
+    Connected components with fewer than `segMinVerts` vertices are not counted, and become
+    additional regions. Vertices at the same position are treated as one vertex.
 
     Parameters
     ----------
@@ -247,18 +247,17 @@ def _array_of(values: Any) -> Array:
 
 
 def _is_tensor(values: Any) -> bool:
-    """Whether the value is a torch tensor. This function does not import torch."""
+    """Return whether a value is a torch tensor, without importing torch."""
     return all(hasattr(values, name) for name in ("detach", "cpu", "new_tensor"))
 
 
 def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
-    """Renumber labels without gaps; return a tensor if `indices` is a tensor, or an array."""
+    """Return labels renumbered without gaps, as a tensor if `indices` is one, else as an array."""
     ids = ranked_labels(labels)[0].astype(np.int64)
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
 def _checked_edges(edges: Array, n_points: int) -> Ints:
-    """Check edges, and return them as int32, (E, 2)."""
     if edges.ndim != 2 or edges.shape[1] != 2:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")
     if edges.dtype.kind not in "iu":
@@ -276,7 +275,7 @@ def _distinct(steps: Ints, n_nodes: int) -> Longs:
 
 
 def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Count the segments of the original package with `least` or more vertices; at least 1."""
+    """Count segments of the original package with `least` or more vertices; return 1 if none."""
     lowest = lowest_vertices(mesh.vertices, True, n_threads)
     normals = mean_normals(mesh, lowest)
     number = _core.count_mesh_segments(
@@ -286,7 +285,7 @@ def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) ->
 
 
 def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
-    """Build the graph of points, with two arcs for each edge, for regions of a given number."""
+    """Build a graph with two arcs per edge, whose crease costs are scaled for `number` regions."""
     check_spread(cloud.bounds)
     n = cloud.n_points
     sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T

@@ -1,4 +1,4 @@
-"""Atomic output files, which replace existing files only when they are complete; file locks."""
+"""Write files that replace existing files only when they are complete, and lock files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STEM_SIZE = 40
 File systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Minimum age of temporary files that are removed, in seconds. No file takes longer to write."""
+"""Age in seconds at which leftover temporary files are removed. Writing a file is faster."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
@@ -112,7 +112,7 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
 
 
 def writable_folder(folder: Path) -> None:
-    """Create a folder for outputs if it is missing; an OSError if the folder is not writable."""
+    """Create a folder for outputs if it is missing. Raise an OSError if it is not writable."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: is a file, not a folder")
     folder.mkdir(parents=True, exist_ok=True)
@@ -161,7 +161,7 @@ def _create(temporary: Path, target: Path) -> None:
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open a lock file and return its descriptor; an OSError if it is not a regular file.
+    """Open a lock file and return its descriptor, or raise an OSError if it is not a regular file.
 
     Links are refused, because somebody else may have created a link to an important file.
     """
@@ -176,7 +176,7 @@ def open_own(path: Path, flags: int) -> int:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Create a folder, and lock it during the block; a ValueError if it is already locked."""
+    """Create a folder and lock it during the block. Raise a ValueError if it is already locked."""
     writable_folder(folder)
     with held(folder / ".lock", f"{folder}: another run is writing to this folder"):
         yield
@@ -184,7 +184,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def held(path: Path, message: str) -> Iterator[None]:
-    """Lock a file during the block; a ValueError with `message` if it is already locked.
+    """Lock a file during the block, or raise a ValueError with `message` if it is already locked.
 
     A missing file is created. The file is not removed. The operating system releases the lock when
     this process ends, even if it is killed. Child processes that run another program do not inherit
@@ -199,7 +199,7 @@ def held(path: Path, message: str) -> Iterator[None]:
 
 
 def is_left_behind(path: Path) -> bool:
-    """Whether the lock file exists but no process has locked it."""
+    """Return whether the lock file exists but no process has locked it."""
     try:
         file = open_own(path, os.O_RDWR)
     except OSError:
@@ -213,9 +213,10 @@ def is_left_behind(path: Path) -> bool:
 
 
 def lock_file(file: int, path: Path, message: str) -> None:
-    """Lock an open file until it is closed; a ValueError with `message` if it is already locked.
+    """Lock an open file until it is closed.
 
-    Raises an OSError if the file system does not support locks.
+    Raises a ValueError with `message` if the file is already locked, and an OSError if the file
+    system does not support locks.
     """
     try:
         is_ours = _is_locked_now(file)

@@ -1,4 +1,4 @@
-"""Attributes of vertices and faces in mesh files, for example normals, and textures."""
+"""Store the attributes that mesh files have for vertices and faces, for example normals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 
 
 PROJECTION = "LASF_Projection"
-"""User id of the records of LAS files with the coordinate reference system."""
+"""User id of the LAS records that contain the coordinate reference system."""
 
 
 class LasFrame(NamedTuple):
@@ -31,7 +31,7 @@ class LasFrame(NamedTuple):
     point_format: int
     scales: tuple[float, float, float]
     offsets: tuple[float, float, float]
-    """The coordinates are `scales` times integers, plus `offsets`."""
+    """A coordinate is its stored integer times `scales`, plus `offsets`."""
     projection: tuple[tuple[int, bytes], ...] = ()
     """Id and content of each record of the reference system: GeoTIFF keys or WKT."""
     is_wkt: bool = False
@@ -40,7 +40,7 @@ class LasFrame(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeshAttributes:
-    """Properties of a mesh file other than positions and corners, such as colors, and textures.
+    """Properties in a mesh file other than positions and corners, for example colors or a texture.
 
     `read_attributes` reads attributes from a file, and `write_mesh` writes them. You can also
     create attributes yourself, to store your own numbers with vertices or faces.
@@ -49,7 +49,7 @@ class MeshAttributes:
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
         Properties of the vertices other than x, y and z, by name: one number, or n numbers, per
-        vertex. They are copied to read-only arrays of a type that PLY supports: bool becomes uint8,
+        vertex. The read-only copies have types that PLY supports: bool becomes uint8,
         int64 becomes int32 or uint32, and float16 becomes float32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
         Properties of the faces other than their corners.
@@ -146,7 +146,7 @@ def _stored_type(array: Array, what: str) -> npt.DTypeLike:
 
 
 def is_word(name: object) -> bool:
-    """Whether an object can be a name in a PLY header."""
+    """Return whether an object can be a name in a PLY header."""
     if not isinstance(name, str):
         return False
     return name.isascii() and name.isprintable() and name.split() == [name]
@@ -162,7 +162,7 @@ def _checked_comment(line: object) -> str:
 
 
 def is_encodable(text: str) -> bool:
-    """Whether a text can be encoded as UTF-8."""
+    """Return whether a text can be encoded as UTF-8."""
     try:
         text.encode()
     except UnicodeEncodeError:  # a lone surrogate

@@ -1,4 +1,4 @@
-"""File access, checks and conversions used by several readers."""
+"""Open files, and check and convert arrays, for several readers."""
 
 from __future__ import annotations
 
@@ -47,9 +47,10 @@ Content = bytes | mmap.mmap
 
 
 def known_ending(path: Path, endings: Sequence[str]) -> str:
-    """Return the longest of `endings` with which the file name ends; a MeshError if none matches.
+    """Return the longest of `endings` with which the file name ends.
 
-    Letter case is ignored. An ending may have several parts, for example ``.segs.json``.
+    Raises a MeshError if there is none. Letter case is ignored. An ending may have several parts,
+    for example ``.segs.json``.
     """
     name = path.name.lower()
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
@@ -60,7 +61,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a regular file into memory, because shrinking of a mapped file crashes the process."""
+    """Read a file into memory. A mapped file would crash the process if the file shrinks."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -72,7 +73,7 @@ def read_content(path: Path) -> mmap.mmap:
 
 @contextlib.contextmanager
 def named_errors(path: object) -> Iterator[None]:
-    """Add `path` to the beginning of the message of a MeshError that the block raises."""
+    """Prepend `path` to the message of any MeshError that the block raises."""
     try:
         yield
     except MeshError as error:
@@ -80,7 +81,7 @@ def named_errors(path: object) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """Parse a JSON file; a MeshError if the file is not valid JSON."""
+    """Parse a JSON file, or raise a MeshError if the file is not valid JSON."""
     check_regular(path)
     try:
         return json.loads(path.read_bytes())
@@ -89,13 +90,13 @@ def read_json(path: Path) -> Any:
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a regular file for reading; an OSError if it is a device, pipe or folder."""
+    """Open a regular file for reading, or raise an OSError if it is a device, pipe or folder."""
     check_regular(path)
     return path.open("rb", buffering=0)
 
 
 def check_regular(path: Path) -> None:
-    """Raise an OSError if this is not a regular file that can be read.
+    """Raise an OSError if `path` is not a regular file that can be read.
 
     Other kinds of files are not opened, because a pipe may block and a device may be endless.
     """
@@ -112,7 +113,7 @@ def check_regular(path: Path) -> None:
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Allocate memory in huge pages if possible. Filling a bytes object takes 5 times as long."""
+    """Allocate memory, in huge pages if possible; filling a bytes object takes 5 times as long."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
@@ -151,7 +152,7 @@ def temporary_file(data: Content, name: str) -> Iterator[str]:
 
 
 def side_by_side(rows: Array) -> Array:
-    """Copy an (N, n) field of records to a contiguous array; NumPy copies these fields slowly."""
+    """Copy an (N, n) field of records to a contiguous array, faster than NumPy does."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -189,7 +190,7 @@ def rotation_of(quaternion: Floats) -> Floats:
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
-    """Build faces from a flat array of corners; a MeshError if a face has fewer than three."""
+    """Build faces from a flat array of corners, and check the number of corners of each face."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)

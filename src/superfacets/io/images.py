@@ -1,4 +1,4 @@
-"""Images of textures, which are in the folder of a mesh or in its file; Pillow decodes them."""
+"""Find texture images in the folder of a mesh or in its file, and decode them with Pillow."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ ENDING_OF_IMAGE = {kind: f".{kind}" for kind in _PLUGINS} | {"jpeg": ".jpg", "ti
 
 
 def kind_of_image(content: bytes) -> str | None:
-    """Return the format of an image, determined by its first bytes; None if it is unknown."""
+    """Return the format of an image, determined by its first bytes, or None if it is unknown."""
     return next((kind for kind, magic in _MAGIC.items() if magic.match(content)), None)
 
 
@@ -77,7 +77,7 @@ class TextureImage:
     problem: str | None = None
 
     def encoded(self) -> bytes:
-        """Return the encoded image; a MeshError if it cannot be read or has an unknown format."""
+        """Return the encoded image, or raise a MeshError if the file or its format is unusable."""
         problem, content = self.problem, self.content or b""
         if problem is None and self.path is not None:
             try:
@@ -91,7 +91,7 @@ class TextureImage:
         return content
 
     def size(self) -> tuple[int, int]:
-        """Return width and height without decoding the pixels."""
+        """Return the width and height of the image, without decoding its pixels."""
         size: tuple[int, int] = self._open(self.encoded()).size
         return size
 
@@ -150,12 +150,12 @@ def _reading(name: str) -> Iterator[None]:
 
 
 def import_pillow(module: str) -> Any:
-    """Return a module of Pillow; a MissingExtraError if Pillow is not installed."""
+    """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
     return import_extra(f"PIL.{module}", "reading of textures", "texture")
 
 
 def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
-    """Return the file at a path relative to `folder`; None if the file is outside `top`.
+    """Return the file at a path relative to `folder`, or None if the file is outside `top`.
 
     By default `top` is the folder itself. For security, a mesh file cannot refer to other files of
     the machine: ``..`` and symbolic links are resolved before the path is compared with `top`.
@@ -178,7 +178,7 @@ def image_beside(name: str, folder: Path | None) -> TextureImage:
 
 
 def _problem_with(path: Path) -> str | None:
-    """Return the reason why the file cannot be used as an image; None if it can be used."""
+    """Return the reason why the file cannot be used as an image, or None if it can be used."""
     if not path.is_file():
         return "is missing"
     with open_regular(path) as file:

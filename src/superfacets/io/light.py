@@ -23,21 +23,21 @@ _CONES_TO_OKLAB = np.array(
 )
 
 
-def linear_of_srgb(shares: npt.ArrayLike) -> Floats:
+def linear_of_srgb(values: npt.ArrayLike) -> Floats:
     """Convert sRGB values, 0 to 1, to linear light, 0 to 1."""
-    given = np.asarray(shares, np.float64)
+    given = np.asarray(values, np.float64)
     return np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
 
 
 def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
     """Convert linear light, 0 to 1, to sRGB values, 0 to 255; other values are clipped."""
     given = np.clip(light, 0, 1)
-    shares = np.where(given <= 0.0031308, given * 12.92, 1.055 * given ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(shares * 255), np.uint8)
+    values = np.where(given <= 0.0031308, given * 12.92, 1.055 * given ** (1 / 2.4) - 0.055)
+    return np.asarray(np.rint(values * 255), np.uint8)
 
 
 def oklab_of_linear(light: Floats) -> Floats:
-    """Convert linear light, (N, 3), to OKLab: lightness 0 to 1, green-red, blue-yellow.
+    """Convert linear light, (N, 3), to OKLab: lightness (0 to 1), green to red, blue to yellow.
 
     Euclidean distances in OKLab approximate perceived differences. The matrices are from Ottosson,
     "A perceptual color space for image processing", 2020.
@@ -46,13 +46,13 @@ def oklab_of_linear(light: Floats) -> Floats:
 
 
 def _times(matrix: Floats, rows: Floats) -> Floats:
-    """Multiply a matrix by each row, in a fixed order of additions, equal on all machines."""
+    """Multiply a matrix by each row. A fixed order of additions makes results reproducible."""
     r, g, b = rows.T
     columns = [(line[0] * r + line[1] * g) + line[2] * b for line in matrix]
     return np.stack(columns, axis=1)
 
 
-def linear_of_oklab(places: Floats) -> Floats:
-    """Convert OKLab, (N, 3), to linear light; values may be below 0 or above 1."""
-    cones = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3
+def linear_of_oklab(colors: Floats) -> Floats:
+    """Convert OKLab colors, (N, 3), to linear light; results may be below 0 or above 1."""
+    cones = (colors @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3
     return np.asarray(cones @ np.linalg.inv(_LINEAR_TO_CONES).T)

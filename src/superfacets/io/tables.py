@@ -1,4 +1,4 @@
-"""Tables of which ranges of rows can be read: arrays, binary files, and joined files."""
+"""Read ranges of rows from tables: arrays, binary files and joined files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """A table of which ranges of rows can be read. All classes but `ArrayRows` can be pickled."""
+    """Table that can be read in ranges of rows. All classes except `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:
@@ -59,7 +59,7 @@ class RecordRows:
     length: str | None = None  # field with the number of corners, which must be 3 in all records
 
     def read(self, begin: int, end: int) -> Array:
-        """Return rows `begin` to `end` - 1; a MeshError if the field `length` is not 3."""
+        """Return rows `begin` to `end` - 1. Raise a MeshError if the field `length` is not 3."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)
@@ -124,7 +124,7 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Return the rows with the indices `wanted`, in this order; reads about `most` at a time."""
+    """Return the rows with the indices `wanted`, in this order; reads about `most` rows at once."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:
             return np.asarray(rows.array[wanted])

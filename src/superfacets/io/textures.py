@@ -16,7 +16,7 @@ from .guards import counted
 from .images import TextureImage
 
 WRAPS = ("repeat", "clamp", "mirror")
-"""Wrap modes: how an image continues outside [0, 1]. The core numbers the modes in this order."""
+"""Wrap modes: how an image continues outside [0, 1]. The C++ core uses this order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class MaterialSource:
 
 
 def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> Any:
-    """Copy a glTF material; ``convert(key, value)`` replaces or, with None, removes textures."""
+    """Copy a glTF material; ``convert(key, value)`` returns a new texture, or None to remove it."""
     if isinstance(value, list):
         return [with_textures(each, convert) for each in value]
     if not isinstance(value, dict):
@@ -165,5 +165,5 @@ def _indices(values: npt.ArrayLike, name: str, count: int) -> Ints:
         raise ValueError(f"{name} must have one dimension, got shape {array.shape}")
     if array.size and (array.min() < -1 or array.max() >= count):
         wrong = int(np.argmax((array < -1) | (array >= count)))
-        raise ValueError(f"{name}[{wrong}] is {array[wrong]}; it must be -1 to {count - 1}")
+        raise ValueError(f"{name}[{wrong}] must be from -1 to {count - 1}, got {array[wrong]}")
     return owned(array, np.int32)

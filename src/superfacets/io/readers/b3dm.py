@@ -1,4 +1,4 @@
-"""Models of 3D Tiles: extract the glTF from a .b3dm file, and compute its placement."""
+"""Extract the glTF model from a .b3dm file of 3D Tiles, and compute its placement."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _AXES = {
     "Y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
     "Z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
 }
-"""Rotation from the model's up axis to z up, which 3D Tiles uses."""
+"""Rotations that turn the up axis of a model to z, the up axis of 3D Tiles."""
 
 UP_AXES = tuple(_AXES)
 
@@ -80,7 +80,7 @@ def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
     version, size, *sizes = struct.unpack_from("<6I", data, 4)
     begin = _HEADER + sum(sizes)
     if version != 1:
-        raise MeshError(f"b3dm version {version} is not supported; only version 1 is")
+        raise MeshError(f"the b3dm version must be 1, got {version}")
     if size > len(data) or begin + 12 > size:
         raise MeshError("the b3dm file is shorter than its header declares: it may be truncated")
     if data[begin : begin + 4] != b"glTF":

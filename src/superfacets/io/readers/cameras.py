@@ -45,8 +45,8 @@ def read_cameras(
         - a folder with one ``.txt`` file per image, as in ScanNet. Each file has the 4 x 4 matrix
           from camera to world, with camera axes as in OpenCV.
     intrinsics : path-like or array_like, optional
-        Intrinsics as for `PinholeCamera`, or a text file with these numbers. Only for a folder of
-        poses.
+        Intrinsics as for `PinholeCamera`, or a text file with these numbers. Used only for a folder
+        of poses.
     size : (int, int), optional
         Width and height of the images, for a folder of poses, or for a ``.json`` file without ``w``
         and ``h``.
@@ -124,7 +124,7 @@ def _matrix_in(path: Path) -> Floats:
     try:
         matrix = np.array(rows, np.float64)
     except ValueError:
-        raise MeshError(f"{path}: expected a matrix with the same length of all rows") from None
+        raise MeshError(f"{path}: the rows of the matrix must have the same length") from None
     return matrix[0] if len(matrix) == 1 else matrix
 
 
@@ -162,7 +162,7 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
     except MeshError:
         raise
     except (TypeError, ValueError, ArithmeticError):
-        raise MeshError("a size, focal length, center or matrix is not a number") from None
+        raise MeshError("sizes, focal lengths, centers and matrices must be numbers") from None
     return PosedImage(name, pose, (fx, fy, *center), size, True)
 
 

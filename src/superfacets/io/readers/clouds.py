@@ -34,8 +34,8 @@ coefficient."""
 SCALES = ("scale_0", "scale_1", "scale_2")
 TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _FLAT = math.log(2.0)
-"""Minimum difference between the two smallest scales of a splat that has a normal direction. Scales
-are logarithms."""
+"""Minimum difference of the two smallest log scales of a Gaussian splat. If the difference is
+smaller, the splat has no normal direction."""
 
 _UNIT = 0.01
 """Maximum difference between 1 and the length of a unit normal in a file."""
@@ -55,7 +55,7 @@ class CloudFile(NamedTuple):
 
 
 def holds_cloud(data: Content, ending: str) -> bool:
-    """Whether a file with this content and ending has points but no faces."""
+    """Return whether a file with this content and ending has points but no faces."""
     if ending != ".ply":
         return ending in CLOUD_READERS
     return parse_header(data).faces is None
@@ -102,7 +102,7 @@ def _read_text(data: Content) -> CloudFile:
 
 
 def _names_in(lines: Lines) -> list[str] | None:
-    """Return the column names in the first line, in lower case; None if it has numbers."""
+    """Return the column names in the first line, in lower case, or None if it has numbers."""
     if not len(lines):
         return None
     words = lines.content(0).decode("latin-1").strip().lower().split()
@@ -205,7 +205,7 @@ def _cloud_of(
 
 
 def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
-    """Return the shortest axis of each Gaussian splat; zero if no axis is clearly the shortest.
+    """Return the shortest axis of each Gaussian splat, or zero if no axis is clearly the shortest.
 
     The result is None if rotations (w, x, y, z) or scales are missing. For splats with only two
     scales, the axis is the rotated z axis.
@@ -229,12 +229,12 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
     return axes
 
 
-def _columns_of_rotations(turns: Floats, places: npt.NDArray[np.integer[Any]]) -> Floats:
+def _columns_of_rotations(rotations: Floats, columns: npt.NDArray[np.integer[Any]]) -> Floats:
     """Return one column of the rotation matrix of each quaternion (w, x, y, z), of any norm."""
-    w, axis = turns[:, :1], turns[:, 1:]
-    unit = np.eye(3)[places]
+    w, axis = rotations[:, :1], rotations[:, 1:]
+    unit = np.eye(3)[columns]
     crossed = np.cross(axis, unit)
-    squared = np.einsum("ij,ij->i", turns, turns)[:, None]
+    squared = np.einsum("ij,ij->i", rotations, rotations)[:, None]
     return np.asarray(unit + 2.0 * (w * crossed + np.cross(axis, crossed)) / squared)
 
 

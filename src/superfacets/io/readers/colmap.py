@@ -54,7 +54,7 @@ class PosedImage(NamedTuple):
 
 
 def is_colmap(folder: Path) -> bool:
-    """Whether a folder contains a COLMAP model."""
+    """Return whether a folder contains a COLMAP model."""
     return _ending_of(folder) is not None
 
 
@@ -96,13 +96,14 @@ def _camera_of(cameras: dict[int, _Camera], number: int, image: str) -> _Camera:
 
 
 def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
-    """Return fx, fy, cx, cy; a MeshError if the camera has distortion."""
+    """Return fx, fy, cx, cy, or raise a MeshError if the camera has distortion."""
     known = _MODELS.get(model)
     if known is None or not known.is_central:
         raise MeshError(f"camera {camera} has the model {model}: {UNDISTORT}")
     if len(params) != known.n_focal + 2 + known.n_distortion:
         raise MeshError(
-            f"camera {camera}, {model}, has a wrong number of parameters: {len(params)}"
+            f"camera {camera}, {model}, must have {known.n_focal + 2 + known.n_distortion}"
+            f" parameters, got {len(params)}"
         )
     if any(params[known.n_focal + 2 :]):
         raise MeshError(f"camera {camera}, {model}, has distortion: {UNDISTORT}")
@@ -156,7 +157,7 @@ def _images_in_text(data: bytes) -> Iterator[_Image]:
 
 
 class _Reader:
-    """Reads consecutive little-endian numbers and texts."""
+    """Cursor that reads consecutive little-endian numbers and texts from bytes."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0
@@ -175,7 +176,6 @@ class _Reader:
         return self._data[start:end].decode("utf-8", "replace")
 
     def skip(self, n_bytes: int) -> None:
-        """Skip `n_bytes` bytes."""
         self._at += n_bytes
         self._check()
 

@@ -1,4 +1,4 @@
-"""Decode compressed glTF buffers: meshopt and Draco.
+"""Decode glTF buffers that are compressed by meshopt or Draco.
 
 Sizes in the compressed data are compared with the sizes declared in the glTF document before a
 library allocates memory.
@@ -35,7 +35,7 @@ def decode_meshopt(
 
 
 def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
-    """Decode a Draco mesh; return corners, (3F,) uint32, and attributes, (V, n), by id.
+    """Decode a Draco mesh; return corners, (3F,) uint32, and attributes, (V, n), keyed by id.
 
     Raises a MeshError if the numbers of faces and vertices differ from the declared numbers.
     """
@@ -53,9 +53,9 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, 
 
 
 def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
-    """Raise a MeshError if counts differ from the declared ones, which could exhaust memory."""
+    """Raise a MeshError if counts differ from the declared counts, before memory is allocated."""
     if content[:5] != b"DRACO" or content[5:8] != b"\x02\x02\x01" or len(content) < _DRACO_HEADER:
-        raise MeshError("the Draco data is damaged or has an unsupported version; expected 2.2")
+        raise MeshError("the Draco data is damaged or does not have the version 2.2")
     try:
         place = _DRACO_HEADER
         if content[10] & _HAS_METADATA:
@@ -74,7 +74,6 @@ def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
 
 
 def _after_metadata(content: bytes, place: int) -> int:
-    """Return the offset after the metadata, which has elements of attributes and of the mesh."""
     n_attributes, place = _varint(content, place)
     for _ in range(n_attributes):
         _, place = _varint(content, place)
@@ -83,7 +82,7 @@ def _after_metadata(content: bytes, place: int) -> int:
 
 
 def _after_elements(content: bytes, place: int) -> int:
-    """Return the offset after an element: names with values, then names with nested elements."""
+    """Return the offset after a metadata element, which has named values and nested elements."""
     n_left = 1
     while n_left:
         n_left -= 1
@@ -99,7 +98,7 @@ def _after_elements(content: bytes, place: int) -> int:
 
 
 def _varint(content: bytes, place: int) -> tuple[int, int]:
-    """Decode an integer in groups of seven bits, lowest first; return it and the next offset."""
+    """Decode an integer in groups of seven bits, lowest first; return it with the next offset."""
     value = 0
     for shift in range(0, 64, 7):
         byte = content[place]

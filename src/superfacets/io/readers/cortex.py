@@ -30,7 +30,7 @@ def read_gifti(data: Content) -> Arrays:
 
 
 def gifti_labels(data: Content) -> Array:
-    """Return the label of each vertex: its key minus 1, so -1 for key 0, which means no region."""
+    """Return the label of each vertex: its key minus 1. Key 0, for no region, becomes -1."""
     (keys,) = _gifti_arrays(data, "LABEL")
     if keys is None or keys.ndim != 1:
         raise MeshError("the GIFTI file has no labels of vertices")
@@ -39,7 +39,7 @@ def gifti_labels(data: Content) -> Array:
 
 def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
     """Return the first array of each intent, or None if the file has no such array."""
-    if data.find(b"ExternalFileBinary") >= 0:  # for security: it could be any file
+    if data.find(b"ExternalFileBinary") >= 0:  # security: it could be any file of the computer
         raise MeshError("the GIFTI file refers to another file: save all arrays in one file")
 
     def read(nibabel: Any) -> list[Array | None]:
@@ -70,7 +70,7 @@ def annot_labels(data: Content) -> Array:
 
 
 def _read(what: str, read: Callable[[Any], Any]) -> Any:
-    """Return ``read(nibabel)``; a MeshError if nibabel raises an exception."""
+    """Return ``read(nibabel)``, or raise a MeshError if nibabel raises an exception."""
     nibabel = import_extra("nibabel", f"a {what} file", "cortex")
     try:
         return read(nibabel)

@@ -1,4 +1,4 @@
-"""Read E57 files with pye57: all scans are transformed by their poses, and form one cloud."""
+"""Read E57 files with pye57. All scans are transformed by their poses and form one cloud."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class _Scan(NamedTuple):
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     """Read the points of all scans, in order, except points that are declared invalid.
 
-    Invalid points have no position; most scans on a grid have some. The attributes ``scan`` and
+    Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
     ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
-    and intensities are kept only if all scans have them, and viewpoints only if all have poses.
+    and intensities are kept only if all scans have them, and viewpoints if all have poses.
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
@@ -67,7 +67,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _check_description(data: Content) -> None:
-    """Raise a MeshError if the XML has a DOCTYPE, because libE57 expands entities without limit."""
+    """Refuse XML with a DOCTYPE, because libE57 would expand its entities without limit."""
     begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
     at = begin // _PAGE * _PAGE
     n_pages = n_bytes // (_PAGE - _CHECKSUM) + 3
@@ -99,7 +99,7 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Return the scanner position, (3,), or one per point, (N, 3); None if one is unknown."""
+    """Return the scanner position, (3,), or one per point, (N, 3), or None if a pose is missing."""
     found = [scan.frame for scan in scans if scan.frame is not None]
     # Merged clouds often have an identity pose, but the scanner was not at the origin.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
@@ -182,7 +182,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
-    """Scale colors from their declared limits to [0, 1]; None if limits are equal or infinite."""
+    """Scale colors to [0, 1], or return None if their declared limits are equal or infinite."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):
         low, high = _limits_of(pye57, header, name)
@@ -193,7 +193,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Return the limits of a color field: those declared for the scan, or those of its type."""
+    """Return the limits of a color field, declared by the scan or else given by the type."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

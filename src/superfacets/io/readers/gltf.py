@@ -143,7 +143,7 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
 
 
 def product(left: Floats, right: Floats) -> Floats:
-    """Matrix product with a fixed order of additions, so that results are equal on all machines."""
+    """Multiply two matrices. A fixed order of additions gives equal results on all machines."""
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
@@ -195,7 +195,7 @@ def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
 
 
 def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
-    """Return the triangle primitives of a mesh; a MeshError if there are strips or fans."""
+    """Return the triangle primitives of a mesh; strips and fans are refused with a MeshError."""
     primitives = items(gltf.item("meshes", index), "primitives")
     found = [primitive for primitive in primitives if _has_triangles(primitive)]
     for primitive in found:
@@ -233,7 +233,7 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
 def _keep_rows(
     gltf: Gltf, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
 ) -> None:
-    """Store decoded rows for an accessor; a MeshError if their type differs from the accessor."""
+    """Store decoded rows for an accessor, and check that they have the type of the accessor."""
     accessor = gltf.item("accessors", index)
     dtype = COMPONENTS.get(whole(accessor, "componentType"))
     width = WIDTHS.get(str(accessor.get("type")))
@@ -262,7 +262,7 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
 
 
 def _read_positions(gltf: Gltf, index: int) -> Floats:
-    """Return positions, (V, 3); normalized integers (KHR_mesh_quantization) are scaled."""
+    """Return positions, (V, 3), with normalized integers (KHR_mesh_quantization) scaled."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
@@ -281,10 +281,10 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
     else:
         corners = np.arange(n_vertices)
     if len(corners) % 3:
-        raise MeshError(f"broken glTF: the number of corners, {len(corners)}, is no multiple of 3")
+        raise MeshError(f"broken glTF: a multiple of 3 corners is expected, got {len(corners)}")
     if len(corners) and corners.max() >= n_vertices:
         raise MeshError(
-            f"a face refers to vertex {corners.max()} but its primitive has {n_vertices} vertices"
+            f"a face refers to vertex {corners.max()}, but its primitive has {n_vertices} vertices"
         )
     return corners
 
@@ -299,7 +299,7 @@ def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
 
 
 def is_mirrored(matrix: Floats) -> bool:
-    """Whether the determinant is negative, so that the matrix turns a surface inside out."""
+    """Return whether the determinant is negative, so that the matrix turns a surface inside out."""
     axes = matrix[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0

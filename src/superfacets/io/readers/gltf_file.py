@@ -39,11 +39,11 @@ UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
 
 @dataclass(eq=False)
 class Gltf:
-    """A glTF document."""
+    """A parsed glTF document, its buffers, and its decompressed arrays."""
 
     document: dict[str, Any]  # parsed JSON
     buffers: list[memoryview]  # content of each buffer, at least as long as the document declares
-    n_bytes: int  # total size of the file and of all files that it refers to
+    n_bytes: int  # total size of the file and of the files that it refers to, in bytes
     unpacked_views: dict[int, memoryview] = field(default_factory=dict)
     """Decompressed buffer views, keyed by the index of the view."""
     unpacked: dict[int, tuple[int, Array]] = field(default_factory=dict)
@@ -51,7 +51,7 @@ class Gltf:
     n_unpacked: int = 0  # total size of decompressed views and rows, in bytes
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
-        """Return the object at `index` of the list `kind`; a MeshError if it does not exist."""
+        """Return the object at `index` of the list `kind`; a missing object raises a MeshError."""
         listed = self.document.get(kind)
         found = listed if isinstance(listed, list) else []
         item = found[index] if type(index) is int and 0 <= index < len(found) else None
@@ -60,7 +60,7 @@ class Gltf:
         return item
 
     def take(self, n_bytes: int, name: str) -> None:
-        """Add to the number of decompressed bytes; a MeshError if the total is too large."""
+        """Add to the number of decompressed bytes. Raise a MeshError if the sum is too large."""
         self.n_unpacked += n_bytes
         if self.n_unpacked > most_bytes_of(self.n_bytes):
             raise MeshError(
@@ -77,7 +77,7 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
         raise MeshError("not a glTF file: the JSON has no asset")
     version = document["asset"].get("version")
     if not isinstance(version, str) or not version.startswith("2."):
-        raise MeshError(f"glTF version {reprlib.repr(version)} is not supported; only 2.0 is")
+        raise MeshError(f"the glTF version must be 2.0, got {reprlib.repr(version)}")
     required = document.get("extensionsRequired", [])
     used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
     if used:
@@ -88,7 +88,7 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
 
 
 def parsed_json(text: bytes, what: str) -> dict[str, Any]:
-    """Parse a JSON object; a MeshError if the text is damaged. `what` is used in the message."""
+    """Parse a JSON object of the format `what`, or raise a MeshError if the text is damaged."""
     try:
         found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -106,9 +106,9 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
         raise MeshError(f"the GLB file is truncated: it has only {len(data)} bytes")
     version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
     if version != 2:
-        raise MeshError(f"GLB version {version} is not supported; only version 2 is")
+        raise MeshError(f"the GLB version must be 2, got {version}")
     if size != len(data):
-        raise MeshError(f"the GLB file declares {size} bytes but has {len(data)}: is it damaged?")
+        raise MeshError(f"the GLB declares {size} bytes but has {len(data)}: it may be damaged")
     json_end = 20 + json_size
     if kind != CHUNK_JSON or json_end > len(data):
         raise MeshError("broken GLB: the first chunk must be a complete JSON chunk")
@@ -125,7 +125,7 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
 
 
 def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """Return the list of objects at `key`; an empty list if the key is missing."""
+    """Return the list of objects at `key`, or an empty list if the key is missing."""
     values = item.get(key, [])
     if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
         raise MeshError(f"broken glTF: {key} is not a list of objects")
@@ -133,7 +133,7 @@ def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
-    """Return the integer >= 0 at `key`; a MeshError if the value is something else."""
+    """Return the integer >= 0 at `key`, or raise a MeshError if the value is something else."""
     value = item.get(key, default)
     if type(value) is not int or value < 0:
         raise MeshError(f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}")
@@ -275,5 +275,5 @@ def decoded(address: str) -> bytes:
 
 
 def file_at(address: str, folder: Path | None) -> Path | None:
-    """Return the file at a relative URI; None if it is not in `folder` or in a subfolder."""
+    """Return the file at a relative URI, or None if it is not in `folder` or in a subfolder."""
     return file_beside(unquote(address, errors="strict"), folder)

@@ -33,7 +33,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or its error in `left_out`; images must be in `folder`."""
+    """Return the texture of a scene, or in `left_out` the reason why it cannot be read."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
@@ -44,7 +44,7 @@ def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
 
 @dataclass(frozen=True)
 class _Use:
-    """Texture coordinates that a material uses: the set of coordinates, and an affine map."""
+    """Set of texture coordinates that a material uses, and an affine map of the coordinates."""
 
     coordinates: int = 0  # index of the set: TEXCOORD_0, TEXCOORD_1, ...
     offset: tuple[float, ...] = (0.0, 0.0)
@@ -63,7 +63,7 @@ class _Use:
 
 @dataclass
 class _Reader:
-    """Reads materials, images and texture coordinates, each of them once."""
+    """Reader that reads each material, image and array of texture coordinates only once."""
 
     gltf: Gltf
     folder: Path | None
@@ -78,7 +78,7 @@ class _Reader:
     _first_of: dict[tuple[int, _Use], int] = field(default_factory=dict)
 
     def texture(self, scene: Scene) -> Texture | None:
-        """Return the texture of a scene; None if it has neither coordinates nor materials."""
+        """Return the texture of a scene, or None if it has neither coordinates nor materials."""
         parts = {index: self._parts(index) for index in dict(scene.visits)}
         corners: list[Array] = []
         face_materials: list[Ints] = []
@@ -142,7 +142,7 @@ class _Reader:
         name = name if isinstance(name, str) else f"material_{index}"
         shading = document.get("pbrMetallicRoughness", {})
         if not isinstance(shading, dict):
-            raise MeshError(f"broken glTF: materials[{index}] has a wrong pbrMetallicRoughness")
+            raise MeshError(f"materials[{index}].pbrMetallicRoughness must be a JSON object")
         red, green, blue, _ = numbers(shading, "baseColorFactor", [1.0] * 4).tolist()
         info = shading.get("baseColorTexture")
         use = _use_of(info) if isinstance(info, dict) else _Use()
@@ -187,7 +187,7 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # otherwise a small file could fill memory
+            if self.n_image_bytes > self.gltf.n_bytes:  # a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"
@@ -199,7 +199,7 @@ class _Reader:
 
 @dataclass
 class _SourceReader:
-    """Replaces textures in the JSON of a material by indices into `images` and `samplers`."""
+    """Converter of materials that replaces textures by indices into `images` and `samplers`."""
 
     reader: _Reader
     use: _Use  # coordinates of the color texture
@@ -208,9 +208,9 @@ class _SourceReader:
     left_out: list[str] = field(default_factory=list)
 
     def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
-        """Convert a reference to a texture; None if its coordinates differ from the color's."""
+        """Convert a texture reference; return None if the color has other texture coordinates."""
         if _use_of(info) != self.use:
-            self.left_out.append(f"{key}, whose coordinates differ from the color's,")
+            self.left_out.append(f"{key}, which needs other coordinates than the color,")
             return None
         image, sampler = self.reader.image_and_sampler(info["index"])
         self.images.append(image)
@@ -240,5 +240,5 @@ def _use_of(info: dict[str, Any]) -> _Use:
 
 
 def _wrap_of(sampler: dict[str, Any], key: str) -> str:
-    """Return the wrap mode of an image; the default for unknown codes."""
+    """Return the wrap mode of an image, or the default mode for unknown codes."""
     return WRAP_OF_CODE.get(whole(sampler, key, 10497), "repeat")

@@ -42,7 +42,7 @@ class Grid:
     values: Array | None  # (C,) cell data with the requested name, or None
 
     def tets(self) -> Array:
-        """Return the corners of tetrahedra, (N, 4); a MeshError if there are other volume cells."""
+        """Return the corners of tetrahedra, (N, 4). Other volume cells raise a MeshError."""
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
         if others:
@@ -63,7 +63,7 @@ class Grid:
         return self.corners[runs(starts[chosen], np.full(int(chosen.sum()), 4))].reshape(-1, 4)
 
     def is_tet(self) -> Bools:
-        """Whether each cell is a tetrahedron, (C,)."""
+        """Return whether each cell is a tetrahedron, (C,)."""
         return np.isin(self.kinds, list(TETS))
 
 
@@ -81,7 +81,7 @@ def sizes_between(offsets: Array, what: str) -> Longs:
 
 
 class Cursor:
-    """Reads header lines and blocks of text or binary numbers, one after the other."""
+    """Position in a file from which header lines and blocks of numbers are read."""
 
     def __init__(self, data: Content) -> None:
         self.data = data  # content of the file
@@ -90,7 +90,7 @@ class Cursor:
 
     @cached_property
     def _lines(self) -> tuple[Lines, Longs]:
-        """Lines of a text file, and the cumulative number of tokens at the end of each line."""
+        """Lines of a text file, and the number of tokens up to the end of each line."""
         lines = split_lines(self.data)
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
@@ -109,14 +109,14 @@ class Cursor:
         return b""
 
     def counts(self, n: int, what: str) -> list[int]:
-        """Return the counts on the next line that is not blank, of which `n` are required."""
+        """Return the counts on the next line that is not blank, which must be at least `n`."""
         tokens = self.line().split()
         if len(tokens) < n:
             raise MeshError(f"{what}: expected {n} or more numbers, got {len(tokens)}")
         return [as_count(token, what) for token in tokens]
 
     def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
-        """Return the next `n` numbers; a MeshError if the file has fewer than `n` left.
+        """Return the next `n` numbers, or raise a MeshError if the file has fewer than `n` left.
 
         Memory is allocated only after this check. In text files, floats are parsed as float64 and
         rounded to `dtype`, and integers are returned with the parsed type.

@@ -86,7 +86,7 @@ def read_labels(
     """
     path = Path(path)
     if path.name.lower().endswith(".segs.json"):
-        raise MeshError(f"{path}: has labels of vertices: pass labels of faces, or transfer them")
+        raise MeshError(f"{path}: has labels of vertices: pass labels of faces instead")
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     with named_errors(path):
@@ -94,7 +94,7 @@ def read_labels(
 
 
 def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
-    """Whether the file of a mesh or point cloud also contains labels with this name."""
+    """Return whether the file of a mesh or point cloud also contains labels with this name."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in _FINDERS and ending not in (".ply", *PART_ENDINGS):
@@ -109,7 +109,7 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
 
 
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
-    """Return labels as a contiguous int32 array; a MeshError if they are not integers >= -1."""
+    """Return labels as an int32 array, or raise a MeshError if they are not integers >= -1."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
     if array.ndim != 1:
@@ -121,7 +121,7 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
     if n_faces is not None and len(array) != n_faces:
         hint = hint_at_vertices(len(array), n_vertices)
         raise MeshError(
-            f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}{hint}"
+            f"labels must have {counted(n_faces, 'value')}, one per cell, got {len(array)}{hint}"
         )
     is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
     must = f"{NO_REGION} to {MAX_LABEL}"
@@ -168,8 +168,8 @@ _FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
     **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
     **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
 }
-"""For endings of files that contain more than labels, functions of the content and the name of the
-labels. They return the labels, or None if there are none with this name."""
+"""Functions that return the labels with a given name in the content of a file, or None if they are
+missing. They are keyed by the endings of files that contain more than labels."""
 
 _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,

@@ -241,7 +241,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
             _check_layers(content, table, header.size, n_layers)
         records = np.empty(n_bytes, np.uint8)
         lazrs.decompress_points_with_chunk_table(content, description, records, table)
-    except BaseException as error:  # PanicException is no Exception and cannot be imported
+    except BaseException as error:  # PanicException is not an Exception and cannot be imported
         if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
             raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
         raise
@@ -249,7 +249,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 
 def _n_layers(description: bytes, header: _Header) -> int:
-    """Return the number of layers per chunk, 0 in old formats; a MeshError if items are wrong."""
+    """Check the items of a record, and return the number of layers per chunk, 0 in old formats."""
     parts = _FORMATS[header.point_format]
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
@@ -289,11 +289,11 @@ def _chunks(
 ) -> list[tuple[int, int]]:
     (n_chunks,) = struct.unpack_from("<I", table, 4)
     if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
-        raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
+        raise MeshError(f"the file declares {n_chunks} chunks of points, too many for its size")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
     if any(size > n_bytes for _, size in chunks):  # otherwise the sum of sizes may overflow
-        raise MeshError(f"a chunk declares more bytes than all chunks have, {n_bytes}")
+        raise MeshError(f"a chunk declares more than the {n_bytes} bytes of all chunks")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk has fewer points
         largest = counts[:-1, 0] = vlr.chunk_size()
@@ -311,7 +311,7 @@ def _chunks(
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    place = 0  # offset of a chunk: first point, number of points, sizes of layers, layers
+    place = 0  # offset of a chunk, which has a point, the number of points, layer sizes and layers
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:

@@ -1,4 +1,4 @@
-"""Read MESH files of Medit: text with sections of a keyword, a count, and rows of numbers."""
+"""Read MESH files of Medit, whose sections have a keyword, a count and rows of numbers."""
 
 from __future__ import annotations
 

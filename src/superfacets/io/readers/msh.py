@@ -53,7 +53,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format; return the reader of each section, which returns False if it skips."""
+        """Parse the format, and return section readers, which return False to skip a section."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -92,7 +92,6 @@ class _MshReader(Cursor):
         return self.numbers(n, "i8", what)
 
     def _count(self, what: str) -> int:
-        """Read the first number of the next line."""
         return self.counts(1, f"the number of {what}")[0]
 
     def _read_nodes(self) -> bool:
@@ -189,7 +188,6 @@ class _MshReader(Cursor):
         return n
 
     def _read_entities(self) -> bool:
-        """Store the first physical tag of each entity of dimension 3."""
         what = "Entities"
         counts = [_natural(count, what) for count in self._sizes(4, what)]
         for dimension, count in enumerate(counts):
@@ -276,5 +274,5 @@ def _places(tags: Array, wanted: Array, what: str) -> Array:
         places = order[np.minimum(np.searchsorted(tags, wanted, sorter=order), len(tags) - 1)]
         wrong = tags[places] != wanted
     if wrong.any():
-        raise MeshError(f"an element refers to tag {int(wanted[wrong][0])}, missing in {what}")
+        raise MeshError(f"an element refers to tag {int(wanted[wrong][0])}, which is not in {what}")
     return places

@@ -71,7 +71,7 @@ def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
 
 
 def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
-    """Return the image `name` in the folder `beside`; the same object for equal names."""
+    """Return the image `name` in the folder `beside`; equal names give the same object."""
     path = str(Path(beside, name.replace("\\", "/")))
     if path not in known:
         known[path] = image_beside(path, folder)
@@ -124,7 +124,7 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """Parse an sRGB color to linear light; None if the text is not three numbers."""
+    """Parse an sRGB color to linear light, or None if the text is not three numbers."""
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None

@@ -24,7 +24,7 @@ _SIZES = {b"\1\0": 2, b"\2\0": 4, b"\3\0": 4}
 
 _AS_JSON = {ord("'"): '"', ord("("): "[", ord(")"): "]"}
 _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
-"""Parts of the header to remove: commas before a closing bracket, and the integer suffix L."""
+"""Matches text that JSON does not allow: commas before a closing bracket, and the suffix L."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
@@ -40,8 +40,8 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
     n_bytes = math.prod(shape) * dtype.itemsize
     if n_bytes != len(data) - begin or min(shape, default=0) < 0:
         raise MeshError(
-            f"the .npy header declares {n_bytes} bytes of {what} but"
-            f" {len(data) - begin} follow: the file may be truncated"
+            f"the .npy header declares {n_bytes} bytes of {what}, but"
+            f" {len(data) - begin} bytes follow: the file may be truncated"
         )
     order: Literal["F", "C"] = "F" if is_fortran else "C"
     return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
@@ -64,7 +64,9 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
         begin = 8 + _SIZES[bytes(data[6:8])]
         end = begin + int.from_bytes(data[8:begin], "little")
         if end > min(len(data), begin + MAX_NPY_HEADER):
-            raise ValueError(f"its {end - begin} bytes exceed the file or {MAX_NPY_HEADER} bytes")
+            raise ValueError(
+                f"its length, {end - begin}, exceeds the file or {MAX_NPY_HEADER} bytes"
+            )
         return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
     except (ValueError, TypeError, RecursionError) as error:
         why = shortened(str(error))

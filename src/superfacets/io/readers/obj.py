@@ -28,8 +28,8 @@ _LINE = re.compile(r"line (\d+)")
 def read_obj(data: Content) -> Arrays:
     """Return vertices, one per `v` line, and faces, one per `f` line, of an OBJ file.
 
-    Texture and normal indices do not split vertices. Lines and points are skipped. If a file is
-    truncated between two lines, this is not detected, because OBJ does not declare counts.
+    Texture and normal indices do not split vertices. Lines and points are skipped. Truncation of a
+    file between two lines is not detected, because OBJ does not declare counts.
     """
     data = without_continuations(data)
     blocks = list(read_blocks(data))
@@ -66,7 +66,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            last = np.repeat(n_before, faces.counts)  # vertex with the index -1, counted from 1
+            last = np.repeat(n_before, faces.counts)  # 1-based index of the vertex with index -1
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
@@ -128,6 +128,6 @@ def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices
         row -= len(found)
     written = found.after_keyword(np.arange(len(found)) == row, b"f").parse_corners()[corner]
     raise MeshError(
-        f"line {found.number(row)}: faces[{face}] refers to vertex {written}"
-        f" but the vertices are 1 to {n_vertices}"
+        f"line {found.number(row)}: the face refers to vertex {written},"
+        f" but the vertices have the numbers 1 to {n_vertices}"
     )

@@ -107,7 +107,7 @@ def _read_block(
     if len(lines) - 1 < n_rows:
         raise MeshError(
             f"the file declares {counted(n_rows, thing)} but only"
-            f" {counted(len(lines) - 1, 'line')} follow: it may be truncated"
+            f" {counted(len(lines) - 1, 'line')} follow: the file may be truncated"
         )
     rows = lines[1 : 1 + n_rows]
     rows.refuse(rows.counts != 3, f"a {thing} needs 3 numbers")

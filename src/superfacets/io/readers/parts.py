@@ -14,7 +14,7 @@ from .stl import is_binary_stl, read_stl
 from .text import iterate_lines
 
 PART_ENDINGS = (".stl", ".obj")
-"""Endings of formats in which parts are labels. `write_mesh` sorts their faces by region."""
+"""Endings of formats that store labels as named parts. `write_mesh` sorts faces by part."""
 
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
 """Matches the names that `write_mesh` gives to parts."""
@@ -23,12 +23,12 @@ _OUR_PART = re.compile(rb"^(?:solid|g) region_\d", re.MULTILINE)
 
 
 def has_region_parts(data: Content) -> bool:
-    """Whether a part of the file has a name like ``region_17``, as written by `write_mesh`."""
+    """Return whether a part has a name like ``region_17``, as written by `write_mesh`."""
     return _OUR_PART.search(data) is not None
 
 
 def stl_labels(data: Content) -> Array:
-    """Return the label of each triangle, from the name of its solid; a MeshError if binary."""
+    """Return the label of each triangle, from the name of its solid in a text file."""
     read_stl(data)  # raises a MeshError if the file is damaged
     if is_binary_stl(data):
         raise MeshError("a binary STL file has no solids: use a text STL file, or PLY with labels")
@@ -47,7 +47,7 @@ def obj_labels(data: Content) -> Array:
 def _labels_by_part(
     data: Content, words: tuple[bytes, ...], *, any_case: bool = False, comment: bytes = b""
 ) -> Array:
-    """Return a label per cell: ``words[0]`` begins the line of a cell, other words begin a part."""
+    """Return a label per cell. ``words[0]`` begins the line of a cell, other words begin a part."""
     names: dict[bytes, int] = {}
     blocks, last = [], -1
     for lines in iterate_lines(data, comment=comment):

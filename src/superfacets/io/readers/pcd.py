@@ -54,7 +54,7 @@ class _Header(NamedTuple):
 
 
 class PcdPoints(NamedTuple):
-    """Points of a file that have a position."""
+    """Points with a valid position in a PCD file."""
 
     columns: dict[str, Array]  # all fields by name; packed colors become red, green and blue
     viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
@@ -99,7 +99,7 @@ def _header_of(data: Content) -> _Header:
     if not len(names) == len(sizes) == len(kinds) == len(counts):
         raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header must have the same length")
     fields = [
-        _Field(name, _type_of(kind + size), as_count(count, "COUNT"))
+        _Field(name, _type_of(kind, size), as_count(count, "COUNT"))
         for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
     ]
     for axis in "xyz":
@@ -114,10 +114,11 @@ def _header_of(data: Content) -> _Header:
     )
 
 
-def _type_of(word: str) -> np.dtype[Any]:
-    if word not in _KINDS:
-        raise MeshError(f"expected a TYPE and SIZE such as F and 4, got {shown(word)}")
-    return np.dtype(_KINDS[word])
+def _type_of(kind: str, size: str) -> np.dtype[Any]:
+    if kind + size not in _KINDS:
+        got = f"TYPE {shown(kind)} and SIZE {shown(size)}"
+        raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {got}")
+    return np.dtype(_KINDS[kind + size])
 
 
 def _n_points(words: dict[str, list[str]]) -> int:
@@ -208,7 +209,7 @@ def _check_points(n_found: int, header: _Header) -> None:
     if n_found < header.n_points:
         raise MeshError(
             f"the header declares {counted(header.n_points, 'point')}, but the file has {n_found}:"
-            " it may be truncated"
+            " the file may be truncated"
         )
 
 

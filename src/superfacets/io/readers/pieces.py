@@ -1,4 +1,4 @@
-"""Open meshes and clouds in files and folders as tables of which ranges of rows can be read."""
+"""Open meshes and clouds in files and folders as tables that are read in ranges of rows."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _ROWS_AT_ONCE = 1 << 16
 
 @dataclass(frozen=True)
 class Pieces:
-    """Tables of a mesh or a cloud, of which ranges of rows can be read."""
+    """Tables of a mesh or a cloud, which are read in ranges of rows."""
 
     points: Rows  # (V, 3) vertices, or (N, 3) points of a cloud
-    corners: Rows | None = None  # (F, 3) vertices of triangles, or (C,) of polygons; None: cloud
-    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, then C; None: triangles
+    corners: Rows | None = None  # (F, 3) or (C,) vertices of triangles or polygons; None for clouds
+    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, then C; None for triangles
     normals: Rows | None = None  # (N, 3) normals of points, of length 1 or 0
     axes: Rows | None = None  # (N, 3) normals with unknown sign, of length 1 or 0
     viewpoint: Viewpoint | None = None  # sensor position, which estimated normals face
@@ -58,7 +58,7 @@ class Pieces:
         return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
 
     def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
-        """Return corners of faces `begin` to `end` - 1, flat; and offsets, None for triangles."""
+        """Return flat corners of faces `begin` to `end` - 1, and offsets (None for triangles)."""
         assert self.corners is not None
         if self.offsets is None:
             return self.corners.read(begin, end).reshape(-1).astype(np.int64), None
@@ -76,7 +76,7 @@ class SourceFile(NamedTuple):
 
 
 def holds_files(path: Path) -> bool:
-    """Whether a source is a folder or a tileset, which may have several files."""
+    """Return whether a source is a folder or a tileset, which may have several files."""
     return path.is_dir() or tileset_at(path) is not None
 
 
@@ -91,14 +91,14 @@ def files_of(path: Path) -> list[SourceFile]:
     else:
         found = [SourceFile(path, path.name)]
     if not found:
-        raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
+        raise FileNotFoundError(f"{path}: has no file that ends in {', '.join(FOLDER_ENDINGS)}")
     for file in found:
         check_regular(file.path)
     return found
 
 
 def holds_points(path: Path) -> bool:
-    """Whether a file, or the first file of a folder, is a point cloud."""
+    """Return whether a file, or the first file of a folder, is a point cloud."""
     first = files_of(path)[0].path
     ending = cell_ending(first)
     return holds_cloud(read_header(first)[1] if ending == ".ply" else b"", ending)
@@ -111,7 +111,7 @@ def pieces_of_file(path: Path) -> Pieces | None:
 
 
 def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
-    """Join several meshes, or several clouds; a MeshError if there are both."""
+    """Join several meshes, or several clouds, or raise a MeshError if there are both."""
     if len(pieces) == 1:
         return pieces[0]
     corners = [part.corners for part in pieces if part.corners is not None]
@@ -119,7 +119,7 @@ def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
     if 0 < len(corners) < len(pieces):
         raise MeshError("the folder has both meshes and point clouds: use separate folders")
     if 0 < len(normals) < len(pieces):
-        raise MeshError("all or none of the point clouds in a folder must have normals, not some")
+        raise MeshError("either all or none of the point clouds in a folder must have normals")
     axes = [part.axes for part in pieces if part.axes is not None]
     if any(part.offsets is not None for part in pieces):
         raise MeshError("all files in a folder must be triangle meshes, but one has other polygons")
@@ -138,7 +138,7 @@ def as_doubles(rows: Array, _begin: int) -> Array:
 
 
 def _are_zero(rows: RecordRows) -> bool:
-    """Whether all numbers are 0; reading stops at the first block with a number that is not 0."""
+    """Return whether all numbers are 0, reading no further than the first other number."""
     blocks = range(0, rows.n_rows, _ROWS_AT_ONCE)
     return not any(
         rows.read(begin, min(begin + _ROWS_AT_ONCE, rows.n_rows)).any() for begin in blocks
@@ -146,7 +146,7 @@ def _are_zero(rows: RecordRows) -> bool:
 
 
 def _as_normals(rows: Array, begin: int) -> Array:
-    """Scale vectors other than 0 to length 1; a MeshError if one is not finite."""
+    """Scale vectors other than 0 to length 1, or raise a MeshError if one is not finite."""
     return checked_normals(rows, len(rows), begin)
 
 

@@ -93,7 +93,7 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     if not len(ends):
         raise MeshError("the PLY file has no faces: no strip has three vertices")
     triangles = np.stack([corners[ends - 2], corners[ends - 1], corners[ends]], axis=1)
-    is_turned = places[ends] % 2 == 1  # every second triangle of a strip is oriented inversely
+    is_turned = places[ends] % 2 == 1  # every second triangle of a strip has reverse orientation
     triangles[is_turned] = triangles[is_turned][:, [1, 0, 2]]
     return triangles.astype(np.int64)
 
@@ -112,7 +112,7 @@ def read_ply_labels(data: Content, name: str = "label") -> Array:
 
 
 def has_ply_labels(data: Content, name: str) -> bool:
-    """Whether the faces, or the vertices if there are no faces, have the property `name`."""
+    """Return whether the faces, or the vertices if there are no faces, have the property `name`."""
     header = parse_header(data)
     has_cells = header.faces is not None or header.find("vertex") is not None
     return has_cells and _find_labels(header, name)[1] is not None

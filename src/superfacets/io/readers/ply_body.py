@@ -63,7 +63,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
     heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
     least = sum(head.itemsize for head in heads)
     if element.n_rows * least > len(data) - begin:
-        _raise_cut(element, f"after at most {(len(data) - begin) // least}")
+        _raise_cut(element, f"after at most {(len(data) - begin) // least} rows")
     if not element.n_rows or not least:
         return [Column(np.empty(0), np.empty(0)) for _ in heads], begin
     _, lengths, _ = _walk(element, 1, data, begin)
@@ -80,7 +80,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
 def _read_uniform(
     element: Element, lengths: list[int], data: Content, begin: int
 ) -> tuple[list[Column] | None, int]:
-    """Return columns and end offset if lists have these lengths in all rows; or None, `begin`."""
+    """Return columns and end offset if `lengths` are the same in all rows, or None and `begin`."""
     fields: list[Any] = []
     for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if stored.is_list:
@@ -186,7 +186,7 @@ def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Co
 
 
 def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
-    """Return columns if lengths of lists differ; a MeshError if a line does not match a row."""
+    """Return columns whose list lengths differ between rows; check the length of each line."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []

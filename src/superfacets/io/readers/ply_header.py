@@ -30,7 +30,7 @@ STRIPS = "tristrips"
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Number of bytes that are read first, and maximum number, to find the end of the header."""
+"""Number of bytes read first, and maximum number of bytes read, to find the end of the header."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Header:
-    """The declarations of a PLY file."""
+    """Parsed header of a PLY file."""
 
     byte_order: str  # "<" or ">" for a binary file; empty for an ASCII file
     elements: list[Element]  # in the order of the file
@@ -116,7 +116,7 @@ def read_header(path: Path) -> tuple[Header, bytes]:
 
 
 def parse_header(data: Content) -> Header:
-    """Parse the header at the beginning of `data`; a MeshError if a line is not valid."""
+    """Parse the header at the beginning of `data`, or raise a MeshError if a line is not valid."""
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise MeshError("not a PLY file: it does not begin with the word ply")
     newline = b"\r\n" if data[3:5] == b"\r\n" else data[3:4]
@@ -140,7 +140,7 @@ def _parse_format(words: list[str]) -> str:
     if len(words) != 3 or words[0] != "format" or words[1] not in BYTE_ORDERS:
         raise _bad_line(" ".join(words), f"`format` and one of {', '.join(BYTE_ORDERS)}")
     if words[2] != "1.0":
-        raise MeshError(f"PLY version {reprlib.repr(words[2])} is not supported; only 1.0 is")
+        raise MeshError(f"the PLY version must be 1.0, got {reprlib.repr(words[2])}")
     return BYTE_ORDERS[words[1]]
 
 

@@ -33,7 +33,7 @@ def with_texture(
     faces: Array | Polygons,
     folder: Path | None,
 ) -> MeshAttributes:
-    """Add a texture if attributes have texture coordinates, as lists of faces or per vertex."""
+    """Return attributes with a texture if they have texture coordinates of corners or vertices."""
     names = images_in(attributes.comments)
     if not names:
         return attributes
@@ -61,7 +61,7 @@ def images_in(comments: tuple[str, ...]) -> list[str]:
 
 
 def is_image(comment: str) -> bool:
-    """Whether a comment has the name of an image."""
+    """Return whether a comment has the name of an image."""
     return comment.startswith(IMAGE_COMMENT)
 
 

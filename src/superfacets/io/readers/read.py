@@ -58,7 +58,7 @@ CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending !=
 
 CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                ".fcstd": "FCStd"}  # fmt: skip
-"""Formats of CAD programs, which contain no mesh, keyed by ending."""
+"""Names of CAD formats, which contain no mesh, keyed by ending."""
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
@@ -276,7 +276,7 @@ def _read(
 
 
 def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
-    """Return the ending of a mesh or point cloud file; a MeshError if it is not in `endings`."""
+    """Return the ending of a mesh or point cloud file, or raise a MeshError for other endings."""
     try:
         return known_ending(path, endings)
     except MeshError as error:

@@ -50,12 +50,12 @@ def _declared(data: Content) -> tuple[int, int]:
 
 
 def has_binary_size(data: Content) -> bool:
-    """Whether the file size is exactly the size that a binary header implies."""
+    """Return whether the file size is exactly the size that a binary header implies."""
     return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
 
 
 def is_binary_stl(data: Content) -> bool:
-    """Whether the file is binary, decided by its size: binary files may begin with solid, too."""
+    """Return whether the file is binary. Binary files may also begin with the word solid."""
     return (
         has_binary_size(data)
         or not re.match(rb"\s*solid", data, re.I)
@@ -65,7 +65,7 @@ def is_binary_stl(data: Content) -> bool:
 
 def _read_binary(data: Content) -> Singles:
     if len(data) < HEADER_SIZE + 4:
-        raise MeshError(f"not an STL file: no word solid, and only {counted(len(data), 'byte')}")
+        raise MeshError(f"no STL file: it has only {counted(len(data), 'byte')} and no word solid")
     n_faces, size = _declared(data)
     if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
         raise MeshError(

@@ -38,7 +38,7 @@ def _read(data: Content, ending: str, name: str) -> Grid:
     if len(grid.sizes) != n_cells or int(grid.sizes.sum()) != len(grid.corners):
         raise MeshError(
             f"the file has types of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
-            f" {counted(len(grid.corners), 'corner')}: it may be damaged"
+            f" {counted(len(grid.corners), 'corner')}: the file may be damaged"
         )
     if grid.values is not None and len(grid.values) != n_cells:
         raise MeshError(

@@ -1,7 +1,6 @@
-"""Parse numbers in lines of text with the multithreaded core.
+"""Parse numbers in lines of text with multithreaded C++ functions.
 
-The core parses numbers in common notation. Lines with numbers in another notation are parsed in
-Python, which also reports errors.
+Lines that contain numbers in unusual notation are parsed in Python, which also reports errors.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ class Lines:
         return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
 
     def refuse(self, is_wrong: Bools, expected: str) -> None:
-        """Raise a MeshError with the number of tokens of the first line where `is_wrong`."""
+        """Raise a MeshError about the token count of the first line where `is_wrong` is true."""
         if is_wrong.any():
             line = int(np.argmax(is_wrong))
             raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
@@ -77,7 +76,7 @@ class Lines:
         return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
     def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
-        """Return all numbers, flat; a MeshError with the line if a token is not a number.
+        """Return all numbers, flat, or raise a MeshError with the line if a token is not a number.
 
         Decimal numbers are rounded to the nearest double. Integers are int32 if all of them fit,
         otherwise int64. Integers outside the range of int64 are clipped.
@@ -114,7 +113,7 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Parse with the first kernel that can parse all lines, or else use `read_token`, too."""
+        """Parse with the first kernel that can parse all lines; `read_token` parses other lines."""
         for kernel in kernels:
             values, left_out = kernel(
                 self.text, self.starts, self.ends, self.counts, checked_threads(None)
@@ -163,7 +162,7 @@ def _read_second_index(token: bytes) -> int:
 
 
 def as_count(token: bytes | str, what: str) -> int:
-    """Parse an integer >= 0 of at most 18 digits; a MeshError if the token is something else."""
+    """Parse an integer >= 0 of at most 18 digits; other tokens raise a MeshError."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
         raise MeshError(f"{what} must be integers >= 0, got {shown(token)}")
     return int(token)
@@ -239,7 +238,7 @@ def runs(starts: Array, lengths: Array) -> Longs:
 
 
 def as_integers(values: Array, what: str) -> Array:
-    """Convert values, called `what` in messages, to integers; a MeshError if one is no integer."""
+    """Convert values to integers. Other numbers raise a MeshError that calls the values `what`."""
     if values.dtype.kind in "iu":
         return values
     is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)

@@ -25,8 +25,8 @@ MAX_TILES = 1_000_000
 have any number of tiles."""
 
 FAR = 100_000.0
-"""Minimum distance of a tileset from zero, in meters, for which an origin is subtracted from
-positions. At this distance, the precision of float32 is 8 mm."""
+"""Minimum distance of a tileset from zero, in meters, for which `Tileset.origin` is not 0. At this
+distance, the precision of float32 is 8 mm."""
 
 _EQUATOR, _ECCENTRICITY = 6378137.0, 6.69437999014e-3
 """Equatorial radius of the WGS84 ellipsoid in meters, and its squared eccentricity."""
@@ -45,7 +45,7 @@ class Tileset:
     """Models of a tileset, in the order of the tileset."""
 
     tiles: tuple[Tile, ...]
-    origin: tuple[float, ...]  # offset subtracted from all positions; 0 if they are near zero
+    origin: tuple[float, ...]  # offset subtracted from all positions; 0 if within `FAR` of zero
 
 
 class _Visit(NamedTuple):
@@ -56,7 +56,7 @@ class _Visit(NamedTuple):
     above: Floats  # global matrix of the parent tile
     refine: str  # refinement of the parent tile: "ADD" or "REPLACE"
     up: str  # up axis of the models
-    files: tuple[Path, ...]  # files from the top of the tileset to `file`, each includes the next
+    files: tuple[Path, ...]  # chain of files that include each other, from the top to `file`
 
 
 def tileset_at(path: Path) -> Path | None:
@@ -141,7 +141,6 @@ class _Walk:
         return below, [] if is_replaced else models
 
     def _root(self, file: Path, above: Floats, refine: str, files: tuple[Path, ...]) -> _Visit:
-        """Return the root tile of a tileset file."""
         if file.resolve() in files:
             raise MeshError(f"the tileset {file.name} includes itself")
         if file not in self.documents:
@@ -170,7 +169,7 @@ class _Walk:
         return path, path.relative_to(self.folder.resolve()).as_posix()
 
     def origin(self, path: Path) -> Floats:
-        """Return the center of the root's bounding volume, rounded; 0 if it is near zero."""
+        """Return the rounded center of the root's bounding volume; 0 if within `FAR` of zero."""
         root = self.documents[path]["root"]
         matrix = _transform(root)
         center = matrix[:3, 3]
@@ -190,14 +189,14 @@ class _Walk:
 
 
 def _parsed(content: bytes) -> dict[str, Any]:
-    """Parse the JSON of a tileset; a MeshError if asset or root are missing."""
+    """Parse the JSON of a tileset, or raise a MeshError if asset or root are missing."""
     document = parsed_json(content, "tileset")
     asset, root = document.get("asset"), document.get("root")
     if not isinstance(asset, dict) or not isinstance(root, dict):
         raise MeshError("not a tileset: the JSON must have the entries asset and root")
     version = asset.get("version")
     if not isinstance(version, str) or not version.startswith(("0.", "1.")):
-        raise MeshError(f"tileset version {version!r:.20} is not supported; only 1.0 and 1.1 are")
+        raise MeshError(f"the tileset version must be 1.0 or 1.1, got {version!r:.20}")
     return document
 
 

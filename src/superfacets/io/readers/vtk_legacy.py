@@ -107,7 +107,6 @@ class _LegacyReader(Cursor):
         self._keep(words[0], self._numbers(width * n, _word(words, 3), "a field"))
 
     def _read_attribute(self, keyword: str, words: list[str]) -> None:
-        """Read an attribute or a lookup table."""
         n, place = self._n_values, 2  # `place` is the index of the type in `words`
         if keyword == "SCALARS":
             n *= self._count(words, 3) if len(words) > 3 else 1

@@ -1,4 +1,4 @@
-"""Read VTK XML files, which have pieces with inline or appended arrays; VTP files of polygons."""
+"""Read VTK XML files with inline or appended arrays, and the polygons of VTP files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
 
 def is_vtp(data: Content) -> bool:
-    """Whether the file is a VTK XML file of surfaces."""
+    """Return whether the file is a VTK XML file of surfaces."""
     head = data[:1000]
     return b"<VTKFile" in head and b"PolyData" in head
 
@@ -118,7 +118,7 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return cell data, except of cells counted by `before`; None if a piece has no data."""
+        """Return cell data, or None if they are missing; skip cells counted by names `before`."""
         parts = []
         for piece in self.pieces:
             n_before = sum(_count(piece, name) for name in before)
@@ -139,7 +139,7 @@ class XmlFile:
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
     def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
-        """Return the named array of `n` integers; a MeshError if it is missing."""
+        """Return the named array of `n` integers, or raise a MeshError if it is missing."""
         found = self._array(piece, section, name, n) if n else _NONE
         if found is None:
             raise MeshError(f"{section} in the file must have an array {name}")
@@ -158,7 +158,7 @@ class XmlFile:
         return self._values(array, n)
 
     def _values(self, array: Element, n: int) -> Array:
-        """Return the `n` numbers of an array; a MeshError if it has another size."""
+        """Return the `n` numbers of an array, or raise a MeshError if it has another size."""
         try:
             self._left -= 8 * n
             if self._left < 0:
@@ -196,7 +196,7 @@ class XmlFile:
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
     def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
-        """Return `n_bytes` decompressed bytes of an array; a MeshError if the number differs."""
+        """Return the decompressed bytes of an array, which must be `n_bytes` bytes."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
         first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
@@ -240,7 +240,7 @@ def _stored_size(n: int, is_base64: bool) -> int:
 
 
 def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
-    """Return the first `n` bytes; a MeshError if there are fewer, before memory is allocated."""
+    """Return the first `n` bytes; the size is checked before memory is allocated."""
     size = _stored_size(n, is_base64)
     if size > len(data):
         raise MeshError(
