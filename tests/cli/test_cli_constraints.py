@@ -198,6 +198,13 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     assert "regions instead of 12: some components of the mesh, or parts between barriers" in err
 
 
+def test_a_barrier_angle_of_points_is_one_line(run, tmp_path):
+    np.save(tmp_path / "cloud.npy", np.random.default_rng(0).random((50, 3)))
+    status, _, err = run("segment", tmp_path / "cloud.npy", "--barrier-angle", 30)
+    assert (status, err.count("\n")) == (1, 1)
+    assert "cloud.npy: --barrier-angle needs a mesh: point clouds have no edges" in err
+
+
 @pytest.mark.parametrize(
     ("more", "message"),
     [

@@ -62,7 +62,8 @@ def test_a_column_has_the_most_frequent_value_of_each_region(run, tmp_path):
     assert rows == [("2", "0", "1"), ("5", "6", "1")]
     status, _, notes = run("regions", path, "--majority", "height")
     assert status == 1
-    assert "cloud.csv: the points have no column height" in notes
+    assert "cloud.csv: the points have no property height: the integer properties are" in notes
+    assert notes.endswith(" label, kind, even\n")
     status, _, notes = run("regions", "-", "--majority", "kind")
     assert status == 2
     assert "--majority needs a file" in notes
@@ -154,6 +155,20 @@ def test_a_cloud_has_regions_and_no_lines(run, tmp_path):
     status, _, error = run("regions", *given, "--borders", tmp_path / "borders.obj")
     assert status == 2
     assert "--borders needs a mesh with faces" in error
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_normals_of_regions_face_the_viewpoint(run, fold, side):
+    plane = np.random.default_rng(0).random((90, 3)) * [1, 1, 0]
+    np.save(fold / "cloud.npy", plane)
+    (fold / "many.seg").write_text("0\n1\n" * 45)
+    view = ("--viewpoint", 0.5, 0.5, 9 * side)
+    status, printed, _ = run("regions", fold / "cloud.npy", fold / "many.seg", *view)
+    assert status == 0
+    assert [float(row["normal_z"]) for row in rows_of(printed)] == pytest.approx([side, side])
+    status, _, error = run("regions", fold / "fold.ply", fold / "labels.seg", *view)
+    assert status == 1
+    assert "omit viewpoint: it is only for point clouds without normals" in error
 
 
 def test_wrong_outputs_are_refused_before_anything_is_read(run, tmp_path):

@@ -24,7 +24,6 @@ from superfacets import (
 )
 from superfacets.adapters.convert import as_cells, as_mesh
 from superfacets.io.attributes import LasFrame
-from superfacets.io.readers.clouds import CLOUD_READERS
 from superfacets.io.readers.las import read_las
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
@@ -386,7 +385,7 @@ def test_labels_go_back_into_las_as_it_is(laspy, tmp_path, point_format):
         las.red = las.green = las.blue = np.arange(60)
     path, out = tmp_path / "in.las", tmp_path / "out.las"
     las.write(path)
-    cloud, attributes = CLOUD_READERS[".las"](path.read_bytes())
+    cloud, attributes = read_cloud(path), read_attributes(path)
     write_mesh(out, cloud, np.arange(60) // 20, attributes=attributes)
     made = laspy.read(out)
     assert (made.header.point_format.id, str(made.header.version)) == (point_format, version)
@@ -418,7 +417,7 @@ def test_the_coordinate_reference_system_goes_back_into_las(
     las = laspy.LasData(header)
     las.x, las.y, las.z = POINTS.T
     las.write(tmp_path / "in.las")
-    cloud, attributes = CLOUD_READERS[".las"]((tmp_path / "in.las").read_bytes())
+    cloud, attributes = read_cloud(tmp_path / "in.las"), read_attributes(tmp_path / "in.las")
     frame = attributes.las._replace(scales=(scale, scale, scale))
     attributes = pickle.loads(pickle.dumps(replace(attributes, las=frame)))
     moved = PointCloud(cloud.points * 100)
@@ -439,6 +438,17 @@ def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):
     made = laspy.read(tmp_path / "a.las")
     assert (made.header.point_format.id, str(made.header.version)) == (1, "1.2")
     assert np.allclose(made.xyz, POINTS * 1e3, atol=1e-6)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".xyz", ".ply", ".pcd"])
+def test_properties_of_points_are_read(tmp_path, ending):
+    text = "x,y,z,kind\n" if ending == ".csv" else "x y z kind\n"
+    if ending in (".csv", ".xyz"):
+        (tmp_path / f"a{ending}").write_text(text + "0 0 1 6\n1 0 0 2\n")
+    else:
+        kinds = MeshAttributes(vertex={"kind": np.array([6, 2], np.uint8)})
+        write_mesh(tmp_path / f"a{ending}", PointCloud([[0, 0, 1], [1, 0, 0]]), attributes=kinds)
+    assert read_attributes(tmp_path / f"a{ending}").vertex["kind"].tolist() == [6, 2]
 
 
 @pytest.mark.parametrize("shape", [(301, 301), (40, 13), (9, 2), (4, 5, 3)])

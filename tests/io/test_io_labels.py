@@ -272,7 +272,7 @@ def test_labels_of_clouds_come_back(tmp_path, ending):
     assert_array_equal(read_labels(path, 300), labels)
     assert has_labels(path)
     assert not has_labels(path, name="class")
-    with pytest.raises(MeshError, match=r"the points have no column class$"):
+    with pytest.raises(MeshError, match=r"no property class: the integer properties are .*label"):
         read_labels(path, name="class")
 
 
@@ -282,7 +282,8 @@ def test_labels_of_another_name_are_read(tmp_path):
     assert_array_equal(read_labels(path, name="Part"), [3, 0])
     assert has_labels(path, name="Part")
     assert not has_labels(path)
-    with pytest.raises(MeshError, match=r"the PLY faces have no property label$"):
+    message = r"the PLY faces have no property label: the integer properties are Part$"
+    with pytest.raises(MeshError, match=message):
         read_labels(path)
 
 

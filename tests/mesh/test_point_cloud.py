@@ -34,7 +34,9 @@ def test_normals_may_be_missing_or_huge():
 
 def test_colors_may_have_alpha_and_16_bits():
     assert PointCloud(SQUARE, colors=np.full((4, 4), 65535, np.uint16)).colors.min() == 1.0
-    assert PointCloud(SQUARE, colors=np.zeros((4, 3))).colors.max() == 0.0
+    black = PointCloud(SQUARE, colors=np.zeros((4, 3)))
+    assert black.colors.max() == 0.0
+    assert repr(black) == "PointCloud(4 points)"
 
 
 @pytest.mark.parametrize(
@@ -55,7 +57,7 @@ def test_colors_may_have_alpha_and_16_bits():
         ),
         (
             (SQUARE, None, np.full((4, 3), np.nan)),
-            r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]",
+            r"colors\[0\] must be from 0 to 1, got \[nan, nan, nan\]",
         ),
     ],
 )

@@ -173,7 +173,7 @@ def segment_file(
         attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
     if barrier_angle is not None:
         of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
-    seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh)
+    seen = mesh if options.viewpoint is None else seen_from(options.viewpoint, mesh)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     if parts is None:
         return Outcome(mesh, attributes, result)
@@ -192,7 +192,7 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
-def _seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
+def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
     """Return the cloud with this viewpoint; a MeshError if the cells cannot have a viewpoint."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")

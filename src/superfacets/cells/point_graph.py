@@ -188,7 +188,8 @@ def build_point_graph(
     CellGraph
         ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
         with n neighbors at distances d. The area is 0 for a point without arcs. The estimate is
-        unbiased for uniformly random points. ``weights`` are in units of the diagonal. In
+        unbiased for uniformly random points, and 20% too large on a square grid of points. It is
+        also too large at the boundary of a surface. ``weights`` are in units of the diagonal. In
         ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d` over its
         two points with areas a. The border lengths of all arcs across a line sum to the length of
         the line. The angle of an arc is the angle between the normals of its points. The angle is

@@ -37,7 +37,8 @@ class RegionGraph:
     labels : ndarray of int32, shape (N,)
         Region of each cell, from 0 to K - 1, or -1 for cells in no region.
     measures : ndarray of float64, shape (K,)
-        Area of each region, or volume for tetrahedra.
+        Area of each region, or volume for tetrahedra. Areas of points are estimates: see
+        `build_point_graph`.
     centroids : ndarray of float64, shape (K, 3)
         Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)

@@ -174,6 +174,11 @@ def numbers(
 ascii_option = option("--ascii", FLAG, "Write .ply and .vtp files as text.")
 quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
+viewpoint_option = option(
+    "--viewpoint", Real(),
+    "Position of the scanner, for point clouds without normals: estimated normals point toward this"
+    " position.", nargs=3, metavar="X Y Z",
+)  # fmt: skip
 force_option = option(
     "--force", FLAG,
     "Overwrite ground truth: an .aggregation.json of another tool, or the .segs.json named in it.",

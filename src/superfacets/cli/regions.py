@@ -13,6 +13,7 @@ import numpy as np
 
 from .._types import Floats, Ints
 from .._validate import ranked_labels
+from ..batches.files import seen_from
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..cells.sums import weighted_majority
@@ -51,6 +52,7 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
     option("--majority NAME", None,
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
            " such as classification, in each region; may be given several times.", multiple=True),
+    opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
     option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
@@ -58,8 +60,8 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
-    majority: tuple[str, ...], format: str | None, labels_named: str, is_quiet: bool,
-    as_json: bool,
+    majority: tuple[str, ...], viewpoint: tuple[float, ...] | None, format: str | None,
+    labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -82,6 +84,8 @@ def regions_command(
             raise MeshError(f"{name_of(cells)} has no labels: give a label file as LABELS")
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
+        if viewpoint is not None:
+            whole = seen_from(viewpoint, whole)
         compact, names = ranked_labels(given)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")

@@ -196,3 +196,7 @@ class _Run:
             raise MeshError(
                 f"{name_of(job.input)}: {typed} is for meshes, but this is a point cloud"
             )
+        if self.barrier_angle is not None:
+            raise MeshError(
+                f"{name_of(job.input)}: --barrier-angle needs a mesh: point clouds have no edges"
+            )

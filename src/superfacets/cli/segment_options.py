@@ -133,9 +133,7 @@ segment_options = options(
            "Data that borders follow besides creases: color, texture, normals, height (z), or a"
            " property of the faces, points or vertices in IN; may be given several times.",
            multiple=True),
-    option("--viewpoint", opts.Real(),
-           "Position of the scanner, for point clouds without normals: estimated normals point"
-           " toward this position.", nargs=3, metavar="X Y Z"),
+    opts.viewpoint_option,
     option("--min-opacity P", opts.Real(0.0, 1.0),
            "Leave out Gaussian splats with an opacity below this, 0 to 1; they get label -1.",
            default=0.0, show_default=False),

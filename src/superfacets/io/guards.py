@@ -214,6 +214,11 @@ def counted(n: int, thing: str) -> str:
     return f"{n} {thing}" if n == 1 else f"{n} {'vertices' if thing == 'vertex' else thing + 's'}"
 
 
+def hint_at_integers(names: Sequence[str]) -> str:
+    """Return the end of the message for a missing property: names of the integer properties."""
+    return f": the integer properties are {', '.join(names)}" if names else ""
+
+
 def most_bytes_of(n_bytes: int) -> int:
     """Return the maximum size of arrays, in bytes, that a file of `n_bytes` bytes may expand to."""
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)

@@ -101,4 +101,6 @@ class PointCloud(Cells):
     def __repr__(self) -> str:
         names = ("normals", "colors", "axes", "viewpoints")
         also = [name for name in names if getattr(self, name) is not None]
+        if self.colors is not None and not self.colors.any():  # black: the file has no colors
+            also.remove("colors")
         return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

@@ -13,7 +13,14 @@ import numpy as np
 from ..._types import Array, Ints
 from ..._validate import hint_at_vertices, refuse_first, refuse_mask
 from ...errors import MeshError
-from ..guards import Content, counted, known_ending, named_errors, read_content
+from ..guards import (
+    Content,
+    counted,
+    hint_at_integers,
+    known_ending,
+    named_errors,
+    read_content,
+)
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
@@ -150,7 +157,9 @@ def _read_npy(data: Content, name: str) -> Array:
 def _read_found(data: Content, name: str, *, ending: str) -> Array:
     found = _FINDERS[ending](data, name)
     if found is None and ending in _OF_CLOUDS:
-        raise MeshError(f"the points have no column {name}")
+        stored = CLOUD_READERS[ending](data).attributes.vertex
+        others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
+        raise MeshError(f"the points have no property {name}{hint_at_integers(others)}")
     if found is None:
         raise MeshError(f"the {ending[1:].upper()} file has no cell data {name}")
     return found

@@ -9,7 +9,7 @@ import numpy as np
 from ..._types import Array, Longs
 from ...errors import MeshError
 from ..attributes import MeshAttributes, is_word
-from ..guards import Arrays, Content, as_rows, checked_faces, side_by_side
+from ..guards import Arrays, Content, as_rows, checked_faces, hint_at_integers, side_by_side
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
 from .ply_texture import with_texture
@@ -105,7 +105,8 @@ def read_ply_labels(data: Content, name: str = "label") -> Array:
     element = header.elements[place]
     if column is None or element.properties[column].is_list:
         things = "faces" if element.name in ("face", STRIPS) else "points"
-        raise MeshError(f"the PLY {things} have no property {name}")
+        others = [some.name for some in element.properties if some.is_integer and not some.is_list]
+        raise MeshError(f"the PLY {things} have no property {name}{hint_at_integers(others)}")
     if not element.properties[column].is_integer:
         raise MeshError(f"labels must be integers, but the PLY property {name} has another type")
     return as_integers(_present(read_tables(header, data)[place][column].values), "labels")

@@ -212,18 +212,19 @@ def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, Mesh
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Read the properties of a mesh file that `read_mesh` does not return, and its texture.
+    """Read the properties in a file that `read_mesh` and `read_cloud` do not return, and textures.
 
     ``write_mesh(..., attributes=...)`` writes them to a file again.
 
     Parameters
     ----------
     path : path-like
-        Mesh file. From a ``.ply`` file all properties except positions and corners are read, such
-        as vertex colors and normals, and also a texture if comments ``TextureFile`` have the names
-        of its images. From an ``.obj``, ``.glb``, ``.gltf`` or ``.b3dm`` file a texture is read.
-        Files of materials and images must be in the folder of the mesh or in its subfolders. Images
-        are read later, on demand.
+        Mesh file, or any file that `read_cloud` reads. From a ``.ply`` file all properties except
+        positions and corners are read, such as vertex colors and normals, and also a texture if
+        comments ``TextureFile`` have the names of its images. From an ``.obj``, ``.glb``, ``.gltf``
+        or ``.b3dm`` file a texture is read. Files of materials and images must be in the folder of
+        the mesh or in its subfolders. Images are read later, on demand. From a point cloud all
+        properties except positions are read, and from LAS also the coordinate reference system.
 
     Returns
     -------
@@ -235,7 +236,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     Raises
     ------
     MeshError
-        As for `read_mesh`, or if the path has another ending.
+        As for `read_mesh` and `read_cloud`, or if the path has another ending.
     OSError
         If the file does not exist or cannot be read.
 
@@ -257,7 +258,8 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     ...     read_attributes(path).vertex["nz"]
     array([1., 1., 1.])
     """
-    _, attributes = _read(path, ATTRIBUTE_ENDINGS, parse_cells_and_attributes)
+    endings = tuple(dict.fromkeys((*ATTRIBUTE_ENDINGS, *CLOUD_READERS)))
+    _, attributes = _read(path, endings, parse_cells_and_attributes)
     assert attributes is not None  # files with these endings always have attributes
     return attributes
 
