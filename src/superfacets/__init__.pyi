@@ -107,6 +107,7 @@ from .regions.smooth import smooth_borders as smooth_borders
 from .regions.submeshes import Submesh as Submesh
 from .regions.submeshes import split_regions as split_regions
 from .regions.submeshes import submesh as submesh
+from .regions.vertices import face_labels as face_labels
 from .regions.vertices import vertex_labels as vertex_labels
 from .sample import sample_mesh as sample_mesh
 from .study import baselines as baselines

@@ -572,7 +572,21 @@ def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) ->
 
 def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
     """Return labels as an (N,) int32 array: any integers >= 0, or -1 for cells without a label."""
-    given = _row_of_labels(labels, n_cells, name)
+    return _checked_classes(_row_of_labels(labels, n_cells, name), name)
+
+
+def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
+    """Like `checked_classes`, for labels of vertices."""
+    given = _integer_array(labels, name)
+    if len(given) != n_vertices:
+        raise ValueError(
+            f"{name} must have one value per vertex: there are {n_vertices} vertices, {name} has"
+            f" {len(given)} values"
+        )
+    return _checked_classes(given, name)
+
+
+def _checked_classes(given: Array, name: str) -> Ints:
     array = given.astype(np.int32, order="C")  # a copy, so that the caller cannot change it
     is_wrong = (array < -1) | (array != given)
     refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
@@ -594,7 +608,7 @@ def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
     """Return the end of the message for a wrong number of labels: advice for vertex labels."""
     if n_labels != n_vertices:
         return ""
-    call = "superfacets.transfer(mesh.vertices, labels, mesh)"
+    call = "superfacets.face_labels(mesh, labels)"
     return f". For one label per vertex, convert the labels to faces with {call}"
 
 
@@ -614,17 +628,28 @@ def compact_partial_labels(
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
-def compact_complete(
-    labels: Any, n_cells: int, name: str = "labels", n_vertices: int | None = None
-) -> tuple[Ints, int]:
+def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
     """Return labels renumbered to 0 to K - 1 in ascending order, and K; for metrics.
 
     Raises a MeshError if a label is negative, because metrics need a region for each cell.
     """
     array = checked_any_labels(labels, n_cells, n_vertices)
     must = "at least 0, because metrics need a region for each cell"
-    refuse_first(array < 0, name, array, must, MeshError)
+    refuse_first(array < 0, "labels", array, must, MeshError)
     ranks, names = ranked_labels(array)
+    return ranks, len(names)
+
+
+def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+    """Like `compact_complete` for a ground truth, in which -1 means that a cell is unannotated.
+
+    Raises a MeshError if a label is below -1, or if all cells are unannotated.
+    """
+    array = checked_any_labels(truth, n_cells, n_vertices)
+    refuse_first(array < -1, "truth", array, "at least -1", MeshError)
+    ranks, names = ranked_labels(array)
+    if not len(names):
+        raise MeshError("truth must have a segment for at least one cell, but all values are -1")
     return ranks, len(names)
 
 

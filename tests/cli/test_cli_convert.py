@@ -71,6 +71,36 @@ def test_labels_of_vertices_become_labels_of_faces_by_majority(run, folder, name
         assert (folder / "v.png").read_bytes() == (folder / "b.png").read_bytes()
 
 
+def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_vertex(run, folder):
+    ids = np.random.default_rng(0).integers(0, 9, 49)
+    write_labels("v.segs.json", ids)
+    outputs = ["b.segs.json", "b.bin", "b.label.gii", "b.aggregation.json"]
+    named = [word for name in outputs for word in ("-o", name)]
+    status, printed, err = run("convert", "a.ply", "v.segs.json", *named, "--json")
+    assert (status, "which can split" in err) == (0, False)
+    assert json.loads(printed)["n_labels"] == len(np.unique(ids))
+    assert_array_equal(read_labels("b.segs.json"), ids)
+    assert_array_equal(np.fromfile("b.bin", "<i8"), np.unique(ids, return_inverse=True)[1])
+    assert_array_equal(read_labels("b.label.gii"), ids)
+    groups = json.loads((folder / "b.aggregation.json").read_text())["segGroups"]
+    assert [group["segments"] for group in groups] == [[i] for i in np.unique(ids)]
+    args = ("convert", "a.ply", "v.segs.json", "-o", "c.segs.json", "-o", "c.npy")
+    assert "v.segs.json: labels of vertices were converted to labels of faces" in run(*args)[2]
+    assert_array_equal(read_labels("c.segs.json"), ids)
+    assert len(read_labels("c.npy")) == 72
+    assert run(*args, "-q")[2] == ""
+    assert (
+        run("convert", "a.ply", "v.segs.json", "--vertex-labels", "--ascii", "-o", "b.ply")[0] == 0
+    )
+    assert_array_equal(read_attributes("b.ply").vertex["label"], ids)
+
+
+def test_labels_of_vertices_that_a_format_cannot_store_are_refused(run, folder):
+    np.save("v.npy", np.r_[np.zeros(48, int), -1])
+    status, _, err = run("convert", "a.ply", "v.npy", "-o", "b.segs.json")
+    assert (status, "labels[48] is -1: .segs.json needs labels of 0 or more" in err) == (1, True)
+
+
 def test_labels_of_vertices_of_another_mesh_are_refused(run, folder):
     write_labels("v.segs.json", np.zeros(7, int))
     status, _, error = run("regions", "a.ply", "v.segs.json")

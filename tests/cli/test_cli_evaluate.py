@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 import shapes
 
-from superfacets import write_mesh
+from superfacets import write_labels, write_mesh
+from superfacets.metrics import evaluate_vertices
 
 
 @pytest.fixture
@@ -63,5 +65,39 @@ def test_faces_in_no_region_are_an_error(run, labeled_strip):
     status, _, err = run("evaluate", mesh, hole)
     expected = "[1] must be at least 0, because metrics need a region for each cell, got -1\n"
     assert (status, err) == (1, f"superfacets: error: labels{expected}")
-    status, _, err = run("evaluate", mesh, labels, "--gt", hole)
-    assert (status, err) == (1, f"superfacets: error: truth{expected}")
+    status, printed, _ = run("evaluate", mesh, labels, "--gt", hole)
+    assert (status, "undersegmentation_error    0\n" in printed) == (0, True)
+
+
+def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "v.segs.json"
+    write_labels(labels, [0, 0, 0, 1, 1, 2])
+    truth = labeled_strip / "truth.txt"
+    truth.write_text("0\n0\n1\n1\n-1\n1\n")
+    status, printed, err = run("evaluate", mesh, labels, "--gt", truth, "--json")
+    assert (status, "which can split" in err) == (0, False)
+    assert "note: labels are compared at the vertices, without metrics of borders" in err
+    facts = json.loads(printed)
+    expected = evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])
+    assert {name: facts[name] for name in expected} == expected
+
+
+def test_a_note_tells_that_labels_of_vertices_were_converted(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "v.segs.json"
+    write_labels(labels, [0, 0, 0, 1, 1, 1])
+    status, printed, err = run("evaluate", mesh, labels, "--gt", labeled_strip / "one.seg")
+    assert (status, "boundary_recall" in printed) == (0, True)
+    assert f"superfacets: note: {labels}: labels of vertices were converted to labels of" in err
+    assert "which can split regions" in run("regions", mesh, labels)[2]
+    assert "which can split" not in run("regions", mesh, labels, "-q")[2]
+
+
+def test_superpoints_rates_label_files_of_rooms(run, tmp_path):
+    mesh = shapes.bumpy_sheet(16)
+    objects = (mesh.vertices[:, 0] > 0.5).astype(int)
+    (tmp_path / "mine").mkdir()
+    np.savez(tmp_path / "a_n1.npz", vertices=mesh.vertices, faces=mesh.faces, instances=objects)
+    write_labels(tmp_path / "mine" / "a_n1.segs.json", objects)
+    status, table, _ = run("superpoints", tmp_path, "--labels", tmp_path / "mine")
+    row = next(line for line in table.splitlines() if f"{tmp_path / 'mine'} " in line)
+    assert (status, row.replace(" ", "").split("|")[3:5]) == (0, ["2", "0.000"])

@@ -254,7 +254,7 @@ def test_an_empty_file_is_refused(refuse, name):
 def test_an_unknown_ending_is_refused(refuse, name, ending):
     endings = (
         ".npy, .ply, .seg, .txt, .stl, .obj, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh"
-        ", .vtk, .vtu, .label.gii, .annot"
+        ", .vtk, .vtu, .segs.json, .label.gii, .annot"
     )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
     assert ", ".join(LABEL_ENDINGS) == endings
@@ -340,3 +340,27 @@ def test_a_missing_file_is_an_os_error(tmp_path):
 def test_a_real_segmentation(data_dir):
     path = next((data_dir / "psb" / "seg" / "Benchmark" / "1").glob("*.seg"))
     assert read_labels(path).tolist() == [int(line) for line in path.read_text().split()]
+
+
+def test_ids_of_vertices_come_back_from_scannets_files(tmp_path):
+    write_labels(tmp_path / "a.0.010000.segs.json", [7, 0, 7])
+    read = read_labels(tmp_path / "a.0.010000.segs.json", 3)
+    assert (read.tolist(), read.dtype) == ([7, 0, 7], np.int32)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b'{"segIndices": [1, 2', "is not valid JSON: the file may be truncated"),
+        (b"[1, 2]", "must have segIndices, a list of integers >= 0"),
+        (b'{"segIndices": [1, [2]]}', "must have segIndices, a list of integers >= 0"),
+        (b'{"segIndices": [1, -1]}', "must have segIndices, a list of integers >= 0"),
+        (
+            b'{"segIndices": [1, 3000000000, 0, 0]}',
+            "labels[1] must be -1 to 2147483647, got 3000000000",
+        ),
+        (b'{"segIndices": [1, 2]}', "there are 2 labels for 4 cells"),
+    ],
+)
+def test_damaged_files_of_segments_are_refused(refuse, data, message):
+    refuse("a.segs.json", data, message, 4)

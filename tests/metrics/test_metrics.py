@@ -16,6 +16,7 @@ from superfacets.metrics import (
     consistency_error,
     cut_discrepancy,
     evaluate,
+    evaluate_vertices,
     explained_variation,
     hamming_distance,
     rand_index,
@@ -340,11 +341,84 @@ def test_cells_in_no_region_are_no_region():
     for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
         with pytest.raises(MeshError, match="labels" + message):
             compare(mesh, hole, labels)
-        with pytest.raises(MeshError, match="truth" + message):
-            compare(mesh, labels, hole)
-    with pytest.raises(MeshError, match="truth" + message):
-        evaluate(mesh, labels, [hole])
     with pytest.raises(MeshError, match="labels" + message):
         evaluate(tets, [0, -1])
-    with pytest.raises(MeshError, match="truth" + message):
-        evaluate(tets, [0, 0], [[0, -1]])
+    with pytest.raises(MeshError, match="labels" + message):
+        evaluate_vertices(mesh, [0, -1, 1, 1, 1, 1])
+
+
+def test_unannotated_cells_are_left_out_of_every_comparison():
+    mesh = shapes.strip(8)
+    labels = np.array([0, 0, 0, 1, 1, 2, 2, 3])
+    truth = np.array([0, 0, 1, 1, 1, 1, -1, -1])
+    annotated = Mesh(mesh.vertices, mesh.faces[:6])
+    areas = build_face_graph(mesh).measures
+    values = evaluate(mesh, labels, [truth])
+    alone = evaluate(annotated, labels[:6], [truth[:6]])
+    scale = MeshEdges.of(mesh, weld=True, n_threads=1)
+    scale_alone = MeshEdges.of(annotated, weld=True, n_threads=1)
+    for name in sorted({*alone} - {"n_regions", "compactness", "explained_variation"}):
+        value = values[name]
+        if name == "cut_discrepancy":  # relative to the radius of the whole surface
+            value *= scale.mean_radius / scale_alone.mean_radius
+        assert value == pytest.approx(alone[name]), name
+    # The true border has one common vertex with the first of the two annotated borders.
+    assert values["boundary_precision"] == pytest.approx(1 / 4)
+    for overlap in (
+        area_overlap(labels, truth, areas), area_overlap(labels[:6], truth[:6], areas[:6]),
+    ):  # fmt: skip
+        assert overlap.total == pytest.approx(areas[:6].sum())
+        assert undersegmentation_error(overlap) == values["undersegmentation_error"]
+    assert undersegmentation_error(mesh, labels, truth) == values["undersegmentation_error"]
+    agreement = boundary_agreement(mesh, labels, truth)
+    assert agreement == (values["boundary_recall"], values["boundary_precision"])
+    assert cut_discrepancy(mesh, labels, truth) == values["cut_discrepancy"]
+    both = evaluate(mesh, labels, [truth, labels])
+    assert both["undersegmentation_error"] == values["undersegmentation_error"] / 2
+
+
+def test_a_truth_without_annotation_is_refused():
+    mesh = shapes.strip(4)
+    tets = TetMesh(np.r_[np.eye(3), [[0, 0, 0]]], [[0, 1, 2, 3]])
+    for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
+        with pytest.raises(MeshError, match="truth must have a segment for at least one cell"):
+            compare(mesh, [0] * 4, [-1] * 4)
+        with pytest.raises(MeshError, match=r"truth\[1\] must be at least -1, got -2"):
+            compare(mesh, [0] * 4, [0, -2, 0, 0])
+    with pytest.raises(MeshError, match="truth must have a segment for at least one cell"):
+        evaluate(tets, [0], [[-1]])
+    with pytest.raises(ValueError, match="the total area must be positive"):
+        area_overlap([0, 0], [0, -1], [0.0, 1.0])
+
+
+def test_labels_of_vertices_are_compared_at_the_vertices():
+    square = shapes.strip(4)
+    corners = square.faces
+    truth = np.array([0, 0, 1, 1, -1, 1])
+    labels = np.array([0, 0, 0, 1, 1, 2])
+    areas = np.zeros(6)
+    np.add.at(areas, corners, build_face_graph(square).measures[:, np.newaxis] / 3)
+    values = evaluate_vertices(square, labels, [truth])
+    overlap = area_overlap(labels, truth, areas)
+    assert values["undersegmentation_error"] == pytest.approx(undersegmentation_error(overlap))
+    assert values["rand_index"] == pytest.approx(rand_index(overlap))
+    assert (values["n_regions"], values["n_extra_pieces"]) == (3, 0)
+    assert "boundary_recall" not in values
+    with pytest.raises(ValueError, match="truth must have one value per vertex: there are 6"):
+        evaluate_vertices(square, labels, [[0] * 4])
+
+
+def test_regions_of_vertices_are_connected_along_edges_and_across_seams():
+    mesh = shapes.bumpy_sheet(8)
+    soup = Mesh(
+        mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.n_faces).reshape(-1, 3)
+    )
+    labels = (mesh.vertices[:, 0] > np.median(mesh.vertices[:, 0])).astype(int)
+    assert evaluate_vertices(mesh, labels)["n_extra_pieces"] == 0
+    assert evaluate_vertices(soup, labels[mesh.faces].ravel())["n_extra_pieces"] == 0
+    labels[np.argmin(mesh.vertices[:, 0])] = 1
+    assert evaluate_vertices(mesh, labels)["n_extra_pieces"] == 1
+    loose = Mesh(np.r_[mesh.vertices, [[9, 9, 9]]], mesh.faces)
+    values = evaluate_vertices(loose, [*labels, 7], [[*labels, 0]])
+    assert (values["n_regions"], values["n_extra_pieces"]) == (2, 1)
+    assert values["achievable_accuracy"] == 1

@@ -131,3 +131,40 @@ def test_a_majority_takes_labels_up_to_the_largest():
     weights = np.array([2.0, 1.0, 1.0, 1.5, 1.0])
     found = weighted_majority(groups, labels.astype(np.int32), weights, 2).winners
     assert found.tolist() == [2**31 - 1, 5]
+
+
+def test_a_face_gets_the_most_frequent_label_of_its_corners():
+    mesh = shapes.strip(3)
+    of_vertices = np.arange(mesh.n_vertices) // 2 + 5
+    a, b, c = of_vertices[mesh.faces].T
+    expected = np.where(b == c, b, np.where((a == b) | (a == c), a, of_vertices[mesh.faces].min(1)))
+    found = sf.face_labels(mesh, of_vertices)
+    assert found.dtype == np.int32
+    assert_array_equal(found, expected)
+    assert sf.face_labels(mesh, [-1, -1, -1, 4, 4]).tolist() == [-1, -1, 4]
+
+
+def test_labels_of_vertices_of_polygons_tetrahedra_and_points_are_converted():
+    quad = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    assert sf.face_labels(quad, [3, 2, 3, 2]).tolist() == [2]
+    tet = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
+    assert sf.face_labels(tet, [3, 3, 3, 2]).tolist() == [3]
+    assert sf.face_labels(np.eye(3), [3, -1, 2]).tolist() == [3, -1, 2]
+
+
+def test_labels_of_vertices_are_checked():
+    mesh = shapes.strip(3)
+    with pytest.raises(ValueError, match="must have one value per vertex: there are 5 vertices, "):
+        sf.face_labels(mesh, [0, 1, 0])
+    with pytest.raises(ValueError, match=r"vertex_labels\[1\] must be -1 to 2147483647, got -2"):
+        sf.face_labels(mesh, [0, -2, 1, 0, 0])
+
+
+def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():
+    mesh = shapes.strip(3)
+    of_vertices = np.arange(mesh.n_vertices) // 2
+    with pytest.raises(ValueError, match="one value per cell") as caught:
+        sf.region_graph(mesh, of_vertices)
+    (call,) = [word for word in str(caught.value).split(" with ") if "superfacets." in word]
+    labels = eval(call, {"superfacets": sf, "mesh": mesh, "labels": of_vertices})
+    assert len(labels) == mesh.n_faces

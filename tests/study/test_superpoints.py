@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import shapes
 
+from superfacets import write_labels
 from superfacets.errors import MeshError
-from superfacets.study.superpoints import Room, study
+from superfacets.study.superpoints import ORIGINAL, Room, study
 
 
 @pytest.fixture
@@ -22,7 +23,7 @@ def room(tmp_path):
 
 def test_superpoints_that_are_the_objects_have_no_error(room):
     read = Room.read(room)
-    score = read.score(read.original)
+    score = read.score(read.given[ORIGINAL])
     assert score == (2, 0.0, 0.0, 1.0, 0)
 
 
@@ -51,3 +52,51 @@ def test_other_files_are_refused(tmp_path):
         Room.read(tmp_path / "a.npz")
     with pytest.raises(MeshError, match="no rooms were found"):
         study([])
+
+
+@pytest.fixture
+def plain_room(room):
+    """The same room without the segments of ScanNet."""
+    with np.load(room) as file:
+        arrays = {name: file[name] for name in ("vertices", "faces", "instances")}
+    np.savez(room, **arrays)
+    return room
+
+
+def methods_in(table):
+    return [row.split("|")[2].strip() for row in table.splitlines()[2:]]
+
+
+def test_segments_of_scannet_are_optional(plain_room):
+    assert methods_in(study([plain_room])) == ["default", "SCANS"]
+
+
+def test_label_files_of_other_methods_are_rated(plain_room, tmp_path):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    truth = Room.read(plain_room).truth
+    write_labels(folder / "sheet_n1.0.010000.segs.json", truth)
+    table = study([plain_room], [folder])
+    assert methods_in(table) == [str(folder), "default", "SCANS"]
+    assert table.splitlines()[2].replace(" ", "").split("|")[3:6] == ["2", "0.000", "0.000"]
+    write_labels(folder / "sheet_n1.npy", truth)
+    with pytest.raises(MeshError, match=r"must contain one label file of the room sheet_n1, .* 2$"):
+        study([plain_room], [folder])
+    (folder / "sheet_n1.0.010000.segs.json").unlink()
+    write_labels(folder / "sheet_n1.npy", truth[1:])
+    with pytest.raises(ValueError, match="mine must have one value per vertex: there are"):
+        study([plain_room], [folder])
+
+
+def test_unannotated_vertices_are_left_out_of_the_error(room):
+    with np.load(room) as file:
+        arrays = dict(file)
+    hidden = arrays["vertices"][:, 1] > np.median(arrays["vertices"][:, 1])
+    segments = np.where(hidden, 0, arrays["felzenszwalb"])  # wrong only where nothing is annotated
+    arrays["instances"][hidden] = -1
+    np.savez(room, **arrays)
+    score = Room.read(room).score(segments)
+    assert (score.error, score.error_away, score.mean_iou) == (0, 0, 1)
+    np.savez(room, **arrays | {"instances": np.full(len(segments), -1)})
+    with pytest.raises(MeshError, match="not a room: all instances are -1"):
+        Room.read(room)

@@ -11,21 +11,22 @@ from typing import Any
 import click
 import numpy as np
 
-from .._types import Ints
 from ..batches.sources import Source, find_sources, origin_notes, refuse_tileset
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
+from ..export.ids import UNCONVERTED
 from ..export.scannet import GROUPS
 from ..export.write import ENDING_OF_FORMAT, check_outputs, write_regions
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..io.readers.b3dm import Placement
+from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.pieces import holds_files
 from ..mesh.cells import Cells
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_notes
-from .inputs import labels_beside, load_cells_and_attributes
+from .inputs import GivenLabels, given_labels, labels_of_cells, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
@@ -130,14 +131,21 @@ class _Run:
     def do(self, job: Job) -> None:
         """Convert one file, and print a report."""
         check_outputs(job.files, force=self.form.force)
-        cells, labels, attributes = run_in_background(lambda: self._read(job))
+        cells, given, attributes = run_in_background(lambda: self._read(job))
+        labels = of_vertices = None
+        if given is not None:
+            is_kept = self.folder is None and {*job.endings} <= {*UNCONVERTED}
+            labels = labels_of_cells(cells, given, is_quiet=self.is_quiet or is_kept)
+            of_vertices = given.labels if given.are_of_vertices else None
         if labels is None and (self.folder is not None or job.holds_labels):
             task = "write" if self.folder is None else "split it by"
             raise MeshError(
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
                 " give a label file as LABELS, or the name of the labels with --labels-named"
             )
-        n_lost = job.write(cells, labels, attributes=attributes, options=self.form)
+        n_lost = job.write(
+            cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
+        )
         parts: list[str] = []
         if self.folder is not None and labels is not None:
             paths = write_regions(
@@ -151,7 +159,7 @@ class _Run:
                 + notes_on_numbers(labels, job.endings, n_lost)
             )
         if self.as_json:
-            n_labels = None if labels is None else len(np.unique(labels[labels >= 0]))
+            n_labels = None if given is None else len(np.unique(given.labels[given.labels >= 0]))
             facts = {f"n_{kind_of(cells).noun}s": cells.n_cells, "n_labels": n_labels}
             named = {"file": job.input, **facts, "outputs": [*job.names, *parts]}
             job.print(json.dumps(named))
@@ -162,17 +170,20 @@ class _Run:
             ]
             job.print("\n".join(f"wrote {name}" for name in names))
 
-    def _read(self, job: Job) -> tuple[Cells, Ints | None, MeshAttributes | None]:
+    def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
         keep = job.holds_attributes and self.keeps_attributes
         refuse_tileset(Path(job.input))
         cells, attributes = load_cells_and_attributes(
             job.input, self.format, keep=keep, placement=self.placements[job.input]
         )
         path = Path(job.input)
+        if self.labels is not None:
+            return cells, given_labels(cells, self.labels, self.labels_named), attributes
         # The reader of labels relies on the ending of IN, which is wrong if a format is given.
-        if self.labels is None and self.format is not None:
+        if self.format is not None or not has_labels(path, name=self.labels_named):
             return cells, None, attributes
-        return cells, labels_beside(path, self.labels, cells, self.labels_named), attributes
+        labels = read_labels(path, cells.n_cells, name=self.labels_named)
+        return cells, GivenLabels(path, labels, False), attributes
 
 
 def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:

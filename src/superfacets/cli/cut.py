@@ -56,7 +56,7 @@ def cut_command(
         check_fit(surface, None, run.job.endings, run.form)
         found = None
         if n_segments is None and (labels is not None or format is None):
-            found = labels_beside(mesh, labels, surface, run.labels_named)
+            found = labels_beside(mesh, labels, surface, run.labels_named, is_quiet=run.is_quiet)
         if found is None:
             found = segment(surface, n_segments, n_threads=run.n_threads).labels
         compact, names = ranked_labels(found)  # label numbers in a file may have gaps

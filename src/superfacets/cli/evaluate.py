@@ -10,7 +10,8 @@ import click
 from ..io.guards import counted
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
-from .inputs import labels_for
+from .failures import print_note
+from .inputs import given_labels, labels_of_cells
 from .interrupts import run_in_background
 from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, option, options
 
@@ -35,9 +36,11 @@ def evaluate_command(
     """Measure the quality of labels.
 
     The metrics rate LABELS, a label file of the mesh IN. With --gt, more metrics compare LABELS
-    with ground truth. Label files are .npy, .seg, .txt, or labeled .ply or .vtp.
+    with ground truth. Label files are .npy, .seg, .txt, .segs.json, or labeled .ply or .vtp. In
+    ground truth, -1 means unannotated. If LABELS and all ground truths have one label per vertex,
+    they are compared at the vertices, without metrics of borders and normals.
     """
-    from ..metrics import evaluate
+    from ..metrics import evaluate, evaluate_vertices
 
     if more and not truths:
         raise click.UsageError(
@@ -46,8 +49,15 @@ def evaluate_command(
 
     def compute() -> dict[str, float]:
         cells = read_cells(mesh)
-        regions = labels_for(cells, labels, labels_named)
-        segments = [labels_for(cells, path, labels_named) for path in (*truths, *more)]
+        given = [given_labels(cells, path, labels_named) for path in (labels, *truths, *more)]
+        if truths and all(each.are_of_vertices for each in given):
+            regions, *segments = (each.labels for each in given)
+            print_note(
+                "labels are compared at the vertices, without metrics of borders and normals:"
+                " superfacets.face_labels converts labels for these metrics"
+            )
+            return evaluate_vertices(cells, regions, segments)
+        regions, *segments = (labels_of_cells(cells, each, is_quiet=False) for each in given)
         return evaluate(cells, regions, segments, tolerance=tolerance)
 
     values = run_in_background(compute)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
@@ -16,14 +16,29 @@ from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, counted, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
-from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
+from ..io.readers.labels import (
+    LABEL_ENDINGS,
+    VERTEX_ENDINGS,
+    checked_labels,
+    has_labels,
+    read_labels,
+)
 from ..io.readers.npy import npy_array
 from ..io.readers.parts import PART_ENDINGS
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
+from .failures import print_note
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
 VALUE_ENDINGS = (".npy", ".txt")
+
+
+class GivenLabels(NamedTuple):
+    """Content of a label file."""
+
+    path: Path
+    labels: Ints
+    are_of_vertices: bool  # whether there is one label per vertex of a mesh instead of one per cell
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
@@ -64,42 +79,47 @@ def load_cells_and_attributes(
         raise MeshError(f"{name_of(text)}: {error}") from None
 
 
-def labels_for(cells: Cells, path: Path, name: str) -> Ints:
+def labels_for(cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
     """Read labels of `cells` from a label file; `name` is passed to `read_labels`.
 
-    If the file has one label per vertex of a mesh, each cell gets the most frequent label of its
-    corners.
+    Labels of vertices are converted as in `labels_of_cells`.
     """
-    if path.name.lower().endswith(".segs.json"):
-        labels: Array = _labels_of_segments(cells, path)
-    else:
-        labels = read_labels(path, name=name)
-        if len(labels) == getattr(cells, "n_vertices", None) != cells.n_cells:
-            labels = _from_vertices(cells, labels)
+    return labels_of_cells(cells, given_labels(cells, path, name), is_quiet=is_quiet)
+
+
+def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints:
+    """Convert labels of vertices to the most frequent label of the corners of each cell.
+
+    A note is printed unless `is_quiet`. Labels of cells are returned unchanged.
+    """
+    from ..regions.vertices import face_labels
+
+    if not given.are_of_vertices:
+        return given.labels
+    if not is_quiet:
+        print_note(
+            f"{given.path}: labels of vertices were converted to labels of faces (the majority of"
+            " the corners), which can split regions"
+        )
+    return face_labels(cells, given.labels)
+
+
+def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
+    """Read a label file, which has one label per cell or, for a mesh, one label per vertex."""
+    labels = read_labels(path, name=name)
+    n_vertices = getattr(cells, "n_vertices", None)
+    if n_vertices is not None and known_ending(path, LABEL_ENDINGS) in VERTEX_ENDINGS:
+        if len(labels) != n_vertices:
+            found = counted(len(labels), "label")
+            raise MeshError(f"{path}: has {found}, but the mesh has {n_vertices} vertices")
+        return GivenLabels(path, labels, True)
+    if len(labels) == n_vertices != cells.n_cells:
+        return GivenLabels(path, labels, True)
     with named_errors(path):
-        checked = checked_labels(labels, cells.n_cells)
+        checked_labels(labels, cells.n_cells)
     if path.suffix.lower() in PART_ENDINGS:
         _check_same_order(cells, path)
-    return checked
-
-
-def _labels_of_segments(cells: Cells, path: Path) -> Array:
-    """Read the segment of each vertex, and return the most frequent segment of each cell."""
-    from ..interop.aggregation import read_segments
-
-    labels = read_segments(path)
-    n_vertices = getattr(cells, "n_vertices", cells.n_cells)
-    if len(labels) != n_vertices:
-        raise MeshError(
-            f"{path}: has {counted(len(labels), 'label')}, but the mesh has {n_vertices} vertices"
-        )
-    return _from_vertices(cells, labels)
-
-
-def _from_vertices(cells: Cells, labels: Array) -> Array:
-    from ..regions.vertices import labels_of_corners
-
-    return labels_of_corners(cells, labels)
+    return GivenLabels(path, labels, False)
 
 
 def _check_same_order(cells: Cells, path: Path) -> None:
@@ -115,16 +135,19 @@ def _check_same_order(cells: Cells, path: Path) -> None:
         )
 
 
-def labels_beside(mesh: Path, labels: Path | None, cells: Cells, name: str) -> Ints | None:
+def labels_beside(
+    mesh: Path, labels: Path | None, cells: Cells, name: str, *, is_quiet: bool
+) -> Ints | None:
     """Read labels from a label file if given, else from the mesh file; None without labels.
 
-    `name` is the name of the labels in files that also contain other data.
+    `name` is the name of the labels in files that also contain other data. `is_quiet` is as for
+    `labels_for`.
     """
     if labels is None and not has_labels(mesh, name=name):
         return None
     if labels is None:
         return read_labels(mesh, cells.n_cells, name=name)
-    return labels_for(cells, labels, name)
+    return labels_for(cells, labels, name, is_quiet=is_quiet)
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:

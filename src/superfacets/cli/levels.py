@@ -109,7 +109,7 @@ def levels_command(
         cells, attributes = load_cells_and_attributes(input, format, keep=keeps or bool(features))
         given = None
         if labels is not None:  # label numbers in a file may have gaps
-            given, _ = ranked_labels(labels_for(cells, labels, labels_named))
+            given, _ = ranked_labels(labels_for(cells, labels, labels_named, is_quiet=is_quiet))
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
         constraints = constraints_of(mask, mask_values, barriers, cells.n_cells, labels_named)

@@ -71,7 +71,9 @@ def lift_command(
             str(source), format, keep=run.keeps_attributes
         )
         check_fit(cells, None, run.job.endings, run.form)
-        regions, _ = ranked_labels(labels_for(cells, labels, run.labels_named))
+        regions, _ = ranked_labels(
+            labels_for(cells, labels, run.labels_named, is_quiet=run.is_quiet)
+        )
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)

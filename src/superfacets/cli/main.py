@@ -41,7 +41,7 @@ GROUPS = {
     "Studies": {
         "reproduce": "Repeat the paper's comparison on the Princeton benchmark.",
         "quality": "Compare variants of the method on the Princeton benchmark.",
-        "superpoints": "Compare superpoints with the segments of ScanNet's segmenter.",
+        "superpoints": "Compare superpoints with the segments of other methods.",
     },
 }
 """Summaries of all commands, so that the main help text needs no imports."""

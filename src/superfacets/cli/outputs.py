@@ -178,7 +178,7 @@ class OneRun:
         self.keeps_attributes = self.job.holds_attributes and not given.get("drop_attributes")
         self.labels_named: str = given["labels_named"]
         self.n_threads: int | None = given["n_threads"]
-        self._is_quiet, self._as_json = given["is_quiet"], given["as_json"]
+        self.is_quiet, self._as_json = given["is_quiet"], given["as_json"]
 
     def write(
         self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
@@ -187,7 +187,7 @@ class OneRun:
         """Write the outputs; print `notes`, and notes on data that the outputs do not store."""
         options = replace(self.form, **form)
         n_lost = self.job.write(cells, labels, attributes=attributes, options=options)
-        if not self._is_quiet:
+        if not self.is_quiet:
             lacking = notes_on_written(cells, attributes, self.job.endings, n_lost)
             numbers = notes_on_numbers(labels, self.job.endings, n_lost)
             print_notes([*notes, *lacking, *numbers])
@@ -195,7 +195,7 @@ class OneRun:
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:
         """Print the facts as a JSON object; or print a line for each output, and the text."""
         text = f"{self.job.name}: {text}"
-        self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self._is_quiet)
+        self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self.is_quiet)
 
 
 def plan_jobs(

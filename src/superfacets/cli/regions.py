@@ -79,7 +79,7 @@ def regions_command(
 
     def compute() -> tuple[RegionGraph, Ints, dict[str, Ints], _Drawn | None]:
         whole: Any = load_cells(cells, format)
-        given = labels_beside(Path(cells), labels, whole, labels_named)
+        given = labels_beside(Path(cells), labels, whole, labels_named, is_quiet=is_quiet)
         if given is None:
             raise MeshError(f"{name_of(cells)} has no labels: give a label file as LABELS")
         if borders is not None and not kind_of(whole).has_faces:

@@ -137,9 +137,9 @@ def _series_of(
     """Labels of the first picture (None: no labels), labels of further pictures, and titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
-        first, *others = [labels_for(cells, path, name) for path in paths]
+        first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
         return first, others, [path.stem for path in paths] if compare else None
-    shown = labels_beside(mesh, None, cells, name)
+    shown = labels_beside(mesh, None, cells, name, is_quiet=True)
     if shown is None:
         print_note(f"{mesh} has no labels, so no regions are drawn: give labels with --labels")
     return shown, [], None

@@ -95,17 +95,23 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
 
 @click.command("superpoints")
 @click.argument("rooms", type=opts.EXISTING_FOLDER)
-def superpoints_command(rooms: Path) -> None:
-    """Compare superpoints with the segments of ScanNet's segmenter.
+@options(
+    option("--labels folders DIR", opts.EXISTING_FOLDER,
+           "Folder with one file of vertex labels for each room, such as DIR/ROOM.segs.json. Adds a"
+           " row to the table; may be given several times.", multiple=True),
+)  # fmt: skip
+def superpoints_command(rooms: Path, folders: tuple[Path, ...]) -> None:
+    """Compare superpoints with the segments of other methods.
 
-    ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces, instances (the
-    true object of each vertex) and felzenszwalb (the segment of each vertex from ScanNet's
-    segmenter). Each superpoint is assigned to the object that most of its vertices belong to. The
-    table shows the fraction of vertices with a wrong object, and the IoU of objects.
+    ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces and instances
+    (the true object of each vertex, or -1 for vertices without annotation). The array felzenszwalb
+    (the segment of each vertex from ScanNet's segmenter) is optional. Each superpoint is assigned
+    to the object that most of its vertices belong to. The table shows the fraction of vertices with
+    a wrong object, and the IoU of objects.
     """
     from ..study.superpoints import study
 
-    click.echo(study(rooms.glob("*.npz")))
+    click.echo(study(rooms.glob("*.npz"), folders))
 
 
 def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ...]:

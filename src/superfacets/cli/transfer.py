@@ -48,7 +48,7 @@ def transfer_command(
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
         cells = load_cells(str(source), format)
-        of_source = labels_for(cells, labels, run.labels_named)
+        of_source = labels_for(cells, labels, run.labels_named, is_quiet=run.is_quiet)
         goal, attributes = load_cells_and_attributes(
             str(target), target_format, keep=run.keeps_attributes
         )

@@ -65,7 +65,7 @@ def view_command(
     shown = _levels_of(mesh, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} has no labels: give a label file with --labels")
-    truth = None if gt is None else labels_for(cells, gt, labels_named)
+    truth = None if gt is None else labels_for(cells, gt, labels_named, is_quiet=True)
     values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
@@ -100,7 +100,7 @@ def _open(page: Page, name: str) -> None:
 def _levels_of(mesh: Path, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
-        return labels_beside(mesh, path, cells, name)
+        return labels_beside(mesh, path, cells, name, is_quiet=True)
     content = read_content(path)
     try:
         return npz_array(content, "labels")

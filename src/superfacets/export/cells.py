@@ -152,6 +152,7 @@ class CellWriter:
     given_colors: Any
     attributes: MeshAttributes | None
     options: FormatOptions
+    of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
 
     def checked(self, endings: Sequence[str]) -> CellWriter:
         """Return a writer with checked colors, or raise an error if a format does not fit."""
@@ -178,7 +179,9 @@ class CellWriter:
             from ..regions.vertices import vertex_labels
 
             assert self.labels is not None
-            of_vertices = vertex_labels(self.cells, self.labels)
+            of_vertices = self.of_vertices
+            if of_vertices is None:
+                of_vertices = vertex_labels(self.cells, self.labels)
         texture = None if self.attributes is None else self.attributes.texture
         # Viewers multiply vertex colors with the texture, so a GLB with a texture gets no colors.
         is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)

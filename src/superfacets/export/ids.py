@@ -47,6 +47,9 @@ RENUMBERED_OUTPUTS = (".bin", "_sp_label.npy", ".pth")
 CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
 
+UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
+"""Endings of files that store given labels of vertices unchanged."""
+
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
 
@@ -57,20 +60,28 @@ class IdWriter:
     cells: Cells
     labels: Ints | None
     options: FormatOptions
+    of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
         for ending in endings:
             if self.labels is None:
                 raise MeshError(f"a {ending} file needs labels, but none are given")
-            _check_labels(self.labels, ending)
+            _check_labels(self._labels_in(ending), ending)
             if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
                 raise MeshError("a graph needs at least one region, but all labels are -1")
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
             if ending == ".aggregation.json":
-                self.options.check_classes(self.labels)
+                self.options.check_classes(self._labels_in(ending))
         return self
+
+    def _labels_in(self, ending: str) -> Ints:
+        """Return the given labels of vertices if the format stores them, or labels of cells."""
+        assert self.labels is not None
+        if self.of_vertices is not None and ending in UNCONVERTED:
+            return self.of_vertices
+        return self.labels
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
@@ -78,10 +89,10 @@ class IdWriter:
         if ending in GRAPH_OUTPUTS:
             ranks, _ = ranked_labels(self.labels)
             write_arrays(file, region_graph(self.cells, ranks).to_pyg())
-        elif ending in CORTEX_OUTPUTS:
+        elif ending in CORTEX_OUTPUTS and self.of_vertices is None:
             self._write_cortex(file, ending)
         else:
-            labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
+            labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self._labels_in(ending)
             _write(file, ending, path, labels, self.options)
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
@@ -105,6 +116,8 @@ class IdWriter:
         from ..regions.vertices import vertex_ids
 
         assert self.labels is not None
+        if self.of_vertices is not None:
+            return self.of_vertices.astype(np.int64)
         return vertex_ids(self.cells, self.labels)
 
 

@@ -297,16 +297,18 @@ def write_outputs(
     options: FormatOptions | None = None,
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
+    of_vertices: Ints | None = None,
 ) -> int:
     """Write several files in the formats of their endings. Writes all files, or none.
 
     Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
     binary files, which need not be seekable. Streams are written after all files of `paths` are
     complete. If writing to a stream fails, no file appears at `paths`. If label files belong to
-    another mesh, `listed_mesh` is this mesh, and `listed` has its labels. Returns the number of
-    regions that are missing in files of vertex labels because they contain no vertex. Raises the
-    errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs labels
-    but there are none.
+    another mesh, `listed_mesh` is this mesh, and `listed` has its labels. Formats with one label
+    per vertex store the labels `of_vertices`, or convert `labels` if they are None. Returns the
+    number of regions that are missing in files of vertex labels because they contain no vertex.
+    Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
+    needs labels but there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -314,12 +316,13 @@ def write_outputs(
         check_truth_stays(paths)
     cells = as_cells(mesh)
     cell_labels = None if labels is None else _labels_of(cells, labels)
-    ids = IdWriter(cells, cell_labels, options)
+    ids = IdWriter(cells, cell_labels, options, of_vertices)
     if listed is not None:
         of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
         ids = IdWriter(of_listed, checked_labels(listed), options)
+    of_cells = CellWriter(cells, cell_labels, None, attributes, options, of_vertices)
     all_endings = {*endings, *streams}
-    writers = _writers(all_endings, ids, CellWriter(cells, cell_labels, None, attributes, options))
+    writers = _writers(all_endings, ids, of_cells)
     with atomic_outputs(paths) as temporaries:
         for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
             with temporary.open("wb") as file:

@@ -15,6 +15,7 @@ from ..errors import MeshError
 from ..export.scannet import GROUPS, SEGMENTS, check_truth_stays, scene_of
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending, read_json
+from ..io.readers.labels import read_labels
 
 
 class RegroupedObject(NamedTuple):
@@ -97,7 +98,7 @@ def regroup_segments(
     groups = _Groups.read(Path(aggregation))
     source = groups.named_segments() if segments is None else Path(segments)
     known_ending(source, (SEGMENTS,))
-    old, new = read_segments(source), read_segments(Path(new_segments))
+    old, new = read_labels(source), read_labels(new_segments)
     if len(old) != len(new):
         raise MeshError(
             f"{new_segments}: must have {len(old)} vertices like {source}, got {len(new)}"
@@ -152,7 +153,7 @@ class _Groups:
             " (segments=, --segments)"
         )
 
-    def objects_of(self, segments: Longs, source: Path) -> Longs:
+    def objects_of(self, segments: Ints, source: Path) -> Longs:
         """Return the index of the object of each vertex, or -1 for vertices without an object.
 
         Raises a MeshError if an object has a segment that is not in `segments`.
@@ -171,7 +172,7 @@ class _Groups:
             objects[at] = i
         return objects[of_vertices]
 
-    def write(self, path: Path, ids: Longs, of_segments: Ints, segments: Path) -> None:
+    def write(self, path: Path, ids: Ints, of_segments: Ints, segments: Path) -> None:
         """Write the objects with the new segments; `of_segments` is the object of each segment."""
         entries = []
         for i, entry in enumerate(self.entries):
@@ -191,16 +192,3 @@ def _is_group(entry: object) -> bool:
         return False
     numbers = [entry.get("objectId"), *entry["segments"]]
     return all(type(number) is int and 0 <= number < 2**62 for number in numbers)
-
-
-def read_segments(path: Path) -> Longs:
-    """Read the segment of each vertex, or raise a MeshError if the file is damaged."""
-    document = read_json(path)
-    values = document.get("segIndices") if isinstance(document, dict) else None
-    try:
-        array = np.asarray(values if isinstance(values, list) else None)
-    except ValueError:  # lists of different lengths
-        array = np.empty(0)
-    if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
-        raise MeshError(f"{path}: must have segIndices, a list of integers >= 0")
-    return array.astype(np.int64)

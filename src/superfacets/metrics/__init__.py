@@ -1,6 +1,7 @@
 """Stage 6: metrics of labels, with and without ground truth.
 
-- `evaluate` computes all metrics. Use `GroundTruths` to evaluate many labels of one mesh.
+- `evaluate` computes all metrics of labels of cells. Use `GroundTruths` to evaluate many labels of
+  one mesh. `evaluate_vertices` computes metrics of labels of vertices.
 - Metrics of the overlap of regions with true segments (`area_overlap`):
   `undersegmentation_error`, `achievable_accuracy`, `hamming_distance`, `rand_index`,
   `consistency_error`.
@@ -9,7 +10,7 @@
 """
 
 from .cuts import BoundaryAgreement, boundary_agreement, cut_discrepancy
-from .evaluation import GroundTruths, evaluate
+from .evaluation import GroundTruths, evaluate, evaluate_vertices
 from .overlap import (
     Consistency,
     Hamming,
@@ -36,6 +37,7 @@ __all__ = [
     "consistency_error",
     "cut_discrepancy",
     "evaluate",
+    "evaluate_vertices",
     "explained_variation",
     "hamming_distance",
     "rand_index",

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Ints
-from .._validate import checked_number, compact_complete
+from .._validate import checked_number, compact_complete, compact_truth
 from ..adapters.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
@@ -59,7 +59,8 @@ def boundary_agreement(
     mesh : Mesh or mesh-like
         As for `segment`.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, >= 0.
+        Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
+        unannotated. Unannotated faces are ignored.
     tolerance : float, default 0.01
         Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
         box. Distances are lengths of paths along edges from vertex to vertex, which are longer than
@@ -77,7 +78,7 @@ def boundary_agreement(
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If labels or truth are not one integer >= 0 per face, or if `tolerance` is negative.
+        If labels or truth are not one valid integer per face, or if `tolerance` is negative.
 
     References
     ----------
@@ -122,7 +123,7 @@ def cut_discrepancy(
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If labels or truth are not one integer >= 0 per face, or if all faces have area 0.
+        If labels or truth are not one valid integer per face, or if all faces have area 0.
 
     References
     ----------
@@ -161,8 +162,13 @@ def _cuts_of_both(
     mesh: MeshEdges, labels: npt.ArrayLike, truth: npt.ArrayLike
 ) -> tuple[Cuts, Cuts]:
     regions, _ = compact_complete(labels, mesh.graph.n_cells)
-    segments, _ = compact_complete(truth, mesh.graph.n_cells, "truth")
-    return Cuts.of(mesh, regions), Cuts.of(mesh, segments)
+    segments, _ = compact_truth(truth, mesh.graph.n_cells)
+    return Cuts.of(mesh, annotated(regions, segments)), Cuts.of(mesh, segments)
+
+
+def annotated(regions: Ints, segments: Ints) -> Ints:
+    """Return the regions with -1 at unannotated cells, so that these cells have no borders."""
+    return np.where(segments < 0, segments, regions)
 
 
 def _fraction_near(borders: Borders, distances: Floats, within: float) -> float:

@@ -124,10 +124,14 @@ class Borders(NamedTuple):
 
 
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
-    """Find the borders between labels. The boundary of an open mesh is not included."""
+    """Find the borders between labels.
+
+    The boundary of an open mesh and the edges of cells labeled -1 are not included.
+    """
     graph = mesh.graph
     sources = graph.sources
-    arcs = np.flatnonzero(labels[sources] != labels[graph.neighbors])
+    start, end = labels[sources], labels[graph.neighbors]
+    arcs = np.flatnonzero((start != end) & (start >= 0) & (end >= 0))
     edges = _distinct(mesh.ends_of(sources[arcs], graph.sides[arcs]), mesh.mesh.n_vertices)
     lengths = mesh.lengths_of(edges)
     vertices, indices = np.unique(edges, return_inverse=True)

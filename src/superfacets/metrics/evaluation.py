@@ -1,4 +1,4 @@
-"""`evaluate`, which computes all metrics of labels."""
+"""`evaluate` and `evaluate_vertices`, which compute all metrics of labels."""
 
 from __future__ import annotations
 
@@ -10,14 +10,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Ints
-from .._validate import checked_number, compact_complete
+from .. import _core
+from .._types import ArcLists, Bools, Ints
+from .._validate import (
+    checked_number,
+    checked_threads,
+    checked_vertex_classes,
+    compact_complete,
+    compact_truth,
+)
 from ..adapters.convert import CloudLike, MeshLike, as_cells
-from ..cells.kinds import as_surface, kind_of
-from ..cells.sums import positive_total
+from ..cells.kinds import as_surface, kind_of, measures_of
+from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
-from ..mesh.faces import FaceMesh, is_same_mesh
-from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
+from ..mesh.cells import lowest_vertices
+from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
+from ..regions.crease_labels import corners_in
+from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
 from .overlap import (
     Overlap,
@@ -37,7 +46,7 @@ _WRONG_MESH = "the ground truths were prepared for another mesh: prepare GroundT
 class _Truth:
     """One ground truth of a mesh."""
 
-    segments: Ints  # (F,) true segment of each face, without gaps
+    segments: Ints  # (F,) true segment of each face, without gaps; -1 for unannotated faces
     n_segments: int
     cuts: Cuts  # true borders
 
@@ -51,7 +60,7 @@ class GroundTruths:
         As for `segment`.
     truths : array of integers, shape (F,), or sequence of array_like of integers
         One ground truth, or a sequence of ground truths. A ground truth is the true segment of each
-        face, >= 0.
+        face, >= 0, or -1 for unannotated faces.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
@@ -62,7 +71,7 @@ class GroundTruths:
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If a ground truth is not one integer >= 0 per face, or if all faces have area 0.
+        If a ground truth is not one integer >= -1 per face, or if all faces have area 0.
     """
 
     def __init__(
@@ -75,8 +84,8 @@ class GroundTruths:
     ) -> None:
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.edges.areas)
-        sizes = (self.edges.mesh.n_faces, "truth", self.edges.mesh.n_vertices)
-        compact = [compact_complete(truth, *sizes) for truth in _listed(truths)]
+        sizes = (self.edges.mesh.n_faces, self.edges.mesh.n_vertices)
+        compact = [compact_truth(truth, *sizes) for truth in _listed(truths)]
         self.truths = [_Truth(*labels, Cuts.of(self.edges, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
@@ -104,9 +113,10 @@ def evaluate(
     labels : array_like of integers, shape (F,)
         Region of each face, tetrahedron or point, >= 0.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
-        One or several ground truths. A ground truth is the true segment of each face. If many
-        labels of one mesh are evaluated, `GroundTruths` saves time. It must have been made for the
-        same mesh, and `weld` and `n_threads` then have no effect.
+        One or several ground truths. A ground truth is the true segment of each face, or -1 for
+        unannotated faces, which comparisons with this ground truth ignore. If many labels of one
+        mesh are evaluated, `GroundTruths` saves time. It must have been made for the same mesh, and
+        `weld` and `n_threads` then have no effect.
     tolerance : float, default 0.01
         Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
@@ -149,7 +159,7 @@ def evaluate(
         return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
-    regions, n_regions = compact_complete(labels, surface.n_cells, n_vertices=edges.mesh.n_vertices)
+    regions, n_regions = compact_complete(labels, surface.n_cells, edges.mesh.n_vertices)
     values = _of_regions(surface, regions, n_regions)
     values["explained_variation"] = explained_variation_of(surface, regions, n_regions)
     if not prepared.truths:
@@ -158,8 +168,79 @@ def evaluate(
     rows = []
     for truth in prepared.truths:
         overlap = overlap_of(regions, n_regions, truth.segments, truth.n_segments, edges.areas)
-        rows.append(_of_overlap(overlap) | _of_cuts(edges, cuts, truth.cuts, tolerance))
+        rated = cuts
+        if truth.segments.min() < 0:
+            rated = Cuts.of(edges, annotated(regions, truth.segments))
+        rows.append(_of_overlap(overlap) | _of_cuts(edges, rated, truth.cuts, tolerance))
     return values | _means(rows)
+
+
+def evaluate_vertices(
+    mesh: MeshLike,
+    vertex_labels: npt.ArrayLike,
+    ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
+) -> dict[str, float]:
+    """Compute metrics of labels of vertices, without conversion to labels of faces.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
+        As for `segment`. Vertices that belong to no face are ignored.
+    vertex_labels : array_like of integers, shape (V,)
+        Region of each vertex, >= 0.
+    ground_truths : array of integers or sequence of array_like of integers
+        As for `evaluate`, with one value per vertex.
+
+    Returns
+    -------
+    dict of str to float
+        The metrics of `evaluate` that need neither borders nor normals. Regions are connected along
+        the edges of the mesh. The area of a vertex is its part of the areas of the faces around it,
+        where all corners of a face have equal parts.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If labels are not one integer >= 0 per vertex, or if all faces have area 0.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> found = evaluate_vertices(square, [0, 1, 0, 1], [[3, 3, 3, 3]])
+    >>> found["n_regions"], found["n_extra_pieces"], round(found["missing_rate"], 3)
+    (2, 1, 0.333)
+    """
+    cells: Any = as_cells(mesh)
+    corners, n = corners_in(cells), cells.n_vertices
+    checked = checked_vertex_classes(vertex_labels, n, "vertex_labels")
+    regions, n_regions = compact_complete(checked, n)
+    listed = [checked_vertex_classes(truth, n, "truth") for truth in _listed(ground_truths)]
+    truths = [compact_truth(truth, n) for truth in listed]
+    of_corners = np.repeat(measures_of(cells, checked_threads(None)) / corners.sizes, corners.sizes)
+    areas = sums_by_label(corners.vertices, of_corners, n)
+    positive_total(areas)
+    is_used = np.bincount(corners.vertices, minlength=n) > 0
+    n_pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[1]
+    n_used = len(np.unique(regions[is_used]))
+    n_extra = n_pieces - int((~is_used).sum()) - n_used
+    overlaps = [overlap_of(regions, n_regions, *truth, areas) for truth in truths]
+    values = {"n_regions": n_used, "n_extra_pieces": n_extra}
+    return values | _means([_of_overlap(overlap) for overlap in overlaps])
+
+
+def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
+    """Return arcs along edges, and between used vertices at the same position, in CSR form."""
+    n, threads = cells.n_vertices, checked_threads(None)
+    lowest = lowest_vertices(cells.vertices, True, threads)
+    graph = vertex_graph(cells, np.arange(n, dtype=np.int32), threads)
+    copies = np.flatnonzero((lowest != np.arange(n)) & is_used & is_used[lowest])
+    starts = np.repeat(np.arange(n), np.diff(graph.offsets))
+    starts = np.concatenate([starts, copies, lowest[copies]])
+    ends = np.concatenate([graph.neighbors, lowest[copies], copies])
+    offsets = np.append(0, np.cumsum(np.bincount(starts, minlength=n)))
+    return offsets, ends[np.argsort(starts, kind="stable")].astype(np.int32)
 
 
 def _of_volume(
@@ -170,7 +251,7 @@ def _of_volume(
     """Return the metrics of tetrahedra or points, which need neither normals nor edges."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
-    truths = [compact_complete(truth, surface.n_cells, "truth") for truth in _listed(ground_truths)]
+    truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
     overlaps = [overlap_of(regions, n_regions, *truth, surface.measures) for truth in truths]
     return values | _means([_of_overlap(overlap) for overlap in overlaps])
 

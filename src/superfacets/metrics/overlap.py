@@ -14,6 +14,7 @@ from .._validate import (
     checked_nonnegative_array,
     checked_threads,
     compact_complete,
+    compact_truth,
 )
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -66,7 +67,8 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Parameters
     ----------
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, >= 0.
+        Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
+        unannotated. Unannotated faces are ignored.
     areas : array_like, shape (F,)
         Area of each face, finite and >= 0, for example ``build_face_graph(mesh).measures``. At
         least one area must be above 0.
@@ -94,7 +96,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     )
     positive_total(values)
     regions, n_regions = compact_complete(labels, len(values))
-    segments, n_segments = compact_complete(truth, len(values), "truth")
+    segments, n_segments = compact_truth(truth, len(values))
     return overlap_of(regions, n_regions, segments, n_segments, values)
 
 
@@ -102,6 +104,11 @@ def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
     """Do the work of `area_overlap` for labels without gaps."""
+    is_annotated = segments >= 0
+    if not is_annotated.all():
+        regions, segments = regions[is_annotated], segments[is_annotated]
+        areas = areas[is_annotated]
+        positive_total(areas)
     pairs = regions.astype(np.int64) * n_segments + segments
     if n_regions * n_segments <= _DENSE_PAIRS_PER_FACE * len(areas):
         found = np.flatnonzero(np.bincount(pairs))
@@ -133,7 +140,8 @@ def undersegmentation_error(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         The labeled cells, or an `Overlap` that replaces all labels.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, >= 0.
+        Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
+        unannotated. Unannotated faces are ignored.
     tolerance : float, default 0.05
         Minimum overlap, as a fraction of the area of the region, from 0 to 1. It is called tau in
         the paper. Overlaps that equal the minimum up to rounding errors are ignored.
@@ -299,8 +307,8 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
         raise TypeError("labels and truth are required with a mesh")
     cells = as_known(source)
     n_vertices = getattr(cells, "n_vertices", None)
-    regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices=n_vertices)
-    segments, n_segments = compact_complete(truth, cells.n_cells, "truth", n_vertices)
+    regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices)
+    segments, n_segments = compact_truth(truth, cells.n_cells, n_vertices)
     values = measures_of(cells, checked_threads(None))
     positive_total(values)
     return overlap_of(regions, n_regions, segments, n_segments, values)

@@ -13,6 +13,7 @@ from .._validate import (
     checked_classes,
     checked_count,
     checked_threads,
+    checked_vertex_classes,
     ranked_labels,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
@@ -124,6 +125,49 @@ def vertex_labels(
         kept = of_corners >= 0
         vertices, of_corners, weights = vertices[kept], of_corners[kept], weights[kept]
     return weighted_majority(vertices, of_corners, weights, cells.n_vertices).winners
+
+
+def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Ints:
+    """Convert labels of vertices to labels of cells.
+
+    A cell gets the most frequent label of its corners. If several labels are equally frequent, the
+    lowest of these labels is used. A connected region of vertices may become several pieces, and a
+    thin region may lose all its cells.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
+        As for `segment`. For a point cloud, the result equals `vertex_labels`.
+    vertex_labels : array_like of int, shape (V,)
+        Label of each vertex, or -1 for vertices without a label. Labels may have gaps. The label -1
+        is treated like any other label.
+
+    Returns
+    -------
+    ndarray of int32, shape (F,)
+        Label of each face or tetrahedron. Time is linear in the number of corners.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If labels are not one integer >= -1 per vertex.
+
+    See Also
+    --------
+    vertex_labels : Converts labels of cells to labels of vertices.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> face_labels(square, [5, 2, 2, 4])
+    array([2, 2], dtype=int32)
+    """
+    cells: Any = as_cells(mesh)
+    n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
+    array = checked_vertex_classes(vertex_labels, n_vertices, "vertex_labels")
+    return labels_of_corners(cells, array).astype(np.int32)
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:

@@ -1,14 +1,15 @@
-"""Quality of superpoints of scanned rooms, compared with the segments of ScanNet.
+"""Quality of superpoints of scanned rooms, compared with the segments of other methods.
 
-A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3), ``instances`` (V,), which is
-the true object of each vertex, and ``felzenszwalb`` (V,), which is the segment of each vertex by
-ScanNet's segmenter. The last part of the file name is the noise level: ``n1`` for ``office_n1``.
+A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3) and ``instances`` (V,), which
+is the true object of each vertex, or -1 for unannotated vertices. The file may also contain
+``felzenszwalb`` (V,), which is the segment of each vertex by ScanNet's segmenter. The last part of
+the file name is the noise level: ``n1`` for ``office_n1``.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,9 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Bools, Ints, Longs
-from .._validate import checked_classes, checked_threads, ranked_labels
+from .._validate import checked_threads, checked_vertex_classes, ranked_labels
 from ..cells.sums import weighted_majority
 from ..errors import IslandWarning, MeshError
+from ..io.readers.labels import LABEL_ENDINGS, read_labels
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import vertex_graph
 from ..mesh.triangle_mesh import Mesh
@@ -27,11 +29,17 @@ from ..pipeline import SCANS, segment
 from ..regions.vertices import vertex_labels
 from .table_writer import markdown_table
 
+ORIGINAL = "ScanNet's segmenter"
+"""Name of the method of the array ``felzenszwalb``."""
+
 METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method of the table."""
 
 LEAST_OBJECT = 0.002
 """Objects with a smaller fraction of the vertices of their room are left out of the mean IoU."""
+
+VERTICES_PER_SUPERPOINT = 200
+"""Average number of vertices per superpoint in rooms without segments of another method."""
 
 _MOST_RUNS = 5
 
@@ -48,25 +56,36 @@ class Score(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A scanned room with the true object and the original segment of each vertex."""
+    """A scanned room with the true object and the given segments of each vertex."""
 
     name: str
     mesh: Mesh
-    truth: Longs  # true object of each vertex, numbered from 0, shape (V,)
-    original: Longs  # segment of each vertex by ScanNet's segmenter, shape (V,)
+    truth: Ints  # true object of each vertex, numbered from 0; -1 for unannotated vertices
+    given: dict[str, Ints]  # segment of each vertex, shape (V,), by the name of the method
 
     @classmethod
-    def read(cls, path: Path) -> Room:
-        """Read a room from a file; a MeshError if the file does not contain a room."""
+    def read(cls, path: Path, folders: Iterable[Path] = ()) -> Room:
+        """Read a room from a file, and its segments from one label file in each of the folders.
+
+        The name of a label file begins with the name of the room and a dot. Raises a MeshError if
+        the file does not contain a room, or if a folder does not contain one label file of it.
+        """
         try:
             with np.load(path) as file:
-                arrays = [file[name] for name in ("vertices", "faces", "instances", "felzenszwalb")]
+                arrays = [file[name] for name in ("vertices", "faces", "instances")]
+                given = {ORIGINAL: file["felzenszwalb"]} if "felzenszwalb" in file else {}
         except (OSError, ValueError, KeyError) as error:
             raise MeshError(f"{path}: not a room: {error}") from error
         mesh = Mesh(*arrays[:2])
-        labels = [checked_classes(array, mesh.n_vertices, "labels") for array in arrays[2:]]
-        truth, original = (ranked_labels(array + 1)[0].astype(np.int64) for array in labels)
-        return cls(path.stem, mesh, truth, original)
+        given |= {str(folder): _labels_in(folder, path.stem) for folder in folders}
+        truth, *segments = (
+            checked_vertex_classes(array, mesh.n_vertices, name)
+            for name, array in {"instances": arrays[2], **given}.items()
+        )
+        truth, names = ranked_labels(truth)
+        if not len(names):
+            raise MeshError(f"{path}: not a room: all instances are -1")
+        return cls(path.stem, mesh, truth, dict(zip(given, segments, strict=True)))
 
     @property
     def level(self) -> str:
@@ -91,8 +110,11 @@ class Room:
         return is_used
 
     def superpoints(self, **options: Any) -> Ints:
-        """Vertex labels from `segment`, with about as many regions as `original`."""
-        number = asked = len(np.unique(self.original[self.is_used]))
+        """Vertex labels from `segment`, with about as many regions as the first given segments."""
+        number = self.mesh.n_vertices // VERTICES_PER_SUPERPOINT
+        if self.given:
+            number = len(np.unique(next(iter(self.given.values()))[self.is_used]))
+        asked = number
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
             for _ in range(_MOST_RUNS):  # components without a seed add regions
@@ -103,34 +125,44 @@ class Room:
         return vertex_labels(self.mesh, result.labels, method="creases")
 
     def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
-        """Measure the quality of superpoints at vertices that belong to a face."""
+        """Measure the quality of superpoints at vertices that belong to a face.
+
+        Errors and IoU ignore unannotated vertices.
+        """
         used, edges = self.is_used, self.edges
+        rated = used & (self.truth >= 0)
         ids = ranked_labels(superpoints + 1)[0]
-        votes = np.ones(int(used.sum()))
-        of_truth = self.truth[used].astype(np.int32)
-        winners = weighted_majority(ids[used], of_truth, votes, int(ids.max()) + 1).winners
+        votes = np.ones(int(rated.sum()))
+        winners = weighted_majority(ids[rated], self.truth[rated], votes, ids.max() + 1).winners
         found = np.maximum(winners, 0)[ids]
-        is_wrong = (found != self.truth) & used
-        is_away = used & ~_near_borders(edges, self.truth)
+        is_wrong = (found != self.truth) & rated
+        is_away = rated & ~_near_borders(edges, self.truth)
         n = len(np.unique(ids[used]))
         return Score(
             n,
-            is_wrong.sum() / used.sum(),
+            is_wrong.sum() / max(rated.sum(), 1),
             is_wrong[is_away].sum() / max(is_away.sum(), 1),
-            _mean_iou(found[used], self.truth[used]),
+            _mean_iou(found[rated], self.truth[rated]),
             _n_pieces(edges[ids[edges[:, 0]] == ids[edges[:, 1]]], used) - n,
         )
 
 
-def study(paths: Iterable[Path]) -> str:
-    """Return a Markdown table with the mean scores of all methods at each level of noise."""
-    rooms = [Room.read(path) for path in sorted(paths)]
+def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
+    """Return a Markdown table with the mean scores of all methods at each level of noise.
+
+    Each of the folders contains the labels of another method, which is named after the folder.
+    """
+    rooms = [Room.read(path, folders) for path in sorted(paths)]
     if not rooms:
         raise MeshError("no rooms were found: the folder contains no .npz file")
     rows = []
     for level in dict.fromkeys(room.level for room in rooms):
         of_level = [room for room in rooms if room.level == level]
-        scores = {"ScanNet's segmenter": [room.score(room.original) for room in of_level]}
+        scores = {
+            name: [room.score(room.given[name]) for room in of_level]
+            for name in of_level[0].given
+            if all(name in room.given for room in of_level)
+        }
         for name, options in METHODS.items():
             scores[name] = [room.score(room.superpoints(**options)) for room in of_level]
         for name, of_rooms in scores.items():
@@ -143,7 +175,18 @@ def study(paths: Iterable[Path]) -> str:
     return markdown_table([*head, "extra pieces"], rows)
 
 
-def _near_borders(edges: Longs, truth: Longs) -> Bools:
+def _labels_in(folder: Path, room: str) -> Ints:
+    """Read the only label file of a room in a folder."""
+    paths = [path for path in folder.glob(f"{room}.*") if path.name.endswith(LABEL_ENDINGS)]
+    if len(paths) != 1:
+        raise MeshError(
+            f"{folder}: must contain one label file of the room {room}, such as {room}.segs.json,"
+            f" got {len(paths)}"
+        )
+    return read_labels(paths[0])
+
+
+def _near_borders(edges: Longs, truth: Ints) -> Bools:
     """Whether each vertex is on an edge between objects, or next to a vertex on such an edge."""
     is_near = np.zeros(len(truth), bool)
     is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
@@ -151,7 +194,7 @@ def _near_borders(edges: Longs, truth: Longs) -> Bools:
     return is_near
 
 
-def _mean_iou(found: Longs, truth: Longs) -> float:
+def _mean_iou(found: Ints, truth: Ints) -> float:
     n_objects = int(truth.max()) + 1
     sizes = np.bincount(truth, minlength=n_objects)
     shared = np.bincount(truth[found == truth], minlength=n_objects)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable
 from functools import partial
@@ -40,7 +41,7 @@ NO_REGION = -1
 def read_labels(
     path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
 ) -> Ints:
-    r"""Read the label of each cell from a file, in the order of the cells.
+    r"""Read the label of each cell or vertex from a file, in the order of the cells or vertices.
 
     Parameters
     ----------
@@ -53,6 +54,8 @@ def read_labels(
           faces;
         - ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh``: integer cell data ``label``;
         - other formats of `read_cloud`: a column or dimension ``label``;
+        - ``.segs.json`` (ScanNet): one id per vertex. `face_labels` converts labels of vertices to
+          labels of faces;
         - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: one label
           per vertex, which is its key or row in the color table minus 1. The first entry of the
           table means no region, and becomes -1;
@@ -60,15 +63,16 @@ def read_labels(
           all parts have names like ``region_17``, the labels are these numbers. Otherwise parts are
           numbered in the order of the file.
     n_faces : int, optional
-        Number of cells; if given, the file must have this number of labels.
+        Number of cells, or of vertices in a file with one label per vertex. If it is given, the
+        file must have this number of labels.
     name : str, default "label"
         Name of the labels in files that contain more than labels, for example ``"Label"`` or
         ``"classification"``.
 
     Returns
     -------
-    ndarray, shape (F,), int32
-        Label of each cell, 0 or greater; -1 if a cell is in no region. Labels may have gaps.
+    ndarray, shape (F,) or (V,), int32
+        Label of each cell or vertex, 0 or greater; -1 if it is in no region. Labels may have gaps.
 
     Raises
     ------
@@ -92,8 +96,6 @@ def read_labels(
     array([0, 1], dtype=int32)
     """
     path = Path(path)
-    if path.name.lower().endswith(".segs.json"):
-        raise MeshError(f"{path}: has labels of vertices: pass labels of faces instead")
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     with named_errors(path):
@@ -145,6 +147,21 @@ def _read_text(data: Content, name: str) -> Array:
     return lines.parse(np.int64)
 
 
+def _read_segments(data: Content, name: str) -> Array:
+    try:
+        document = json.loads(bytes(data))
+    except (ValueError, RecursionError):
+        raise MeshError("is not valid JSON: the file may be truncated") from None
+    values = document.get("segIndices") if isinstance(document, dict) else None
+    try:
+        array = np.asarray(values if isinstance(values, list) else None)
+    except ValueError:  # lists of different lengths
+        array = np.empty(0)
+    if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
+        raise MeshError("must have segIndices, a list of integers >= 0")
+    return array
+
+
 def _read_npy(data: Content, name: str) -> Array:
     shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
@@ -188,8 +205,12 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".stl": lambda data, name: stl_labels(data),
     ".obj": lambda data, name: obj_labels(data),
     **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
+    ".segs.json": _read_segments,
     ".label.gii": lambda data, name: gifti_labels(data),
     ".annot": lambda data, name: annot_labels(data),
 }
 
 LABEL_ENDINGS = tuple(_READERS)
+
+VERTEX_ENDINGS = (".segs.json", ".label.gii", ".annot")
+"""Endings of files with one label per vertex."""
