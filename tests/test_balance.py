@@ -561,7 +561,7 @@ def test_the_command_tells_of_pieces(tmp_path):
     arguments = ["segment", str(tmp_path / "star.obj"), "--cells-per-region", "2"]
     done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
     assert done.exit_code == 0
-    assert "regions have 1 separate piece not connected" in done.output
+    assert "some regions are disconnected: they have 1 additional piece" in done.output
 
 
 def test_batches_take_balance_and_refuse_arrays(tmp_path):
@@ -616,13 +616,25 @@ def test_sizes_that_overflow_are_refused(weight):
         sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))
 
 
-def test_fewer_regions_than_asked_for_are_explained():
-    block = shapes.drilled_block(64)
+@pytest.mark.parametrize("n_regions", [12, 30, 60])
+def test_each_face_of_a_part_gets_regions_in_proportion_to_its_area(n_regions):
+    block = sf.subdivide(shapes.drilled_block(64), 0.05).mesh
     edges = sf.sharp_edges(block)
+    faces = sf.segment(block, 1, barriers=edges)
+    result = sf.segment(block, n_regions, balance=1, barriers=edges)
+    counts = np.bincount(faces.labels[result.centers], minlength=7)
+    areas = faces.regions.areas
+    assert result.n_segments == n_regions
+    assert np.abs(counts - n_regions * areas / areas.sum()).max() < 1
+
+
+def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
+    mesh = apart(flat(10), flat(10))
+    least = 0.3 * sf.build_face_graph(mesh).measures.sum()
     with pytest.warns(sf.IslandWarning) as warned:
-        result = sf.segment(block, 12, balance=1, barriers=edges)
-    assert result.n_unreached == 0
+        result = sf.segment(mesh, 3, min_measure=least)
+    assert result.n_segments == 2
     assert str(warned[0].message) == (
-        f"{result.n_segments} regions instead of 12: some components of the mesh, or parts between"
-        " barriers, have too few cells for the number of regions that their area requires"
+        "2 regions instead of 3: some components are too small for more regions of at least"
+        f" min_measure={least:g}"
     )

@@ -145,7 +145,7 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
     assert needs <= {
         "trimesh", "pyvista", "open3d", "psb", "meshio", "skimage", "pandas", "networkx", "xatlas",
-        "pyfqmr", "psutil", "segment_anything", "torch",
+        "pyfqmr", "psutil", "scipy", "segment_anything", "torch",
     }  # fmt: skip
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 

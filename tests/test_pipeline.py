@@ -93,7 +93,7 @@ def test_two_islands_never_share_a_region():
 
 
 def test_a_component_without_a_seed_adds_a_region_and_a_warning():
-    with pytest.warns(IslandWarning, match=r"^2 regions instead of 1: 1 components"):
+    with pytest.warns(IslandWarning, match=r"^2 regions instead of 1: 1 component of"):
         result = segment(shapes.two_islands(), 1)
     assert result.n_segments == 2
     assert result.labels.tolist() == [0] * 4 + [1] * 4

@@ -313,7 +313,8 @@ def segment(
         If faces that are too long and thin for good regions cover more than a tenth of the area;
         see `subdivide`.
     IslandWarning
-        If there are more regions than `n_segments` because of components without a seed.
+        If there are more regions than `n_segments` because of components without a seed, except
+        for one region with barriers, which gives one region per component.
 
     Raises
     ------
@@ -791,21 +792,23 @@ def sliver_advice(radius: float) -> str:
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Explain why limits on sizes made fewer regions than requested; None if this is not so."""
+    """Explain why `min_measure` made fewer regions than requested; None if this is not so."""
     asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
-    is_sized = {"balance", "max_measure", "min_measure"} & result.params.keys()
-    if asked is None or n_made >= asked or not is_sized:
+    least = result.params.get("min_measure")
+    if asked is None or n_made >= asked or least is None:
         return None
+    components = "components between barriers" if "barriers" in result.params else "components"
     return (
-        f"{n_made} regions instead of {asked}: some {whole_parts(result.params)} have too few cells"
-        " for the number of regions that their area requires"
+        f"{n_made} regions instead of {asked}: some {components} are too small for more regions of"
+        f" at least min_measure={least:g}"
     )
 
 
-def whole_parts(params: Mapping[str, Any]) -> str:
-    """Plural noun for the pieces of a mesh that are segmented separately."""
-    between = ", or parts between barriers," if "barriers" in params else ""
-    return f"components of the mesh{between}"
+def barriers_note(asked: int, n_made: int) -> str:
+    """Explain why barriers made more regions than requested."""
+    if asked == 1:
+        return f"barriers divide the mesh into {n_made} components, each of which is a region"
+    return "barriers divide the mesh into components, each of which has at least one region"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
@@ -814,15 +817,18 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
         return
-    n_more = result.n_segments - asked
+    n_more, has_barriers = result.n_segments - asked, "barriers" in params
     fewer = fewer_note(result)
     if fewer is not None:
         warnings.warn(fewer, IslandWarning, stacklevel=stacklevel)
         return
     if params["islands"] == "keep" and result.n_unreached:
-        note = f"{result.n_unreached} {whole_parts(params)} got no seed"
-        if "barriers" not in params:
-            note += "; to join them to the nearest region, use islands='nearest'"
+        if has_barriers and asked == 1:  # the usual way to get one region per component
+            return
+        advice = "to join them to the nearest region, use islands='nearest'"
+        note = f"{counted(result.n_unreached, 'component')} of the mesh got no seed; {advice}"
+        if has_barriers:
+            note = barriers_note(asked, result.n_segments)
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
         note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
     else:

@@ -11,6 +11,7 @@ from superfacets import (
     read_labels,
     read_mesh,
     segment,
+    sharp_edges,
     write_labels,
     write_mesh,
 )
@@ -181,8 +182,8 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     out = tmp_path / "out.npy"
     options = ("-n", 1, "--barrier-angle", 30, "--force", "-o", out)
     more = (
-        "superfacets: note: 6 more regions than requested: components of the mesh, or parts between"
-        " barriers, without a seed became regions\n"
+        "superfacets: note: 6 more regions than requested: barriers divide the mesh into 7"
+        " components, each of which is a region\n"
     )
     status, _, err = run("segment", tmp_path / "block.ply", *options)
     assert (status, err) == (0, more)
@@ -194,8 +195,30 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     back = np.load(out)
     assert len(np.unique(labels * 7 + back)) == 7  # the same faces, subdivided
     status, _, err = run("segment", tmp_path / "block.ply", "-n", 12, "--balance", 1, *options[2:])
+    assert (status, err) == (0, "")
+    assert len(np.unique(np.load(out))) == 12
+
+
+def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
+    """A fold of 90 degrees that becomes flat over 10 edges ends inside the only region."""
+    x, y = np.meshgrid(np.arange(-5.0, 6.0), np.arange(11.0), indexing="ij")
+    z = np.abs(x) * (1 - y / 10)
+    folded = Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), shapes.bumpy_sheet(10).faces)
+    write_mesh(tmp_path / "fold.ply", folded)
+    n_sharp = len(sharp_edges(folded, 30))
+    assert 0 < n_sharp < 10
+    options = ("-n", 1, "--barrier-angle", 30, "-o")
+    status, _, err = run("segment", tmp_path / "fold.ply", *options, tmp_path / "fold.npy")
+    assert (status, err) == (
+        0,
+        f"superfacets: note: {n_sharp} sharp edges are inside region 0, because lines of sharp"
+        " edges end there; try a smaller --barrier-angle\n",
+    )
+    second = Mesh(folded.vertices + [20, 0, 0], folded.faces)
+    write_mesh(tmp_path / "both.ply", shapes.together([folded, second]))
+    status, _, err = run("segment", tmp_path / "both.ply", *options, tmp_path / "both.npy")
     assert status == 0
-    assert "regions instead of 12: some components of the mesh, or parts between barriers" in err
+    assert f"{2 * n_sharp} sharp edges are inside 2 regions, because" in err
 
 
 def test_a_barrier_angle_of_points_is_one_line(run, tmp_path):

@@ -153,10 +153,11 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
             "give --labels or --mask, not both",
         ),
         (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
+        (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
         (
             ("-n", "3", "-o", "x.npy", "--features", "heat"),
             1,
-            "features heat: there is no heat",
+            "features heat: the mesh has no heat",
         ),
         (
             ("-n", "9999", "-o", "out.npz"),

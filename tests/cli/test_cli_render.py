@@ -17,7 +17,7 @@ def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path)
     path.write_text("\n".join([*head, " ".join([count, a, b, c, "-4", *rest]), ""]))
     status, _, err = run("render", path, "-o", tmp_path / "picture.png")
     assert status == 1
-    assert "labels[1] is -4" in err
+    assert "labels[1] must be -1 to 2147483647, got -4" in err
 
 
 def test_rendering_wants_a_png(run, sheet, tmp_path):

@@ -93,7 +93,7 @@ def test_a_signaling_nan_is_refused_without_a_warning():
         (
             [[0, 0, 0], [1, np.nan, 0], [0, 1, 0]],
             [[0, 1, 2]],
-            r"vertices\[1\] must be finite, got \[nan, 0.0, 0.0\]",
+            r"vertices\[1\] must be finite, got \[1.0, nan, 0.0\]",
         ),
         (
             [[0, 0, 0], [1, 0, 0], [0, np.inf, 0]],

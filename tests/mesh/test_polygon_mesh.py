@@ -274,7 +274,8 @@ def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():
 @pytest.mark.parametrize("flat", [[4, 0, 1, 2, 3, 3, 0, 1], [3, 0, 1, 2, -1], [3, 0, 1, 2, 0]])
 def test_flat_faces_that_run_beyond_their_end_are_refused(flat):
     odd = types.SimpleNamespace(points=np.array(SQUARE, float), faces=np.array(flat))
-    with pytest.raises(MeshError, match=r"faces\[1\] must have at least 3 corners, got 0"):
+    message = r"faces\[1\] (has .* corners, but only|must have at least 3 corners, got 0)"
+    with pytest.raises(MeshError, match=message):
         as_mesh(odd)
 
 

@@ -247,7 +247,7 @@ def test_what_does_not_fit_is_refused():
         (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), "For one label per vertex"),
         (lambda: sf.submesh(mesh, [0] * 5, 0), "one value per cell: there are 3"),
         (lambda: sf.cut_borders(mesh, [0] * 5), "one value per cell: there are 3"),
-        (lambda: sf.view(mesh, [0] * 5), r"transfer\(mesh.vertices, labels, mesh\)"),
+        (lambda: sf.view(mesh, [0] * 5), r"face_labels\(mesh, labels\)"),
         (lambda: sf.view(mesh, ground_truth=[0] * 5), "For one label per vertex"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1]), "measures must have one value per cell"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] must be finite"),

@@ -15,7 +15,7 @@ from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
 from .._validate import checked_flag, checked_fraction, checked_number, checked_threads
 from ..adapters.convert import as_mesh
-from ..cells.constraints import sharp_edges
+from ..cells.constraints import sharp_edges, sharp_edges_inside
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
 from ..cells.point_graph import checked_viewpoint
@@ -128,6 +128,7 @@ class Outcome:
     result: Segmentation
     listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
     listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
+    sharp_inside: Longs | None = None  # (K,) barrier edges inside each region; None without angle
 
 
 def segment_file(
@@ -175,9 +176,13 @@ def segment_file(
         of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
     seen = mesh if options.viewpoint is None else seen_from(options.viewpoint, mesh)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
+    outcome = Outcome(mesh, attributes, result)
+    if barrier_angle is not None:
+        inside = sharp_edges_inside(as_mesh(mesh), result.labels, barrier_angle, n_threads=threads)
+        outcome = replace(outcome, sharp_inside=inside)
     if parts is None:
-        return Outcome(mesh, attributes, result)
-    return Outcome(mesh, attributes, result, parts.labels_back(result.labels), given)
+        return outcome
+    return replace(outcome, listed=parts.labels_back(result.labels), listed_mesh=given)
 
 
 def _opacities(attributes: MeshAttributes | None) -> Floats:

@@ -147,6 +147,7 @@ def sharp_edges(
     """Return the edges with a large angle between their faces, for `barriers` of `segment`.
 
     With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth face of a CAD part.
+    If a line of sharp edges ends inside a face, the region extends around the end of the line.
 
     Parameters
     ----------
@@ -180,6 +181,28 @@ def sharp_edges(
     >>> sharp_edges(roof).tolist(), sharp_edges(roof, 91).tolist()
     ([[0, 2]], [])
     """
+    keys, _ = _sharp_sides(mesh, angle, weld, n_threads)
+    keys = np.unique(keys)
+    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+
+
+def sharp_edges_inside(
+    mesh: MeshLike, labels: Ints, angle: float, *, n_threads: int | None = None
+) -> Longs:
+    """Return the number of sharp edges between faces of the same region, for each region.
+
+    `labels` is the region of each face, or -1. See `sharp_edges` for the other parameters.
+    """
+    keys, faces = _sharp_sides(mesh, angle, True, n_threads)
+    is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)
+    _, first = np.unique(keys[is_inside], return_index=True)
+    return np.bincount(labels[faces[is_inside, 0][first]], minlength=int(labels.max()) + 1)
+
+
+def _sharp_sides(
+    mesh: MeshLike, angle: float, weld: bool, n_threads: int | None
+) -> tuple[Longs, Ints]:
+    """Return the key of the edge, and both faces, of each arc across a sharp edge."""
     angle = checked_number(angle, "angle", zero=False)
     if angle > 180:
         raise ValueError(f"angle must be at most 180, got {angle:g}")
@@ -194,8 +217,8 @@ def sharp_edges(
     is_sharp[1:] |= is_same
     lowest = lowest_vertices(source.vertices, weld, threads)
     ends = lowest[ends_of_sides(source, sources[is_sharp], graph.sides[is_sharp])]
-    keys = np.unique(_keys_of(ends))
-    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+    faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)
+    return _keys_of(ends), faces
 
 
 def in_order(values: Array, order: Ints | None) -> Array:

@@ -19,7 +19,7 @@ from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..mesh.cells import Cells
-from ..pipeline import SCANS, fewer_note, whole_parts
+from ..pipeline import SCANS, barriers_note, fewer_note
 
 
 def notes_of(
@@ -45,6 +45,8 @@ def notes_of(
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
     notes += notes_on_result(result)
+    if outcome.sharp_inside is not None:
+        notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
     return notes + notes_on_written(mesh, outcome.attributes, endings, n_lost)
@@ -96,11 +98,27 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     more = f"{counted(n_made - asked, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: parts between barriers without a seed became regions"]
-    parts = f"{whole_parts(params)} without a seed"
+    parts, has_barriers = "components of the mesh without a seed", "barriers" in params
     if params["radius_factor"] is not None:
         parts += ", and faces that no center reached,"
-    advice = "" if "barriers" in params else "; --islands nearest joins them to the nearest region"
+    elif has_barriers:
+        return [f"{more}: {barriers_note(asked, n_made)}"]
+    advice = "" if has_barriers else "; --islands nearest joins them to the nearest region"
     return [f"{more}: {parts} became regions{advice}"]
+
+
+def _notes_on_sharp_edges(n_inside: Longs) -> list[str]:
+    """A note if barrier edges are inside regions; `n_inside` is their number in each region."""
+    regions = np.flatnonzero(n_inside)
+    if not len(regions):
+        return []
+    edges = counted(int(n_inside.sum()), "sharp edge")
+    verb = "is" if n_inside.sum() == 1 else "are"
+    where = f"region {regions[0]}" if len(regions) == 1 else counted(len(regions), "region")
+    return [
+        f"{edges} {verb} inside {where}, because lines of sharp edges end there; try a smaller"
+        " --barrier-angle"
+    ]
 
 
 def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:

@@ -282,21 +282,23 @@ class Balancer:
     ) -> Clustering:
         """Add and remove centers until each component has its target number of regions."""
         n_components = int(cells[1].max()) + 1
+        targets = None
         while self.may_jump:
             found = _Regions.of(clustering, *cells)
             has = np.bincount(found.components, minlength=n_components)
-            change = self.rules.counts(has) - has
-            if not change.any():
-                break
+            if targets is None:
+                targets = self.rules.counts(has)
+            change = targets - has
             smallest_first = found.ranks(found.sizes)
             stays = smallest_first >= np.maximum(-change, 0)[found.components]
-            largest_first = found.ranks(-found.sizes)
-            gets = largest_first < np.maximum(change, 0)[found.components]
-            more = found.farthest(clustering.lengths())[gets]
-            more = more[~np.isin(more, found.centers)]
-            if stays.all() and not len(more):
-                break  # regions of one cell cannot be divided
-            centers = np.concatenate([found.centers[stays], more])
+            more = found.farthest(clustering.lengths())
+            is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
+            largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
+            gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
+            if stays.all() and not gets.any():
+                break
+            # A component may need several rounds, because each region is divided once per round.
+            centers = np.concatenate([found.centers[stays], more[gets]])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
         return clustering
 

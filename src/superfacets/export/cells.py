@@ -219,7 +219,8 @@ def _check_kind(kind: Kind, ending: str) -> None:
     fitting = tuple(_writers_of(kind))
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
-        raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}")
+        table = "; for a table of regions, use superfacets regions" if ending == ".csv" else ""
+        raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}{table}")
 
 
 def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
