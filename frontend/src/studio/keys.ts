@@ -126,6 +126,7 @@ export class Keys {
         const entry = this.desk.session.state.classes.find((one) => one.key === key);
         if (!entry) return this.desk.say(`No class has the key ${key}.`);
         this.desk.choose(entry.id);
+        this.desk.drawing.canvas.focus();
         this.desk.say(`${this.desk.paintName(this.desk.currentPaint)} is chosen.`);
       },
     };
@@ -136,7 +137,7 @@ export class Keys {
     return [
       { names: ["n"], what: "next region", run: () => desk.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => desk.moveCursor(-1) },
-      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => desk.showLargestBare() },
+      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => desk.showNextBare() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => desk.hideActive() },
@@ -224,12 +225,17 @@ export class Keys {
   }
 }
 
-/** Move the focus to the canvas after the user has chosen an entry of a list with the pointer. */
+const RETURNING = "#next-bare, #new-object, #classes :is([type=radio], kbd, .none, output)";
+
+/** Move the focus to the canvas after the pointer has chosen an entry of a list, a class, an object or a region. */
 function returnFocus(canvas: HTMLCanvasElement): void {
   let pressed: EventTarget | null = null;
   window.addEventListener("pointerdown", ({ target }) => (pressed = target));
   window.addEventListener("change", ({ target }) => {
     if (target === pressed && target instanceof HTMLSelectElement) canvas.focus();
+  });
+  window.addEventListener("click", ({ target, detail }) => {
+    if (detail && (target as Element).matches(RETURNING)) canvas.focus(); // detail is 0 if a key was used instead of the pointer
   });
 }
 

@@ -52,6 +52,7 @@ async function start(): Promise<void> {
     window.studio = makeHook(desk, modes, () => part("loading").hidden === true);
     await session.loadFiles();
     await files.openFirst();
+    part("welcome-name").hidden = session.state.classes[0]?.name !== "class 1";
     part("welcome-inside").hidden = !views.isSeenFromBehind;
   } catch (error) {
     session.report(error);

@@ -32,7 +32,7 @@ export class ClassesPanel {
     onClick("new-object", () => desk.newObject());
     onClick("undo", () => void session.undo());
     onClick("redo", () => void session.redo());
-    onClick("next-bare", () => desk.showLargestBare());
+    onClick("next-bare", () => desk.showNextBare());
     const lock = part<HTMLInputElement>("lock");
     lock.addEventListener("change", () => desk.lock(lock.checked));
   }
@@ -96,7 +96,6 @@ export class ClassesPanel {
   private radio(value: number, label: string, choose: () => void): HTMLInputElement {
     const radio = make("input", { type: "radio", name: "class", value: String(value), "aria-label": label, title: label });
     radio.addEventListener("change", choose);
-    radio.addEventListener("click", ({ detail }) => detail && part("canvas").focus()); // detail is 0 if an arrow key was used instead of the mouse
     return radio;
   }
 
