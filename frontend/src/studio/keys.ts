@@ -81,7 +81,13 @@ export class Keys {
     const { desk, modes } = this;
     return [
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
-      { names: ["0"], what: "choose no class, so that strokes erase", run: () => desk.choose(0) },
+      {
+        names: ["0"], what: "choose no class, so that strokes erase",
+        run: () => {
+          desk.choose(0);
+          desk.drawing.canvas.focus();
+        },
+      },
       { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
       { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
       { names: ["f"], paints: true, what: "also paint similar unlabeled regions", run: () => void desk.fillSimilar() },
