@@ -102,6 +102,18 @@ def write_obj(path, mesh):
     Path(path).write_text("".join(lines))
 
 
+def export_labels(path):
+    """Label a few cells in the studio, and write the files that the studio exports."""
+    from superfacets.studio.document import Document
+    from superfacets.studio.exports import export
+
+    document = Document.open(Path(path))
+    document.paint(np.arange(50, dtype=np.uint32), 1, objects=1)
+    export(document, "cells", "npy")
+    export(document, "objects", "json")
+    document.close()
+
+
 def run_page(path):
     """Run the blocks of a page in a row, as a reader would."""
     names = {}
@@ -118,6 +130,8 @@ def run_page(path):
 def test_the_python_of_a_page_runs_and_prints_what_it_says(path, files):
     if path.stem == "scans":
         sf.write_mesh("scan.ply", gallery_meshes.scan(5_000))
+    if path.stem == "label":
+        export_labels("scan.ply")
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", UserWarning

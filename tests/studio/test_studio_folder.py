@@ -213,6 +213,39 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
         read_classes(tmp_path / "names.txt")
 
 
+def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path):
+    path = tmp_path / "scan.objects.json"
+    categories = [
+        {"id": 2, "name": "Slab", "isthing": 0, "supercategory": "", "color": [1, 2, 3]},
+        {"id": 12, "name": "wall", "isthing": 1},
+        {"id": 3, "name": "floor"},
+    ]
+    path.write_text(json.dumps({"images": [], "categories": categories}))
+    found = [(c["id"], c["name"], c["key"], "stuff" in c) for c in read_classes(path)]
+    assert found == [(2, "Slab", "2", True), (12, "wall", "", False), (3, "floor", "3", False)]
+    path.write_text('["roof", {"id": 2, "name": "wall", "stuff": true}]')
+    found = [(c["id"], c["name"], "stuff" in c) for c in read_classes(path)]
+    assert found == [(1, "roof", False), (2, "wall", True)]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('{"labels": [], "n": 2}', 'found an object with the keys "labels", "n"'),
+        ('{"categories": 3}', 'found an object with the keys "categories"'),
+        ("{}", "found an object without keys"),
+        ("3", "found 3"),
+        ('{"categories": [3]}', r"classes\[0\] must have an id, a name and a color"),
+        ('{"categories": [{"name": "a"}]}', r"classes\[0\]: id must be a whole number"),
+    ],
+)
+def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, content, message):
+    path = tmp_path / "classes.json"
+    path.write_text(content)
+    with pytest.raises(ValueError, match=f"not a list of classes: .*{message}"):
+        read_classes(path)
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [

@@ -378,15 +378,18 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
     document.compare("theirs", theirs.read_bytes())
     found = document.agreement()
     chair = next(row for row in found["classes"] if row["name"] == "chair")
-    # Faces 8 to 64 of both; 0 to 8 and 80 to 96 mine alone, 96 to 104 theirs alone.
-    assert chair["iou"] == pytest.approx(56 / 88, abs=1e-6)
-    ious = {row["object"]: row["iou"] for row in chair["objects"]}
-    assert ious == {1: 0.75, 2: 1.0, 5: 0.0, 6: 0.0}  # their object 5 is none of mine
+    # Faces 8 to 80 are labeled by both. Faces that only one has labeled change no IoU.
+    assert chair["iou"] == 1.0
+    assert {row["object"]: row["iou"] for row in chair["objects"]} == {1: 1.0, 2: 1.0}
     assert found["share"] == 1.0
+    assert found["labeled"] == pytest.approx(72 / 128)
     assert not len(document.differing())
     document.paint(_range(40, 48), 2, objects=1)
     assert document.differing().tolist() == list(range(40, 48))
-    assert document.agreement()["share"] == pytest.approx(64 / 72)
+    found = document.agreement()
+    assert found["share"] == pytest.approx(64 / 72)
+    ious = {row["name"]: row["iou"] for row in found["classes"]}
+    assert ious == pytest.approx({"chair": 48 / 56, "table": 16 / 24}, abs=1e-6)
     document.accept(_range(40, 44), "mine")
     document.accept(_range(44, 50), "theirs")
     assert not len(document.differing())
@@ -427,6 +430,7 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     arguments = [str(path), str(mine), str(theirs), "-o", str(target), "--prefer", prefer]
     result = CliRunner().invoke(agree_command, arguments)
     assert result.exit_code == 0, result.output
+    assert result.output.startswith("both labeled 56.2 % of the area\n")
     assert "both agree on 88.9 % of the area that both have labeled" in result.output
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [

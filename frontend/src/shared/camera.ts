@@ -72,6 +72,11 @@ export class Camera {
     this.changed();
   }
 
+  /** Whether azimuth and elevation, in radians, are equal to the given angles. */
+  isAt(azimuth: number, elevation: number): boolean {
+    return this.azimuth === azimuth && this.elevation === elevation;
+  }
+
   /** Distance from the eye to the target. */
   get distance(): number {
     if (!this.fitted && this.positions) this.fit(this.positions);

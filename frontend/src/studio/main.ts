@@ -52,6 +52,7 @@ async function start(): Promise<void> {
     window.studio = makeHook(workbench, modes, () => element("loading").hidden === true);
     await session.loadFiles();
     await files.openFirst();
+    element("welcome-name").hidden = session.state.classes[0]?.name !== "class 1";
     element("welcome-inside").hidden = !views.isSeenFromBehind;
   } catch (error) {
     session.report(error);

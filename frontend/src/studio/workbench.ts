@@ -37,6 +37,7 @@ export class Workbench {
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
   private isPainted = false; // whether the selected regions were selected by painting them
   private order: number[] = []; // order in which `moveCursor` visits the regions
+  private lastBare = -1; // region that `showNextBare` chose last; -1 if there is none
 
   constructor(readonly session: Session, readonly drawing: Drawing) {
     const { events } = session;
@@ -46,6 +47,7 @@ export class Workbench {
     drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
     drawing.afterView.push(() => this.sayIfEmpty());
     events.on("painted", (cells) => {
+      drawing.hasLabels = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
       drawing.cells.setPaint(session.paints.of, cells, this.stuff);
       drawing.redraw();
     });
@@ -283,19 +285,23 @@ export class Workbench {
     this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only unlabeled cells.` : ""}`);
   }
 
-  /** Go to the region with the largest unlabeled area. Regions that are mostly labeled are skipped. */
-  showLargestBare(): void {
+  /**
+   * Go to the largest region that is mostly unlabeled. If the last call of this method chose the current
+   * region, go to the next smaller region instead; the largest region follows the smallest one.
+   */
+  showNextBare(): void {
     const { regions, paints } = this.session;
-    let best = -1;
-    let most = 0;
-    for (let region = 0; region < regions.count; region++) {
-      if (regions.areas[region] <= most || this.isRegionHidden(region)) continue;
+    const { areas } = regions;
+    const isBare = (region: number): boolean => {
       const bare = paints.bareArea(regions.cellsOf(region));
-      if (2 * bare < regions.areas[region] || bare <= most) continue;
-      [best, most] = [region, bare];
-    }
-    if (best < 0) this.say("Every region has a class.");
-    else this.setCursor(best);
+      return bare > 0 && 2 * bare >= areas[region] && !this.isRegionHidden(region);
+    };
+    const order = [...areas.keys()].sort((a, b) => areas[b] - areas[a]);
+    const start = this.cursor === this.lastBare ? order.indexOf(this.cursor) + 1 : 0;
+    const next = [...order.slice(start), ...order.slice(0, start)].find(isBare);
+    if (next === undefined) return this.say("Every region has a class.");
+    this.lastBare = next;
+    this.setCursor(next);
   }
 
   grow(): void {

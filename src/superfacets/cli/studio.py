@@ -25,8 +25,8 @@ from .options import COUNT, FILE, FLAG, json_option, option, options
     option("--work FILE", FILE,
            "File in which the work is saved.  [default: IN.studio.jsonl, beside IN]"),
     option("--classes FILE", FILE,
-           "Classes for new work: a .json file written by the studio, or a .txt file with one class"
-           " name per line."),
+           "Classes for new work: a .txt file with one class name per line, a .json list of"
+           " classes, or an .objects.json file exported by the studio."),
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
     option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
@@ -94,9 +94,10 @@ def agree_command(
     """Compare two people's work in the studio, and merge it.
 
     MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
-    percentage of the area on which both agree, and the IoU of each class and object. Classes are
-    matched by name, and objects by their overlap. The merged work keeps labels of cells that only
-    one person has labeled.
+    percentage of the area that both have labeled, the percentage of this area on which class and
+    object agree, and the IoU of each class and object. Cells that only one person has labeled do
+    not change the agreement or the IoU. Classes are matched by name, and objects by their overlap.
+    The merged work keeps labels of cells that only one person has labeled.
     """
     _check_extra()
     from ..studio.work.document import merged_work
@@ -110,7 +111,10 @@ def agree_command(
 
 
 def _text(found: dict[str, Any]) -> str:
-    lines = [f"both agree on {100 * found['share']:.1f} % of the area that both have labeled"]
+    lines = [
+        f"both labeled {100 * found['labeled']:.1f} % of the area",
+        f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
+    ]
     for row in found["classes"]:
         lines.append(f"{row['iou']:.3f}  {row['name']}")
         lines += [f"  {one['iou']:.3f}  {row['name']} {one['object']}" for one in row["objects"]]

@@ -189,6 +189,81 @@ def test_all_is_done_without_a_mouse(studio):
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
 
+def test_the_next_unlabeled_region_is_smaller_and_the_last_one_leads_to_the_first(studio):
+    _, tab = studio
+    areas = np.bincount(tab.labels(), sf.build_face_graph(sample_mesh(5_000)).measures)
+    order = np.argsort(-areas, kind="stable").tolist()
+    button = tab.locator("#next-bare")
+    visited = []
+    for _ in range(3):
+        button.click()
+        visited.append(tab.evaluate("studio.cursor()"))
+    assert visited == order[:3]
+    assert tab.evaluate("document.activeElement.id") == "canvas"
+    tab.press("2", "Enter", "s", "s")  # Enter paints the region, and does not press the button
+    assert set(tab.labels()[tab.classes() == 2]) == {order[2]}
+    assert tab.evaluate("studio.cursor()") == order[4]
+    for _ in range(len(order) - 5):
+        tab.press("s")
+    assert tab.evaluate("studio.cursor()") == order[-1]
+    tab.press("s", "Escape", "s")
+    assert tab.evaluate("studio.cursor()") == order[0]
+    tab.press("n", "s")
+    assert tab.evaluate("studio.cursor()") == order[0]
+
+
+def test_the_mesh_has_the_focus_after_a_class_or_an_object_was_chosen(studio):
+    _, tab = studio
+    for control in ("#classes kbd >> nth=1", "#new-object", "[name=object] >> nth=0"):
+        tab.locator(control).click()
+        assert tab.evaluate("document.activeElement.id") == "canvas", control
+    for key in "10":
+        tab.locator("#help-button").focus()
+        tab.press(key)
+        assert tab.evaluate("document.activeElement.id") == "canvas", key
+
+
+def test_unlabeled_regions_are_gray_once_a_cell_has_a_class(studio):
+    _, tab = studio
+    (_, *painted), *others = tab.spots(5)
+    chroma = [np.ptp(tab.hue_at(*place)) for _, *place in others]
+    assert max(chroma) > 0.05
+    tab.click(*painted)
+    tab.away()
+    assert np.ptp(tab.hue_at(*painted)) > 0.2
+    assert max(np.ptp(tab.hue_at(*place)) for _, *place in others) < 0.01
+    tab.press("Control+z")
+    tab.wait_for_status("Undone")
+    assert [np.ptp(tab.hue_at(*place)) for _, *place in others] == chroma
+
+
+def test_a_view_button_pressed_again_shows_the_opposite_side(studio):
+    _, tab = studio
+    for name in ("Front", "Side", "Top"):
+        toward = []
+        for _ in range(3):
+            tab.page.get_by_role("button", name=name, exact=True).click()
+            toward.append(tab.evaluate("studio.workbench.drawing.camera.directions()[2]"))
+        np.testing.assert_allclose(toward[1], np.negative(toward[0]), atol=1e-9)
+        assert toward[2] == toward[0]
+
+
+def test_the_introduction_tells_to_name_a_class_only_if_no_class_has_a_name(
+    serve, browser, tmp_path
+):
+    for name, is_shown in (("class 1", True), ("roof", False)):
+        folder = tmp_path / name
+        folder.mkdir()
+        write_mesh(folder / "bear.ply", sample_mesh(5_000))
+        (folder / "superfacets-classes.json").write_text(f'["{name}"]')
+        page = browser.new_page()
+        page.goto(serve(folder, 40).address)
+        page.wait_for_function("() => window.studio && studio.ready")
+        assert page.locator("#welcome").is_visible()
+        assert page.locator("#welcome-name").is_visible() == is_shown
+        page.close()
+
+
 def test_lasso_and_brush_paint_what_is_seen(studio):
     _, tab = studio
     region, x, y = tab.spots(1)[0]

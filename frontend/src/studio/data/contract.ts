@@ -76,6 +76,7 @@ export interface Effect extends Progress {
 /** Agreement of the labels in two work files. */
 export interface Agreement {
   name: string;
+  labeled: number; // fraction of the whole area that is labeled in both files
   share: number; // fraction of the area labeled in both files that has the same labels
   classes: { class: number; name: string; iou: number; objects: { object: number; iou: number }[] }[];
 }

@@ -81,7 +81,13 @@ export class Keys {
     const { workbench, modes } = this;
     return [
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
-      { names: ["0"], what: "choose no class, so that strokes erase", run: () => workbench.choose(0) },
+      {
+        names: ["0"], what: "choose no class, so that strokes erase",
+        run: () => {
+          workbench.choose(0);
+          workbench.drawing.canvas.focus();
+        },
+      },
       { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
       { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
       { names: ["f"], paints: true, what: "also paint similar unlabeled regions", run: () => void workbench.fillSimilar() },
@@ -126,6 +132,7 @@ export class Keys {
         const entry = this.workbench.session.state.classes.find((one) => one.key === key);
         if (!entry) return this.workbench.say(`No class has the key ${key}.`);
         this.workbench.choose(entry.id);
+        this.workbench.drawing.canvas.focus();
         this.workbench.say(`${this.workbench.paintName(this.workbench.currentPaint)} is chosen.`);
       },
     };
@@ -136,7 +143,7 @@ export class Keys {
     return [
       { names: ["n"], what: "next region", run: () => workbench.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => workbench.moveCursor(-1) },
-      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => workbench.showLargestBare() },
+      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => workbench.showNextBare() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => workbench.hideActive() },
@@ -224,12 +231,17 @@ export class Keys {
   }
 }
 
-/** Move the focus to the canvas after the user has chosen an entry of a list with the pointer. */
+const RETURNING = "#next-bare, #new-object, #classes :is([type=radio], kbd, .none, output)";
+
+/** Move the focus to the canvas after the pointer has chosen an entry of a list, a class, an object or a region. */
 function returnFocus(canvas: HTMLCanvasElement): void {
   let pressed: EventTarget | null = null;
   window.addEventListener("pointerdown", ({ target }) => (pressed = target));
   window.addEventListener("change", ({ target }) => {
     if (target === pressed && target instanceof HTMLSelectElement) canvas.focus();
+  });
+  window.addEventListener("click", ({ target, detail }) => {
+    if (detail && (target as Element).matches(RETURNING)) canvas.focus(); // detail is 0 if a key was used instead of the pointer
   });
 }
 

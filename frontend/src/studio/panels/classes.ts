@@ -32,7 +32,7 @@ export class ClassesPanel {
     onClick("new-object", () => workbench.newObject());
     onClick("undo", () => void session.undo());
     onClick("redo", () => void session.redo());
-    onClick("next-bare", () => workbench.showLargestBare());
+    onClick("next-bare", () => workbench.showNextBare());
     const lock = element<HTMLInputElement>("lock");
     lock.addEventListener("change", () => workbench.lock(lock.checked));
   }
@@ -96,7 +96,6 @@ export class ClassesPanel {
   private radio(value: number, label: string, choose: () => void): HTMLInputElement {
     const radio = make("input", { type: "radio", name: "class", value: String(value), "aria-label": label, title: label });
     radio.addEventListener("change", choose);
-    radio.addEventListener("click", ({ detail }) => detail && element("canvas").focus()); // detail is 0 if an arrow key was used instead of the mouse
     return radio;
   }
 

@@ -49,16 +49,16 @@ export class Comparison {
     if (reply.agreement) this.show(reply.agreement);
   }
 
-  private show({ name, share, classes }: Agreement): void {
+  private show({ name, labeled, share, classes }: Agreement): void {
     const row = (text: string, iou: number, kind: string): HTMLElement =>
       make("tr", { class: kind }, make("td", {}, text), make("td", {}, iou.toFixed(3)));
     const rows = classes.flatMap((one) => [
       row(one.name, one.iou, "whole"),
       ...one.objects.map(({ object, iou }) => row(`${one.name} ${object}`, iou, "part")),
     ]);
-    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union" }, "IoU"));
+    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union. Cells labeled in only one file are ignored" }, "IoU"));
     this.box.replaceChildren(
-      make("p", {}, `${name}: both files agree on ${(100 * share).toFixed(1)} % of the area that both have labeled.`),
+      make("p", {}, `${name}: both files label ${(100 * labeled).toFixed(1)} % of the area, and agree on ${(100 * share).toFixed(1)} % of this part.`),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
         this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => this.next()),

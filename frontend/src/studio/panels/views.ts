@@ -20,10 +20,14 @@ export class Views {
   constructor(private readonly workbench: Workbench) {
     const { camera } = workbench.drawing;
     const quarter = Math.PI / 2;
+    const turn = (azimuth: number, elevation: number) => (): void => {
+      if (!camera.isAt(azimuth, elevation)) camera.turnTo(azimuth, elevation);
+      else camera.turnTo(azimuth + (elevation ? 0 : Math.PI), -elevation);
+    };
     this.usual = [
-      { name: "Front", key: "Alt+1", what: "from the front", run: () => camera.turnTo(0, 0) },
-      { name: "Side", key: "Alt+2", what: "from the right side", run: () => camera.turnTo(quarter, 0) },
-      { name: "Top", key: "Alt+3", what: "from the top", run: () => camera.turnTo(0, quarter) },
+      { name: "Front", key: "Alt+1", what: "from the front; again: from the back", run: turn(0, 0) },
+      { name: "Side", key: "Alt+2", what: "from the right side; again: from the left side", run: turn(quarter, 0) },
+      { name: "Top", key: "Alt+3", what: "from the top; again: from below", run: turn(0, quarter) },
       { name: "Frame", key: "g", what: "go to the region under the pointer or to the chosen object", run: () => workbench.frameActive() },
       { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
     ];

@@ -53,6 +53,7 @@ uniform int line;  // width of borders in first-pass pixels
 uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
+uniform bool has_labels;  // whether any cell has a class
 uniform float blend;  // opacity of the texture, 0 to 1
 uniform bool is_cloud;
 uniform vec2 near_far;
@@ -92,6 +93,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = texel.rgb;
     is_active = texel.a > 0.5 || region == hovered || region == cursor;
   }
+  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1)));  // gray differs from the colors of classes
   base = mix(vec3(0.88), base, 0.42);
   uint id = state.r | state.g << 8;
   if (id != 0u) {

@@ -22,16 +22,17 @@ instance, as in the ground truth of the ScanNet benchmark."""
 
 INSTANCES = 1000
 _MAX_NAME = 200
+_EXPECTED = 'expected a JSON list of classes, or an object with a list "categories"'
 
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
 """A new class with one of these names has no objects."""
 
 _COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
-    "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#636363",
+    "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#5a5a00",
 )  # fmt: skip
 """Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
-which color-blind people can distinguish."""
+which color-blind people can distinguish. Gray is the color of unlabeled cells."""
 
 _N_DEFAULT = 6
 
@@ -183,14 +184,16 @@ def checked_object(value: object) -> int:
 
 
 def read_classes(path: Path) -> ClassList:
-    """Read classes from a file of `write_classes`, or from a text file with one name per line.
+    """Read classes from a JSON file, or from a text file with one name per line.
+
+    A JSON file contains a list, as from `write_classes`, or is an ``objects.json`` file.
 
     Raises ValueError if the file does not contain a list of classes; OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")
         if path.suffix.lower() == ".json":
-            return checked_class_list(json.loads(text))
+            return checked_class_list(_listed(json.loads(text)))
         names = [line.strip() for line in text.splitlines() if line.strip()]
         if not names:
             raise ValueError("no line has a name")
@@ -199,6 +202,35 @@ def read_classes(path: Path) -> ClassList:
         raise ValueError(f"{path}: not a list of classes: nested too deeply") from None
     except ValueError as error:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
+
+
+def _listed(content: Any) -> list[Any]:
+    """Classes in the content of a JSON file: entries of a list, or categories in COCO format."""
+    if isinstance(content, list):
+        return [
+            new_class(i, entry) if isinstance(entry, str) else entry
+            for i, entry in enumerate(content, 1)
+        ]
+    if not isinstance(content, dict):
+        raise ValueError(f"{_EXPECTED}, found {json.dumps(content)[:_MAX_NAME]}")
+    if not isinstance(content.get("categories"), list):
+        keys = ", ".join(map(json.dumps, content))[:_MAX_NAME]
+        found = f"with the keys {keys}" if keys else "without keys"
+        raise ValueError(f"{_EXPECTED}, found an object {found}")
+    return [_of_category(entry) for entry in content["categories"]]
+
+
+def _of_category(entry: Any) -> Any:
+    """Class for a category in COCO format, where ``isthing`` is 0 for a class without objects."""
+    if not isinstance(entry, dict):
+        return entry
+    key = str(entry.get("id"))
+    return {
+        "id": entry.get("id"),
+        "name": entry.get("name"),
+        "key": key if len(key) == 1 else "",
+        "stuff": not entry.get("isthing", True),
+    }
 
 
 def write_classes(path: Path, classes: ClassList) -> None:

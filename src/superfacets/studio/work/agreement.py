@@ -108,16 +108,19 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     """Measure the agreement of both works.
 
-    ``share`` is the fraction of the area labeled in both works on which class and object agree.
-    ``classes`` has the IoU of each class in either work, and of its objects. ``object`` is my
-    number of an object.
+    Cells that only one work has labeled are ignored. ``labeled`` is the fraction of the whole area
+    that both works have labeled, and ``share`` is the fraction of this labeled area on which class
+    and object agree. ``classes`` has the IoU of each class in the labeled area, and of its objects.
+    ``object`` is my number of an object.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
-    total = float(areas[both].sum())
-    agreed = float(areas[both & (paint == theirs.paint)].sum())
-    of_classes = _ious(class_of(paint), class_of(theirs.paint), areas)
-    of_objects = _ious(paint, theirs.paint, areas)
+    whole = float(areas.sum())
+    paint, other, areas = paint[both], theirs.paint[both], areas[both]
+    total = float(areas.sum())
+    agreed = float(areas[paint == other].sum())
+    of_classes = _ious(class_of(paint), class_of(other), areas)
+    of_objects = _ious(paint, other, areas)
     names = names_of(theirs.class_list)
     rows = []
     for class_id, iou in of_classes.items():
@@ -128,7 +131,12 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
         ]
         name = names.get(class_id, f"class {class_id}")
         rows.append({"class": class_id, "name": name, "iou": round(iou, 6), "objects": objects})
-    return {"name": theirs.name, "share": agreed / total if total else 0.0, "classes": rows}
+    return {
+        "name": theirs.name,
+        "labeled": total / whole if whole else 0.0,
+        "share": agreed / total if total else 0.0,
+        "classes": rows,
+    }
 
 
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
