@@ -283,7 +283,7 @@ def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = 
 
 
 def is_extent_valid(bounds: Floats) -> Bools:
-    """Whether each of K boxes, shape (K, 2, 3), has an extent within `EXTENT_RANGE`."""
+    """Return whether each of K boxes, shape (K, 2, 3), has an extent within `EXTENT_RANGE`."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))

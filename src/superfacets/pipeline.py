@@ -402,7 +402,7 @@ class Options:
         return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
 
     def needs_order(self, kind: Kind) -> bool:
-        """Whether cells must keep their input order, even if sorted cells are faster.
+        """Return whether cells must keep their input order, even if sorted cells are faster.
 
         Weights from the caller are given in input order. In the halted mode, labels depend on the
         order: among the faces that no center reaches, the one with the lowest index becomes a

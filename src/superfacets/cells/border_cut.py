@@ -212,7 +212,7 @@ class _RegionsToCut:
             raise MeshError("the cut mesh would have more faces than supported") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Whether each region vanished, became disconnected or changed its area too much."""
+        """Return whether each region vanished, became disconnected or changed its area too much."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -230,7 +230,7 @@ class _RegionsToCut:
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def with_neighbors(self, is_chosen: Bools) -> Bools:
-        """Whether each region is chosen, or shares a vertex with a chosen region."""
+        """Return whether each region is chosen, or shares a vertex with a chosen region."""
         corners = self.representative[self.mesh.faces]
         is_touched = np.zeros(self.mesh.n_vertices, dtype=bool)
         is_touched[corners[is_chosen[self.labels]]] = True

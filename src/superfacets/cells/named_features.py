@@ -74,7 +74,7 @@ def _texels_of(
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Whether the cells have colors, or their file has colors of faces or vertices."""
+    """Return whether the cells have colors, or their file has colors of faces or vertices."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
     return any({*_COLORS} <= {*stored} for stored in _stored(attributes))

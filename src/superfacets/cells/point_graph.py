@@ -103,7 +103,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Whether a surface is open, judged by the area-weighted sum of its normals.
+    """Return whether a surface is open, judged by the area-weighted sum of its normals.
 
     Estimated normals point outward. On an open surface, this may be wrong: the concave edges of a
     room that was scanned from inside would be treated as convex.

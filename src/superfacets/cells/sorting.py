@@ -35,7 +35,7 @@ class SortedCorners(NamedTuple):
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Whether consecutive cells or vertices are far apart; always False for small meshes."""
+    """Return whether consecutive cells or vertices are far apart; always False for small meshes."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False

@@ -184,7 +184,7 @@ def enclosed(volume: float, diagonal: float) -> float:
 
 
 def is_negative(volume: float, diagonal: float) -> bool:
-    """Whether a volume is negative, and not only because of rounding errors."""
+    """Return whether a volume is negative, and not only because of rounding errors."""
     return volume < -VOLUME_NOISE * diagonal**3
 
 

@@ -140,7 +140,7 @@ def join_islands(
 
 
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
-    """Whether the loop may start on coarse cells.
+    """Return whether the loop may start on coarse cells.
 
     The loop must run only on all cells if seeds are given, in the halted mode, with ``tol=0``, for
     a single iteration, or if an arc has no reverse arc of the same length.
@@ -189,7 +189,7 @@ def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Whether steps are straight lines, so that arc lengths are distances plus costs."""
+    """Return whether steps are straight lines, so that arc lengths are distances plus costs."""
     return graph.straight_unit > 0.0
 
 

@@ -135,7 +135,7 @@ def _sorted_indices(cells: Ints, order: Ints) -> Ints:
 
 
 def _are_all_different(given: Array) -> bool:
-    """Whether the array is a permutation of 0 to N - 1, so that each cell is a center."""
+    """Return whether the array is a permutation of 0 to N - 1, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 

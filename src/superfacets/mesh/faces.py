@@ -143,7 +143,7 @@ def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
 
 
 def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
-    """Whether two meshes have the same vertices and faces."""
+    """Return whether two meshes have the same vertices and faces."""
     if one is other:
         return True
     is_alike = type(one) is type(other) and np.array_equal(one.vertices, other.vertices)

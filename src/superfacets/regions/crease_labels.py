@@ -182,7 +182,7 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Whether each vertex is in a piece of its region that must be labeled again.
+    """Return whether each vertex is in a piece of its region that must be labeled again.
 
     For each connected part of the cells of a region, only the largest piece of vertices is kept.
     """
