@@ -35,7 +35,7 @@ down to 1e-5 of the extent, this product neither overflows nor underflows, so la
 on the unit."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Allowed values of the largest area or weight: sums and products with positions stay in range."""
+"""Allowed values of the largest area or weight. They prevent overflow of sums and products."""
 
 MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
@@ -122,7 +122,7 @@ def checked_mesh(
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Return checked vertices, offsets, and corners, and the bounding box as `checked_mesh`."""
+    """Return checked vertices, offsets and corners, and the bounding box as in `checked_mesh`."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
@@ -136,7 +136,7 @@ def checked_polygons(
 
 
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
-    """Return checked vertices and tetrahedra, and the bounding box as `checked_mesh`."""
+    """Return checked vertices and tetrahedra, and the bounding box as in `checked_mesh`."""
     return _checked_simplices(vertices, tets, "tets", 4, False)
 
 
@@ -341,7 +341,7 @@ def checked_queries(points: Any) -> Floats:
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors stay zero.
 
-    Raises a MeshError if they are not valid. The message adds `first` to the index of the point.
+    Raises a MeshError for invalid normals. The message adds `first` to the index of the point.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
@@ -744,7 +744,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Decorator whose TypeError for a parameter of another tool suggests the parameter to use.
+    """Return a decorator that raises a TypeError with advice for parameters of other tools.
 
     `others` maps names of parameters of other tools to advice for the message.
     """
@@ -860,7 +860,7 @@ def checked_threads(n_threads: Any) -> int:
 
 
 def usable_cores() -> int:
-    """Number of CPU cores that this process may use."""
+    """Return the number of CPU cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

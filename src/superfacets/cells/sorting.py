@@ -30,7 +30,7 @@ class SortedCorners(NamedTuple):
 
     vertices: Floats  # (V', 3) positions, without duplicates if vertices were welded
     corners: Ints  # (C,) vertices at the corners, grouped by cell
-    offsets: Longs  # index of the first corner of each cell; empty if all cells have equal size
+    offsets: Longs  # first corner of each cell; empty if all cells have equally many corners
     order: Ints  # (N,) input index of each cell
 
 

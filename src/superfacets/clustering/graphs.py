@@ -184,7 +184,7 @@ class Levels:
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
-    """Whether regions have so few cells that paths on coarse cells cannot determine labels."""
+    """Return whether regions have too few cells to determine labels by paths on coarse cells."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 

@@ -13,7 +13,7 @@ SEED_SPACING = 2.0
 """Extent of a flooded region, and edge length of a grid cube, in expected radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
-"""Enumerators of the core, keyed by public names."""
+"""Enumerators of the C++ core, keyed by the values of the argument `islands`."""
 
 
 def place_seeds(

@@ -34,16 +34,16 @@ NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
 On a plane of equal squares, noise of 0.005 makes regions 1.3 times as long as wide."""
 
 SMOOTH_BELOW = 0.7
-"""Fraction of the noise limit. If the estimate from the first samples is below this fraction, the
-mesh is clean: the estimate is 4 standard errors below the limit."""
+"""Fraction of the noise limit. A mesh is treated as smooth if the estimate from the first samples
+is below this fraction, because the estimate is then 4 standard errors below the limit."""
 
 DETAIL_RATIO = 1.45
-"""Ratio of the far height to the near height on meshes with details but without noise. White noise
-has a ratio of 1, and clean benchmark models have 1.3 to 2."""
+"""Ratio of the far height to the near height on meshes with details but without noise. The ratio is
+1 for white noise, and 1.3 to 2 for benchmark models without noise."""
 
 MOST_AGREEMENT = 0.5
-"""Maximum mean `Roughness.agreement` of a noisy mesh. White noise has 0.42; coarse shapes without
-noise have more."""
+"""Maximum mean `Roughness.agreement` of a noisy mesh. The mean is 0.42 for white noise, and higher
+for coarse shapes without noise."""
 
 FOLD_PER_NOISE = 2.4
 """Ratio of the bending angle of edges, in radians, to the noise in edge lengths; 2.4 to 3.3 on

@@ -163,10 +163,11 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the achievable segmentation accuracy (ASA): the best accuracy of region labels.
+    """Return the achievable segmentation accuracy (ASA): the highest accuracy of region labels.
 
-    If each region gets the true label with the largest overlap, it is the fraction of the area with
-    the correct label. It is 1 if no region crosses a true border.
+    This is the highest accuracy that any choice of one label per region can reach. The best choice
+    for a region is the true label with the largest overlap. The accuracy is the fraction of the
+    area with the correct label. It is 1 if no region crosses a true border.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ _NORMAL_NOISE = 1e-12
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
-    """Return the mean of perimeter / sqrt(area) over all regions, which is lower if they are round.
+    """Return the mean of perimeter / sqrt(area) over all regions; round regions have low values.
 
     The value is 3.54 for a disk, 3.72 for a hexagon and 4 for a square. The boundary of an open
     mesh is part of the perimeter. Regions without area are ignored. For tetrahedra, the result is

@@ -24,7 +24,7 @@ MOST_PIXELS = 1 << 23
 """Maximum number of pixels that are processed together, with about 30 bytes per pixel."""
 
 LEAST_IMAGES = 8
-"""Number of images that may be processed together, one per thread, even beyond MOST_PIXELS."""
+"""Number of images that may be processed together even if they exceed `MOST_PIXELS`."""
 
 
 class Votes(NamedTuple):

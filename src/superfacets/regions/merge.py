@@ -58,9 +58,9 @@ def merge_small_regions(
     Returns
     -------
     RegionEdit
-        Regions are renumbered without changing their order. ``sources`` is the old label of each
-        new region, which the other regions joined. If ``centers`` are the centers of the old
-        regions, ``centers[edit.sources]`` are the centers of the new regions.
+        Regions are renumbered without changing their order. ``sources`` is, for each new region,
+        the old label of the region that other regions joined. If ``centers`` are the centers of the
+        old regions, ``centers[edit.sources]`` are the centers of the new regions.
 
     Raises
     ------
