@@ -26,7 +26,7 @@ from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
-"""Maximum number of cells, labels or vertices, because the core uses int32 indices."""
+"""Maximum number of cells, labels or vertices, because the C++ core uses int32 indices."""
 
 EXTENT_RANGE = (1e-15, 1e15)
 """Allowed extents of a mesh, in any unit of length. The longest product of lengths is the
@@ -629,7 +629,7 @@ def compact_partial_labels(
 
 
 def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return labels renumbered to 0 to K - 1 in ascending order, and K; for metrics.
+    """Return labels renumbered to 0 to K - 1 in ascending order, and K.
 
     Raises a MeshError if a label is negative, because metrics need a region for each cell.
     """

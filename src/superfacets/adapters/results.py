@@ -63,7 +63,7 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face in a PyVista dataset, after vertices and lines."""
+    """Return the index of the first face in a PyVista dataset, where vertices and lines precede."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 

@@ -43,7 +43,7 @@ class FeatureOptions:
 
     @classmethod
     def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
-        """Check the arguments; the features are checked later, when the mesh is known."""
+        """Check all arguments except the features, which are checked after the mesh is read."""
         weight = checked_number(feature_weight, "feature_weight", zero=True)
         if isinstance(features, str):
             features = (features,)

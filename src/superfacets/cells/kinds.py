@@ -110,7 +110,7 @@ class Kind:
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the surface without the arrays that only weights need, which saves memory."""
+        """Return the surface, but leave out arrays that only weights need, to save memory."""
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
@@ -165,7 +165,7 @@ class Kind:
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for the kept cells, or None if cells are drawn as points."""
+        """Return the faces to draw for the cells in `keep`; None if cells are drawn as points."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:

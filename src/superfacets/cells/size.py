@@ -42,7 +42,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Like `region_size`, from the number of cells and the sum of their measures."""
+    """Return the same as `region_size`, given the number of cells and the sum of their measures."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)

@@ -62,7 +62,7 @@ RESCUES = 10
 """Maximum number of final rounds, which move centers that are in other regions."""
 
 ISLAND = 0.5
-"""Components smaller than this fraction of the mean size of a region are islands, as in seeding."""
+"""A component smaller than this fraction of the mean size of a region keeps its single region."""
 
 
 MAX_TOTAL = 1e150
@@ -275,7 +275,7 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """Return the offsets as unsigned integers for the core."""
+        """Return the offsets as unsigned integers for the C++ core."""
         return self.offsets.astype(np.uint64)
 
     def _counted(

@@ -1,4 +1,4 @@
-"""The plan of a segmentation: kept cells, size of regions, and initial centers."""
+"""The plan of a segmentation: the cells to segment, the size of regions, and initial centers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 
 @dataclass(frozen=True)
 class Plan:
-    """Kept cells, expected size of regions, and initial centers."""
+    """The cells to segment, the expected size of regions, and the initial centers."""
 
     cut: Cut | None  # kept cells and arcs; None if all cells and arcs are kept
     size: RegionSize

@@ -104,7 +104,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Do the work of `place_seeds` for checked options and a given size of regions."""
+    """Return the result of `place_seeds` for checked options and a given size of regions."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)

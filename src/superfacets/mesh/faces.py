@@ -165,7 +165,7 @@ def measure_shapes(
     """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
     Normals have shape (F, 3); undefined normals are 0. The longest sides are given as squared
-    lengths, one for each block of faces in the core. For polygons, the last two results are None.
+    lengths, one per block of faces in the C++ core. For polygons, the last two results are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)

@@ -103,7 +103,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Do the work of `area_overlap` for labels without gaps."""
+    """Return the result of `area_overlap` for labels without gaps."""
     is_annotated = segments >= 0
     if not is_annotated.all():
         regions, segments = regions[is_annotated], segments[is_annotated]

@@ -57,7 +57,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
 
 
 def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Do the work of `compactness` for labels without gaps."""
+    """Return the result of `compactness` for labels without gaps."""
     perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
     areas = sums_by_label(labels, surface.measures, n_regions)
     positive_total(areas)
@@ -107,7 +107,7 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
 
 def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Do the work of `explained_variation` for labels without gaps.
+    """Return the result of `explained_variation` for labels without gaps.
 
     For a set of faces, S is the sum of area times (normal - mean normal of the surface), and A is
     the area. The variance between regions is the sum of |S|^2 / A over regions, and the total

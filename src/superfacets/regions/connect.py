@@ -80,7 +80,7 @@ def enforce_connectivity(
 def connect_regions(
     costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
 ) -> RegionEdit:
-    """Do the work of `enforce_connectivity` for checked arguments."""
+    """Return the result of `enforce_connectivity` for checked arguments."""
     surface = costs.surface
     pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     region_of_piece = np.empty(n_pieces, np.int32)
