@@ -179,8 +179,6 @@ class Kind:
 
 
 class _Faces(Kind):
-    """Faces of a surface mesh."""
-
     noun = "face"
     plural = "faces"
     has_faces = True
@@ -227,8 +225,6 @@ class _Faces(Kind):
 
 
 class _Triangles(_Faces):
-    """Triangles of a surface mesh."""
-
     name = "triangles"
 
     def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
@@ -241,8 +237,6 @@ class _Polygons(_Faces):
 
 
 class _Tets(Kind):
-    """Tetrahedra of a volume mesh."""
-
     name = "tetrahedra"
     noun = "tet"
     plural = "tetrahedra"
@@ -273,8 +267,6 @@ class _Tets(Kind):
 
 
 class _Points(Kind):
-    """Points of a cloud."""
-
     name = "points"
     noun = "point"
     plural = "points"

@@ -80,7 +80,6 @@ def find_point_graph(
 
 
 def _axes_of(cloud: PointCloud) -> Floats:
-    """Return the axes (normals of unknown sign) of a cloud, or an empty array without axes."""
     return NO_NORMALS if cloud.axes is None else cloud.axes
 
 

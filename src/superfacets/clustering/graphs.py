@@ -107,7 +107,6 @@ MIN_REDUCTION = 2
 
 
 def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
-    """Group about `cell_size` cells into each coarse cell."""
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)
