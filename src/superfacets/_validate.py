@@ -55,7 +55,7 @@ def exact_array(array: Any, dtype: Any) -> Array:
 
 
 def exact_doubles(array: Array) -> Floats:
-    """Return `exact_array` as float64; numbers that are too large become infinite.
+    """Convert an array to float64 with `exact_array`; numbers that are too large become infinite.
 
     Memory-mapped arrays are copied, because reading the map would kill the process if another
     program shortened the file.

@@ -79,10 +79,10 @@ EQUAL = 1e-3
 eigenvalues have an arbitrary basis, so they are used together or not at all."""
 
 FAR_STEPS, SHORT_STEPS = 3, 2
-"""Maximum number of arcs between the ends of a far arc, in a normal loop, and in a short loop or a
-graph with groups. A far arc joins two faces that are at least two arcs apart. With the smaller
-maximum, there are 9 far arcs per face instead of 20. The regions are then 0.2 % to 0.4 % more
-compact, but 5 % longer on regular grids."""
+"""A far arc joins two faces that are at least two arcs apart. The numbers are the maximum distances
+between these faces, counted in arcs: in a normal loop, and in a short loop or a graph with groups.
+With the smaller maximum, there are 9 far arcs per face instead of 20. The regions are then 0.2 % to
+0.4 % more compact, but 5 % longer on regular grids."""
 
 NO_GROUPS = np.empty(0, np.int32)
 """Value of `PartPrices.group_of` if there are no groups."""

@@ -1,4 +1,4 @@
-"""Graphs for the clustering loop: all cells, in memory or in tiles, and coarser graphs."""
+"""Graphs for the clustering loop: graphs of all cells, in memory or on disk, and coarser graphs."""
 
 from __future__ import annotations
 

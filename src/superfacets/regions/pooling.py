@@ -1,4 +1,4 @@
-"""Stage 5: reduction of values of cells to values of regions, and the reverse."""
+"""Stage 5: conversion of values of cells to values of regions, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 5: moves of single cells that bring regions to their target sizes."""
+"""Stage 5: move single cells between regions until the regions have their target sizes."""
 
 from __future__ import annotations
 

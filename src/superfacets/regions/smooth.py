@@ -42,7 +42,7 @@ SmoothArgs: TypeAlias = tuple[
 
 
 class SmoothOptions(NamedTuple):
-    """Parameters of smoothing."""
+    """Parameters of the smoothing of borders; see `smooth_borders`."""
 
     max_distance: float = MAX_DISTANCE  # maximum distance that borders move, in units of r
     max_chain: int = MAX_CHAIN  # maximum number of faces that move together
