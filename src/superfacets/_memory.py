@@ -18,12 +18,12 @@ _IF_UNKNOWN = 4 << 30
 
 
 def usable_memory() -> int:
-    """Memory in bytes that the machine and the control groups allow this process to use."""
+    """Return the bytes of memory that the machine and control groups allow this process to use."""
     return min([_machine_memory(), *_group_limits()])
 
 
 def free_memory() -> int:
-    """Free memory in bytes, at most `usable_memory`; equal to it if the free memory is unknown."""
+    """Return the free memory in bytes; `usable_memory` is the maximum, and the fallback."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -32,7 +32,7 @@ def free_memory() -> int:
 
 
 def memory_of_process() -> int:
-    """Memory limit of this process in bytes: `usable_memory` or `address_limit`, if smaller."""
+    """Return the memory limit in bytes: the lower of `usable_memory` and `address_limit`."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -50,7 +50,7 @@ def _machine_memory() -> int:
 
 
 def _group_limits() -> list[int]:
-    """Memory limits in bytes of the control groups of this process and of their parent groups."""
+    """Return the memory limits, in bytes, of the control groups of this process and parents."""
     limits = []
     with contextlib.suppress(OSError, ValueError):  # the file is missing or has another format
         for line in _OWN_GROUPS.read_text().splitlines():
@@ -63,7 +63,7 @@ def _group_limits() -> list[int]:
 
 
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
-    """Memory limits in bytes of a control group and its parents, up to the root group.
+    """Return the memory limits, in bytes, of a control group and its parents, up to the root.
 
     In a container, the limit of the container is often visible at the root group only.
     """
@@ -78,7 +78,7 @@ def _limits_above(root: Path, name: str, file: str) -> list[int]:
 
 
 def address_limit() -> int | None:
-    """Size limit of the address space of this process in bytes, or None if it is unlimited."""
+    """Return the size limit of the address space in bytes, or None if the size is unlimited."""
     try:
         import resource
     except ImportError:  # Windows

@@ -43,7 +43,8 @@ Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Seed faces. The type `ArrayLike` would also accept a misspelled name of a seeding method."""
 
 Progress = Callable[[int, int], object]
-"""Called after each iteration with its number and the number of centers that moved."""
+"""Function that is called after each iteration with the numbers of the iteration and of moved
+centers."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +75,12 @@ class LoopOptions:
 
     max_num_iter: int
     tol: float  # the loop stops when centers move by less, as a fraction of the region radius
-    radius_factor: float | None  # expansions halt at this distance in radii; None: no limit
+    radius_factor: float | None  # distance in radii at which expansions halt; None for no limit
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None: the default of the weights
+    relocate: bool | None = False  # None for the default, which depends on the weights
 
     @classmethod
     def checked(

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnStage = Callable[[str], object]
-"""Called with the name of each stage when the stage begins."""
+"""Function that is called with the name of each stage when the stage begins."""
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
-"""Maximum number of cells, labels or vertices, because the core uses int32 indices."""
+"""Maximum number of cells, labels or vertices, because the C++ core uses int32 indices."""
 
 EXTENT_RANGE = (1e-15, 1e15)
 """Allowed extents of a mesh, in any unit of length. The longest product of lengths is the
@@ -35,7 +35,7 @@ down to 1e-5 of the extent, this product neither overflows nor underflows, so la
 on the unit."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Allowed values of the largest area or weight: sums and products with positions stay in range."""
+"""Allowed values of the largest area or weight. They prevent overflow of sums and products."""
 
 MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
@@ -55,7 +55,7 @@ def exact_array(array: Any, dtype: Any) -> Array:
 
 
 def exact_doubles(array: Array) -> Floats:
-    """Return `exact_array` as float64; numbers that are too large become infinite.
+    """Convert an array to float64 with `exact_array`; numbers that are too large become infinite.
 
     Memory-mapped arrays are copied, because reading the map would kill the process if another
     program shortened the file.
@@ -122,7 +122,7 @@ def checked_mesh(
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Return checked vertices, offsets, and corners, and the bounding box as `checked_mesh`."""
+    """Return checked vertices, offsets and corners, and the bounding box as in `checked_mesh`."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
@@ -136,7 +136,7 @@ def checked_polygons(
 
 
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
-    """Return checked vertices and tetrahedra, and the bounding box as `checked_mesh`."""
+    """Return checked vertices and tetrahedra, and the bounding box as in `checked_mesh`."""
     return _checked_simplices(vertices, tets, "tets", 4, False)
 
 
@@ -283,7 +283,7 @@ def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = 
 
 
 def is_extent_valid(bounds: Floats) -> Bools:
-    """Whether each of K boxes, shape (K, 2, 3), has an extent within `EXTENT_RANGE`."""
+    """Return whether each of K boxes, shape (K, 2, 3), has an extent within `EXTENT_RANGE`."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
@@ -341,7 +341,7 @@ def checked_queries(points: Any) -> Floats:
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors stay zero.
 
-    Raises a MeshError if they are not valid. The message adds `first` to the index of the point.
+    Raises a MeshError for invalid normals. The message adds `first` to the index of the point.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
@@ -629,7 +629,7 @@ def compact_partial_labels(
 
 
 def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return labels renumbered to 0 to K - 1 in ascending order, and K; for metrics.
+    """Return labels renumbered to 0 to K - 1 in ascending order, and K.
 
     Raises a MeshError if a label is negative, because metrics need a region for each cell.
     """
@@ -744,7 +744,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Decorator whose TypeError for a parameter of another tool suggests the parameter to use.
+    """Return a decorator that raises a TypeError with advice for parameters of other tools.
 
     `others` maps names of parameters of other tools to advice for the message.
     """
@@ -860,7 +860,7 @@ def checked_threads(n_threads: Any) -> int:
 
 
 def usable_cores() -> int:
-    """Number of CPU cores that this process may use."""
+    """Return the number of CPU cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

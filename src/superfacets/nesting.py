@@ -1,4 +1,4 @@
-"""`hierarchy`: nested levels of regions of a mesh or a graph."""
+"""Compute nested levels of regions of a mesh or a graph with `hierarchy`."""
 
 from __future__ import annotations
 

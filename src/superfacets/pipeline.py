@@ -1,4 +1,4 @@
-"""`segment`: run all stages of the segmentation of a mesh."""
+"""Run all stages of the segmentation of a mesh with `segment`."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ are computed with equations 1 to 3 of the paper, and seeds are placed by farthes
 Expansions halt at 2 r, and the loop stops when no center changes. Borders are not smoothed."""
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that do not extend over several parts of a shape, as by default."""
+"""Keywords for regions that do not extend over several parts of a shape. These are the defaults."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
@@ -290,7 +290,7 @@ def segment(
         `feature_weight` is the cost of a feature difference of 1, in units of r. If
         `scale_features` is True, each feature is first divided by its standard deviation.
     weld : bool
-        Whether vertices at exactly the same position count as one vertex.
+        Whether vertices at exactly the same position are treated as one vertex.
     progress : callable, optional
         Called after each iteration with the number of the iteration and the number of centers that
         moved. If it returns False, the loop stops with ``stop_reason="cancelled"``.
@@ -402,17 +402,16 @@ class Options:
         return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
 
     def needs_order(self, kind: Kind) -> bool:
-        """Whether cells must keep their input order, even if sorted cells are faster.
+        """Return whether cells must keep their input order, even if sorted cells are faster.
 
-        Weights from the caller are given in input order. In the halted mode, labels depend on the
-        order: among the faces that no center reaches, the one with the lowest index becomes a
-        center.
+        Weights from the caller are given in input order. With `radius_factor`, labels depend on the
+        order, because the lowest face that no center reaches becomes a center.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None
 
     def params(self, result: Segmentation) -> dict[str, Any]:
-        """All parameters, keyed by name; `result` has the parameters of the loop."""
+        """Return all parameters, keyed by name; `result` has the parameters of the loop."""
         return {
             "weld": self.weld,
             "denoise": self.denoise,
@@ -494,7 +493,7 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _clean,
         _finish,
     ):
-        works.append(stage(works.pop()))  # so that a stage can free what it replaces
+        works.append(stage(works.pop()))  # so that a stage can free the results that it replaces
     result: Segmentation = works[0].result
     return result
 
@@ -544,7 +543,7 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
 
 
 def _plan(work: _Work) -> _Work:
-    """Determine the kept cells, the size of regions, and the start of the loop."""
+    """Determine the cells to segment, the size of regions, and the initial centers."""
     options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
@@ -751,7 +750,7 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Costs of borders, computed from the weights of paths if the unit of the weights allows it."""
+    """Return costs of borders, from the weights of arcs if the unit of the weights allows this."""
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
@@ -779,20 +778,20 @@ def _finish(work: _Work) -> _Work:
 
 
 def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
-    """Convert a result for sorted cells to input order; `order` is the input index of each."""
+    """Convert a result for sorted cells to input order; `order` has the index of each cell."""
     labels = np.empty_like(result.labels)
     labels[order] = result.labels
     return replace(result, labels=labels, centers=order[result.centers])
 
 
 def sliver_advice(radius: float) -> str:
-    """Advice for meshes with long and thin faces, for regions of the given radius."""
+    """Return advice for meshes with faces that are long and thin for regions of this radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Explain why `min_measure` made fewer regions than requested; None if this is not so."""
+    """Explain why `min_measure` made fewer regions than requested, or return None if not so."""
     asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
     least = result.params.get("min_measure")
     if asked is None or n_made >= asked or least is None:
@@ -812,7 +811,7 @@ def barriers_note(asked: int, n_made: int) -> str:
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Warn if the number of regions is not the requested number, except in the halted mode."""
+    """Warn if the number of regions is not the requested number, except with `radius_factor`."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:

@@ -26,7 +26,7 @@ _SKIPPED = ("vertex", "line", "line3")
 
 
 def has_blocks(source: Any) -> bool:
-    """Whether an object is a meshio mesh. The mesh may have no cells."""
+    """Return whether an object is a meshio mesh. The mesh may have no cells."""
     blocks = getattr(source, "cells", None)
     if not isinstance(blocks, list) or not hasattr(source, "points"):
         return False

@@ -141,7 +141,7 @@ def _cells_of_foreign(source: Any) -> Cells:
 
 
 def _is_grid_of_tets(source: Any) -> bool:
-    """Whether an object is a PyVista UnstructuredGrid with only tetrahedra."""
+    """Return whether an object is a PyVista UnstructuredGrid with only tetrahedra."""
     kinds = getattr(source, "celltypes", None)
     return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
 
@@ -256,7 +256,7 @@ def as_cloud(source: CloudLike) -> PointCloud:
 
 
 def is_foreign_cloud(source: Any) -> bool:
-    """Whether `source` is a point cloud of another library, with points but no faces."""
+    """Return whether `source` is a point cloud of another library, with points but no faces."""
     if has_blocks(source):
         return not cell_blocks(source)
     if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista

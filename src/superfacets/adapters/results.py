@@ -27,7 +27,7 @@ class Results:
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Arrays to store, keyed by name, with the value for cells that were not segmented."""
+        """Arrays to store, each with a fill value for cells that were not segmented, by name."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -63,12 +63,12 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face in a PyVista dataset, after vertices and lines."""
+    """Return the index of the first face in a PyVista dataset, where vertices and lines precede."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """Return an array with `n_rows` rows filled with `nothing`; dtype and rows as in `values`."""
+    """Return `n_rows` rows filled with `nothing`, with the dtype and row shape of `values`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole

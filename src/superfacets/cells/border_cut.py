@@ -20,8 +20,8 @@ from .sums import sums_by_label
 
 _N_ROUNDS = 7
 """Number of smoothing rounds. On 16 benchmark models, the compactness is 4.41 before smoothing, and
-4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. More rounds improve little, and move borders farther
-from their original position."""
+4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. More rounds hardly improve the compactness, but move
+borders farther from their original position."""
 
 _N_STEPS = 6
 """Number of diffusion steps per round. The compactness is 4.10 with 4 steps and 4.07 with 6 steps.
@@ -43,9 +43,9 @@ _MOST_TOTAL = 0.01
 """Maximum sum of all changes of areas, as a fraction of the area of the mesh."""
 
 _MAX_TRIALS = 12
-"""Maximum number of trials. After each trial, regions with a fault keep their faces. In the second
-half of the trials, the neighbors of these regions also keep their faces. After the last trial, all
-regions keep their faces. Most models need 3 to 5 trials."""
+"""Maximum number of attempts to cut the faces. After each attempt, regions with a fault keep their
+old faces. In the second half of the attempts, the neighbors of these regions also keep their faces.
+After the last attempt, all regions keep their faces. Most models need 3 to 5 attempts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +172,7 @@ _Cut = tuple[Floats, Ints, Ints, Ints]
 
 @dataclass(frozen=True, eq=False)
 class _RegionsToCut:
-    """Regions to cut. The faces in no region form an additional, last region."""
+    """Regions whose faces are cut. The faces in no region form an additional, last region."""
 
     mesh: Mesh
     labels: Ints  # (F,) region of each face; n_regions for faces in no region
@@ -196,7 +196,7 @@ class _RegionsToCut:
         return cls(mesh, whole, n_regions, lowest, weld, sums, pieces, n_threads)
 
     def cut(self, is_kept: Bytes) -> _Cut:
-        """Cut all faces except the faces of kept regions."""
+        """Cut faces along smooth borders, except in regions where `is_kept` is True."""
         try:
             return _core.cut_borders(
                 self.mesh.vertices,
@@ -208,11 +208,11 @@ class _RegionsToCut:
                 (_N_ROUNDS, _N_STEPS, _N_BALANCES, _MARGIN),
                 self.n_threads,
             )
-        except ValueError:  # std::length_error
+        except ValueError:  # std::length_error from the C++ core
             raise MeshError("the cut mesh would have more faces than supported") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Whether each region vanished, became disconnected or changed its area too much."""
+        """Return whether each region vanished, became disconnected or changed its area too much."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -224,13 +224,13 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the largest change so that changes up to it sum to at most `_MOST_TOTAL`."""
+        """Return the highest limit such that all changes up to it sum to at most `_MOST_TOTAL`."""
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def with_neighbors(self, is_chosen: Bools) -> Bools:
-        """Whether each region is chosen, or shares a vertex with a chosen region."""
+        """Return whether each region is chosen, or shares a vertex with a chosen region."""
         corners = self.representative[self.mesh.faces]
         is_touched = np.zeros(self.mesh.n_vertices, dtype=bool)
         is_touched[corners[is_chosen[self.labels]]] = True
@@ -243,7 +243,7 @@ def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
     """Cut repeatedly until no region has a fault; regions with faults keep their faces.
 
     Regions that keep their faces have no faults, because the labels at all vertices of these faces
-    are fixed. In later trials, the neighbors of regions with faults also keep their faces.
+    are fixed. In later attempts, the neighbors of regions with faults also keep their faces.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):

@@ -80,7 +80,7 @@ class ArcMeasures:
 
 
 class CsrArcs:
-    """Base class: arcs between cells in CSR form, and the bounding box of the cells."""
+    """Base class that stores arcs between cells in CSR form, and the bounding box of the cells."""
 
     offsets: Longs  # (N + 1,) index of the first arc of each cell
     neighbors: Ints  # (M,) target of each arc
@@ -103,7 +103,7 @@ class CsrArcs:
 
     @property
     def arcs(self) -> ArcLists:
-        """Offsets and neighbors, for functions that need both."""
+        """Pair of `offsets` and `neighbors`, for functions that need both."""
         return self.offsets, self.neighbors
 
     @property
@@ -252,7 +252,7 @@ class CellGraph(Arcs):
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of the core, which is built once and cached."""
+        """Return the graph as an object of the C++ core, which is built once and cached."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -275,12 +275,12 @@ class CellGraph(Arcs):
 
 
 def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:
-    """Check one measure per cell, finite and >= 0, and return them as float64."""
+    """Check that there is one finite measure >= 0 per cell, and return all measures as float64."""
     return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
 
 
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:
-    """Check one weight per arc, finite and >= 0, and return them as float64."""
+    """Check that there is one finite weight >= 0 per arc, and return all weights as float64."""
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 

@@ -26,10 +26,10 @@ from .face_graph import FaceGraph, build_face_graph
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
-"""Group of cells that may be in one region with cells of any group."""
+"""Number of the group whose cells may share a region with cells of any other group."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""Empty array of groups, which is used without barriers."""
+"""Empty array of groups, which is used if there are no barriers."""
 
 ANGLE_NOISE = 1e-6
 """Tolerance of angles in radians, for the rounding errors of float32 positions."""
@@ -56,7 +56,7 @@ class ConstraintOptions:
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
     ) -> Cut | None:
-        """Return the kept cells and arcs of a graph, or None without a mask and barriers.
+        """Return the kept cells and arcs of a graph, or None if there is no mask and no barrier.
 
         If the cells of the graph are sorted, `order` is the index of each cell in `source`. Raises
         a ValueError or TypeError if the mask or the barriers are not valid.
@@ -84,7 +84,7 @@ class ConstraintOptions:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The kept cells of a graph, which are renumbered, and the kept arcs between them."""
+    """Part of a graph that a mask and barriers keep. The kept cells are renumbered."""
 
     n_whole: int  # number of cells of the whole graph, N
     cells: Ints  # (n,) index in the whole graph of each kept cell, ascending
@@ -98,7 +98,7 @@ class Cut:
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
-        """Make a cut from one bool per cell and per arc; kept arcs must join kept cells."""
+        """Make a cut from the cells and arcs to keep; these arcs must join these cells."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
@@ -123,7 +123,7 @@ class Cut:
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert cells of the whole graph to new indices.
 
-        Raises a ValueError if a cell is not kept; its message uses the input index from `order`.
+        Raises a ValueError if a cell is not kept. The message has the input index from `order`.
         """
         given = checked_seeds(cells, self.n_whole, name)
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -202,7 +202,7 @@ def sharp_edges_inside(
 def _sharp_sides(
     mesh: MeshLike, angle: float, weld: bool, n_threads: int | None
 ) -> tuple[Longs, Ints]:
-    """Return the key of the edge, and both faces, of each arc across a sharp edge."""
+    """Return the edge key and the two faces of each arc that crosses a sharp edge."""
     angle = checked_number(angle, "angle", zero=False)
     if angle > 180:
         raise ValueError(f"angle must be at most 180, got {angle:g}")
@@ -252,7 +252,10 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Whether each arc crosses an edge in `barriers`; `arcs` is the graph and its sources."""
+    """Return whether each arc crosses an edge in `barriers`.
+
+    `arcs` is the graph, and the start cell of each arc.
+    """
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
@@ -269,7 +272,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # a superset of the crossed sides
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # also some sides that are not crossed
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)

@@ -121,7 +121,7 @@ class FaceGraph(Arcs):
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
-        """Make a graph from new arrays of the core, without checks."""
+        """Make a graph from new arrays of the C++ core, without checks."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
         object.__setattr__(graph, "edge_counts", edge_counts)
@@ -220,7 +220,7 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, In
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)
     is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
     first, second, third = is_shared[corners].T
-    # If the label changes across an edge of a face, two corners of the face are shared.
+    # Both ends of an edge at a border are vertices that faces with different labels share.
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]

@@ -17,8 +17,8 @@ from .surface import Surface
 
 FEATURE_WEIGHT = 5.0
 """Default cost of a feature difference of one standard deviation, in radii of a region. On three
-slightly smoothed color photographs, the borders of 200 regions contain 70 % of the edges with a
-weight of 5, and 71 % with a weight of 20."""
+slightly smoothed color photographs, the borders of 200 regions contain 70 % of the image edges with
+a weight of 5, and 71 % with a weight of 20."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class FeatureOptions:
 
     @classmethod
     def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
-        """Check the arguments; the features are checked later, when the mesh is known."""
+        """Check all arguments except the features, which are checked after the mesh is read."""
         weight = checked_number(feature_weight, "feature_weight", zero=True)
         if isinstance(features, str):
             features = (features,)
@@ -85,7 +85,7 @@ class FeatureOptions:
         return FeatureSteps(table, self.weight, n_threads)
 
     def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
-        """Return the features of all cells, (N, F), scaled if this is requested; or None."""
+        """Return the features of all cells, (N, F), scaled if `is_scaled`; None if not given."""
         if self.given is None:
             return None
         given, groups = self.given, None
@@ -101,7 +101,7 @@ class FeatureOptions:
 
 @dataclass(frozen=True, eq=False)
 class FeatureSteps:
-    """Features of cells, for the computation of weights."""
+    """Features of cells, and the cost of their differences in the weights of arcs."""
 
     features: Floats  # (N, F)
     weight: float  # cost of a feature difference of 1, in radii of a region

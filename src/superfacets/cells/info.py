@@ -122,7 +122,7 @@ class CloudInfo:
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
-    """Typical distance of points: the median of the square roots of the areas around points."""
+    """Typical distance between neighboring points: the median square root of the area per point."""
     area: float
     """Sum of the areas around the points, in the squared unit of the points."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]

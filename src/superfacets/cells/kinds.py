@@ -50,7 +50,7 @@ Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 
 class Outside(NamedTuple):
-    """Faces that show cells in pictures."""
+    """Faces that are drawn to show cells in pictures."""
 
     mesh: FaceMesh
     sources: Ints | None  # (F,) cell of each face; None if the faces are the cells
@@ -59,7 +59,7 @@ class Outside(NamedTuple):
 class OrderedCells(NamedTuple):
     """Cells and their graph, in input order or in a sorted order for speed."""
 
-    cells: Any  # of the same class as the input
+    cells: Any  # cells of the same class as the input
     graph: Any
     shapes: Any  # measures that only weights need, or None
     order: Ints | None  # (N,) input index of each cell; None if cells are in input order
@@ -94,7 +94,7 @@ class Kind:
         return cells, None
 
     def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
-        """Sort the cells for speed, and build their graph; None if the order is already good."""
+        """Sort the cells for speed and build their graph, or return None if sorting is useless."""
         corners = self.corners(cells)
         if corners is None or not is_scattered(cells.vertices, corners):
             return None
@@ -110,7 +110,7 @@ class Kind:
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the surface without the arrays that only weights need, which saves memory."""
+        """Return the surface, but leave out arrays that only weights need, to save memory."""
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
@@ -161,11 +161,11 @@ class Kind:
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Make cells of the same class from corners; not checked if `bounds` are given."""
+        """Make cells of the same class from corners. Nothing is checked if `bounds` are given."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for the kept cells, or None if cells are drawn as points."""
+        """Return the faces to draw for the cells in `keep`; None if cells are drawn as points."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
@@ -173,14 +173,12 @@ class Kind:
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return the arcs and the labels of a subset of the cells with all cells at borders."""
+        """Return arcs and labels of a subset of the cells that includes all cells at borders."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
 
 class _Faces(Kind):
-    """Faces of a surface mesh."""
-
     noun = "face"
     plural = "faces"
     has_faces = True
@@ -216,7 +214,7 @@ class _Faces(Kind):
             cells.vertices, triangles, queries, max_distance, n_threads
         )
         if sources is not None:
-            nearest = np.append(sources, np.int32(-1))[nearest]  # -1 stays -1
+            nearest = np.append(sources, np.int32(-1))[nearest]  # index -1 selects the appended -1
         return nearest, distances, points
 
     def corners(self, cells: AnyMesh) -> Corners:
@@ -227,8 +225,6 @@ class _Faces(Kind):
 
 
 class _Triangles(_Faces):
-    """Triangles of a surface mesh."""
-
     name = "triangles"
 
     def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
@@ -241,8 +237,6 @@ class _Polygons(_Faces):
 
 
 class _Tets(Kind):
-    """Tetrahedra of a volume mesh."""
-
     name = "tetrahedra"
     noun = "tet"
     plural = "tetrahedra"
@@ -273,8 +267,6 @@ class _Tets(Kind):
 
 
 class _Points(Kind):
-    """Points of a cloud."""
-
     name = "points"
     noun = "point"
     plural = "points"

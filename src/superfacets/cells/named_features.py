@@ -29,7 +29,7 @@ _FROM_TEXTURE = ("texture", "texture_spread")
 def features_of(
     names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FeatureTable | None:
-    """Return a table with one row per cell and the columns of all named features, or None.
+    """Return the columns of all named features, one row per cell, or None if there are no names.
 
     - ``"color"`` is red, green and blue from the file. Without colors, it is ``"texture"``.
     - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
@@ -74,7 +74,7 @@ def _texels_of(
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Whether the cells have colors, or their file has colors of faces or vertices."""
+    """Return whether the cells have colors, or their file has colors of faces or vertices."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
     return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
@@ -135,6 +135,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Convert rows per vertex to rows per cell, by the mean over the corners of each cell."""
+    """Return the mean over the corners of each cell, for a table with one row per vertex."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

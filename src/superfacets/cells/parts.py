@@ -1,4 +1,4 @@
-"""Stage 2: costs of steps between the parts of a shape, such as a finger and the palm.
+"""Stage 2: costs of arcs between the parts of a shape, such as a finger and the palm of a hand.
 
 Parts are far apart in the spectral embedding, whose coordinates are eigenvectors of the Laplacian
 for the smallest eigenvalues. The eigenvectors are computed on coarse cells and interpolated to
@@ -22,11 +22,12 @@ from .size import DEFAULT_N_SEGMENTS, radius_of
 from .weights import WeightOptions
 
 PART_CREASE_SCALE = 7.0
-"""Value of `regions.edit.CREASE_SCALE` for these weights. With 6, compactness is 0.01 higher."""
+"""Value of `regions.edit.CREASE_SCALE` for weights ``"parts"``. With 6, compactness is higher by
+0.01."""
 
 SPARE = 4.0
-"""Factor of the unit of path lengths, because costs between parts make paths longer. The factor of
-the path lengths is at most 1 + gamma."""
+"""Factor that makes the unit of path lengths coarser, because costs between parts make paths up to
+1 + gamma times as long."""
 
 N_COARSE = 700
 """Approximate number of coarse cells for which eigenvectors are computed. The regions are not
@@ -60,7 +61,7 @@ surface without concave creases, such as a plane or a convex body, has no parts,
 `hindered_share` is 0. All benchmark models have 0.037 or more."""
 
 LEAST_CONDUCTANCE = 1e-6
-"""Minimum conductance, which is the same in the core, so that connected cells stay connected."""
+"""Minimum conductance, as in the C++ core, which ensures that connected cells stay connected."""
 
 N_VECTORS = 8
 """Number of eigenvectors. On the benchmark models, 12 are worse, and results of 4 are unstable."""
@@ -78,10 +79,10 @@ EQUAL = 1e-3
 eigenvalues have an arbitrary basis, so they are used together or not at all."""
 
 FAR_STEPS, SHORT_STEPS = 3, 2
-"""Maximum number of arcs between the ends of a far arc, in a normal loop, and in a short loop or a
-graph with groups. A far arc joins two faces that are at least two arcs apart. With the smaller
-maximum, there are 9 far arcs per face instead of 20. The regions are then 0.2 % to 0.4 % more
-compact, but 5 % longer on regular grids."""
+"""A far arc joins two faces that are at least two arcs apart. The numbers are the maximum distances
+between these faces, counted in arcs: in a normal loop, and in a short loop or a graph with groups.
+With the smaller maximum, there are 9 far arcs per face instead of 20. The regions are then 0.2 % to
+0.4 % more compact, but 5 % longer on regular grids."""
 
 NO_GROUPS = np.empty(0, np.int32)
 """Value of `PartPrices.group_of` if there are no groups."""
@@ -89,21 +90,21 @@ NO_GROUPS = np.empty(0, np.int32)
 
 @dataclass(frozen=True, eq=False)
 class PartPrices:
-    """Costs of steps between the parts of a shape: distances in the spectral embedding."""
+    """Costs of arcs between parts of a shape, proportional to distances in a spectral embedding."""
 
     vectors: Singles
     """Coordinates of each group of cells, (G, Q); Q may be 0."""
     group_of: Ints
     """Group of each cell, (N,); empty if each cell is a group."""
     factor: float
-    """Cost of a step by 1 in the embedding, in the unit of path lengths."""
+    """Cost of a distance of 1 in the embedding, in the unit of path lengths."""
 
     @classmethod
     def of(
         cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
     ) -> PartPrices:  # fmt: skip
-        """Embed the cells of a graph with straight steps, or groups of cells.
+        """Compute the embedding of the cells, or groups of cells, of a graph with straight steps.
 
         `groups` are successively coarser graphs, and the cells of the last graph are embedded.
         Without groups, the cells of the graph itself are embedded. `factors` are gamma, and the

@@ -22,7 +22,7 @@ _ROUNDING = 1e-14
 """Variances up to this fraction of the largest variance of a region are treated as 0."""
 
 _NO_NORMAL = 1e-12
-"""Sums of area vectors up to this fraction of the area are 0, as for a closed surface."""
+"""Sums of area vectors up to this fraction of the area are treated as 0."""
 
 
 @dataclass(frozen=True, eq=False)

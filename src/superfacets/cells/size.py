@@ -22,9 +22,9 @@ class RegionSize(NamedTuple):
     """Expected number and radius of regions."""
 
     n_segments: int
-    """Number k of regions: given, or the total area divided by the area of a disk of radius r."""
+    """Number k of regions, as requested, or else the total area divided by pi r^2."""
     radius: float
-    """Radius r in the unit of the positions: given, or computed as by `radius_of`."""
+    """Radius r in the unit of the positions, as requested, or else the result of `radius_of`."""
 
 
 def region_size(
@@ -42,7 +42,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Like `region_size`, from the number of cells and the sum of their measures."""
+    """Return the same as `region_size`, given the number of cells and the sum of their measures."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)
@@ -109,8 +109,8 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    The result is 0 if no face has an area. `longest` is a field of `FaceShapes`, and lets the core
-    skip blocks of faces without long sides.
+    The result is 0 if no face has an area. `longest` is a field of `FaceShapes`, with which the C++
+    core skips blocks of faces without long sides.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:

@@ -30,12 +30,12 @@ class SortedCorners(NamedTuple):
 
     vertices: Floats  # (V', 3) positions, without duplicates if vertices were welded
     corners: Ints  # (C,) vertices at the corners, grouped by cell
-    offsets: Longs  # index of the first corner of each cell; empty if all cells have equal size
+    offsets: Longs  # first corner of each cell; empty if all cells have equally many corners
     order: Ints  # (N,) input index of each cell
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Whether consecutive cells or vertices are far apart; always False for small meshes."""
+    """Return whether consecutive cells or vertices are far apart; always False for small meshes."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False

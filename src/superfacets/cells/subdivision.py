@@ -194,7 +194,7 @@ def subdivide(
         vertices, faces, sources, depths = _core.subdivide(
             surface.vertices, triangles, length, min(most, MAX_CELLS), threads
         )
-    except ValueError:  # std::length_error
+    except ValueError:  # std::length_error from the C++ core
         raise ValueError(
             f"max_edge={length:g} would make more than {most} faces: use a larger max_edge or, in"
             " Python, a larger max_faces"

@@ -16,17 +16,17 @@ from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph
 
 VOLUME_NOISE = 1e-12
-"""Volumes up to this fraction of the cubed diagonal are rounding errors, as for a double sheet."""
+"""Volumes up to this fraction of the cubed diagonal are treated as rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """Cells and arcs with an object of the core that computes measures of arcs when needed.
+    """The cells of a surface and the arcs between them: the input of stages 2 and 5 to 7.
 
-    It is the input of stage 2 (weights) and of stages 5 to 7 (regions, metrics and export).
+    `handle` is the C++ object that computes lengths and angles of the arcs on demand.
     """
 
-    handle: _core.Surface  # object of the core
+    handle: _core.Surface  # C++ object that computes lengths and angles of arcs
     offsets: Longs  # (N + 1,) index of the first arc of each cell
     neighbors: Ints  # (M,) target of each arc
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
@@ -39,7 +39,7 @@ class Surface(CsrArcs):
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
-        """Make the surface of a mesh; a graph of another mesh raises a ValueError."""
+        """Make the surface of a mesh, or raise a ValueError if the graph is of another mesh."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
         handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
@@ -110,7 +110,7 @@ class Surface(CsrArcs):
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the surface object of the core; a graph of another mesh raises a ValueError."""
+    """Make the C++ surface object, or raise a ValueError if the graph is of another mesh."""
     _check_of_mesh(mesh, graph)
     return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
 
@@ -173,7 +173,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
-    """Whether the mesh is closed and its normals point inward, so that its volume is negative."""
+    """Return whether the mesh is closed and its normals point inward (its volume is negative)."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
     return is_negative(volume, graph.diagonal)
 
@@ -184,7 +184,7 @@ def enclosed(volume: float, diagonal: float) -> float:
 
 
 def is_negative(volume: float, diagonal: float) -> bool:
-    """Whether a volume is negative, and not only because of rounding errors."""
+    """Return whether a volume is negative, and not only because of rounding errors."""
     return volume < -VOLUME_NOISE * diagonal**3
 
 

@@ -76,7 +76,7 @@ class TetGraph(Arcs):
 
 
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
-    """Return the graph of the tetrahedra of a mesh, with arcs between those that share a triangle.
+    """Return the graph of a tetrahedral mesh, where arcs join tetrahedra that share a triangle.
 
     All pairs of tetrahedra at a triangle are neighbors. Therefore a tetrahedron and its duplicate
     have four arcs in each direction. Triangles with a repeated vertex are ignored. Time and memory
@@ -112,7 +112,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
         offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
             cells.vertices, cells.tets, lowest, threads
         )
-    except ValueError as error:  # std::length_error
+    except ValueError as error:  # std::length_error from the C++ core
         raise MeshError(str(error)) from None
     borders, steps, open_areas = measures
     arcs = ArcMeasures(borders, steps, None, sides, open_areas)

@@ -184,7 +184,10 @@ def _uv_areas(texture: Texture, triangles: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Combine triangles to faces: return means, spreads, and whether a face has triangles."""
+    """Combine the colors of triangles into one color per face, weighted by area.
+
+    Returns the mean color and the spread of each face, and whether the face has any triangles.
+    """
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)
@@ -201,7 +204,7 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Return an image of the labels of the faces with `is_here`, (height, width).
+    """Return an image, (height, width), of the labels of the faces where `is_here` is True.
 
     Texels without a label are -1. Labels extend by `BLEED` texels into texels without a label.
     """

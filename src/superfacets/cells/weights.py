@@ -28,16 +28,16 @@ MOST_EVENED = 0.25
 """Relative cost of smooth convex edges on fully hollow shapes."""
 
 STEPS = 1 << 16
-"""The result of `evened_share` is rounded to this number of steps, to hide rounding errors."""
+"""Number of equal steps to which `evened_share` rounds its result, to hide rounding errors."""
 
 TURN_BITS = 31
-"""The core computes `EdgeSums.turn` in units of about diagonal / 2**`TURN_BITS`."""
+"""The C++ core computes `EdgeSums.turn` in units of about diagonal / 2**`TURN_BITS`."""
 
 
 def evened_share(turn: int, volume: float, area: float, diagonal: float) -> float:
     """Return the relative cost s of smooth convex edges in `crease_weights`.
 
-    It increases from 0 for solid shapes to `MOST_EVENED` for hollow shapes. `turn` is a field of
+    The cost is 0 for solid shapes, and up to `MOST_EVENED` for hollow shapes. `turn` is a field of
     `EdgeSums`, and `volume` is the enclosed volume, or 0 for an open mesh.
     """
     if not volume or not area:
@@ -54,7 +54,7 @@ synthetic room without normals, 1.5 % of the points are in a region of another s
 of 0 or 1, it would be 8.5 % or 1.4 %."""
 
 NO_NORMALS = np.empty((0, 3))
-"""Empty array that is passed to the core if the core computes normals."""
+"""Empty array that is passed to the C++ core if the core must compute normals."""
 
 MOST_SOFT = 2
 """Maximum ratio of soft edges (10.4 to 40 degrees) to sharp edges in machine parts. In the
@@ -71,7 +71,7 @@ Otherwise faces narrower than a coarse cell would not get a region. The angle is
 degrees, which is the angle of the edges of a hexagonal prism."""
 
 ALL_COUNT = np.empty(0, np.uint8)
-"""Empty array that is passed to the core if sums include the edges of all faces."""
+"""Empty array that is passed to the C++ core if sums include the edges of all faces."""
 
 
 WeightName = Literal["parts", "creases", "superfacets", "stk02"]
@@ -113,7 +113,7 @@ class EdgeSums(NamedTuple):
     The last three sums are only computed if `EdgeFactors.ridges` is not 0.
     """
 
-    turn: int  # sum of length times angle of smooth edges, in units of the core
+    turn: int  # sum of length times angle of smooth edges; see `TURN_BITS` for the unit
     n_edges: int  # number of edges
     n_soft: int  # number of edges with an angle of 10.4 to 40 degrees
     n_sharp: int  # number of convex edges with an angle above 40 degrees
@@ -391,7 +391,7 @@ class Weight:
     fractions: tuple[str, ...] = ()
     """Names of parameters that must be from 0 to 1. All other parameters must be >= 0."""
     has_parts: bool = False
-    """Whether steps are straight, and `parts.PartPrices` adds costs of steps between parts."""
+    """Whether arcs have straight-line lengths, to which `PartPrices` adds costs between parts."""
     has_other_unit: bool = False
     """Whether the unit of the weights differs from the unit of ``"creases"``. If so, border costs
     are recomputed for the clean-up, and cells without angles cannot use the formula."""
@@ -493,11 +493,11 @@ class WeightOptions:
         return self.weight is not None and self.weight.has_other_unit
 
     def crease_price(self, radius: float) -> float:
-        """Return the length that a crease with angle pi adds to a step."""
+        """Return the length that a crease with angle pi adds to an arc."""
         return float(self.params["alpha"]) * radius
 
     def rim_price(self, radius: float) -> float:
-        """Return the length that a ridge with angle `RIM_TURN` adds to a step on machine parts."""
+        """Return the length that a ridge with angle `RIM_TURN` adds to an arc on machine parts."""
         return RIM_TURN * RIM_FACTOR * float(self.params["ridges"]) * self.crease_price(radius)
 
 
@@ -510,7 +510,7 @@ def arc_weights(
 ) -> Weighed:
     """Return one weight per arc of a surface or cloud, for regions of the given radius.
 
-    `normals` are unit normals of the faces; if they are None, the core computes them.
+    `normals` are unit normals of the faces. If `normals` is None, the C++ core computes them.
     """
     if options.given is not None:
         return Weighed(options.given)
@@ -521,7 +521,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
-    """Return one weight per arc for cells without angles: given weights, or lengths of steps.
+    """Return one weight per arc for cells without angles: weights from the caller, or distances.
 
     `plural` is the noun for the cells in messages.
     """

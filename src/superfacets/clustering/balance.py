@@ -1,4 +1,4 @@
-"""Stage 4: regions of given sizes, by shortest paths with an additive offset for each center.
+"""Stage 4: balance the sizes of regions, using paths with an additive offset for each center.
 
 After the loop, centers of regions that are too small move into regions that are too large. Then
 there are several rounds. In each round, centers move to the centroids of their regions, and the
@@ -35,13 +35,14 @@ JUMP_ROUNDS = 6
 """Maximum number of rounds in which centers move from small regions into large regions."""
 
 ITERATIONS_PER_JUMP = 4
-"""Number of iterations of the loop after each of these rounds."""
+"""Number of iterations of the clustering loop after each round in which centers move."""
 
 MOST_JUMPING = 0.15
 """Maximum fraction of the centers of a component that move per round, but at least one center."""
 
 SMALL, LARGE = 0.6, 1.5
-"""Centers of regions below SMALL times the mean size move into regions above LARGE times it."""
+"""Centers of regions below SMALL times the mean size move into regions above LARGE times the mean
+size."""
 
 ROUNDS = 20
 """Number of rounds in which offsets change. The result is not better with 40 rounds."""
@@ -61,11 +62,11 @@ RESCUES = 10
 """Maximum number of final rounds, which move centers that are in other regions."""
 
 ISLAND = 0.5
-"""Components smaller than this fraction of the mean size of a region are islands, as in seeding."""
+"""A component smaller than this fraction of the mean size of a region keeps its single region."""
 
 
 MAX_TOTAL = 1e150
-"""Maximum sum of the sizes of all cells, and inverse of the minimum, so that ratios are finite."""
+"""Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL, so ratios are finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +117,7 @@ class SizeRules:
         return replace(size, n_segments=n_segments)
 
     def check(self, n_segments: int) -> None:
-        """Raise a MeshError if regions of this number cannot have sizes within the limits."""
+        """Raise a MeshError if `n_segments` regions cannot have sizes within the limits."""
         low, high = self.options.bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
@@ -257,7 +258,7 @@ class Balancer:
         return cls(rules, sizes, components, n_threads, islands, may_jump)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Balance regions after the loop on a level; level 0 is all cells, 1 the finest coarse."""
+        """Balance regions after the loop on a level; level 0 has all cells, other levels coarse."""
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
             clustering.classify(clustering.centers(), self.paths_from())
@@ -274,7 +275,7 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """Return the offsets as unsigned integers for the core."""
+        """Return the offsets as unsigned integers for the C++ core."""
         return self.offsets.astype(np.uint64)
 
     def _counted(

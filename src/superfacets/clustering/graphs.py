@@ -1,4 +1,4 @@
-"""Graphs for the clustering loop: all cells, in memory or in tiles, and coarser graphs."""
+"""Graphs for the clustering loop: graphs of all cells, in memory or on disk, and coarser graphs."""
 
 from __future__ import annotations
 
@@ -107,7 +107,6 @@ MIN_REDUCTION = 2
 
 
 def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
-    """Group about `cell_size` cells into each coarse cell."""
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)
@@ -140,7 +139,7 @@ def join_islands(
 
 
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
-    """Whether the loop may start on coarse cells.
+    """Return whether the loop may start on coarse cells.
 
     The loop must run only on all cells if seeds are given, in the halted mode, with ``tol=0``, for
     a single iteration, or if an arc has no reverse arc of the same length.
@@ -184,12 +183,12 @@ class Levels:
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
-    """Whether regions have so few cells that paths on coarse cells cannot determine labels."""
+    """Return whether regions have too few cells to determine labels by paths on coarse cells."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Whether steps are straight lines, so that arc lengths are distances plus costs."""
+    """Return whether steps are straight lines, so that arc lengths are distances plus costs."""
     return graph.straight_unit > 0.0
 
 

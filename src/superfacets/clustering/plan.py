@@ -1,4 +1,4 @@
-"""The plan of a segmentation: kept cells, size of regions, and initial centers."""
+"""The plan of a segmentation: the cells to segment, the size of regions, and initial centers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 
 @dataclass(frozen=True)
 class Plan:
-    """Kept cells, expected size of regions, and initial centers."""
+    """The cells to segment, the expected size of regions, and the initial centers."""
 
     cut: Cut | None  # kept cells and arcs; None if all cells and arcs are kept
     size: RegionSize
@@ -135,7 +135,7 @@ def _sorted_indices(cells: Ints, order: Ints) -> Ints:
 
 
 def _are_all_different(given: Array) -> bool:
-    """Whether the array is a permutation of 0 to N - 1, so that each cell is a center."""
+    """Return whether the array is a permutation of 0 to N - 1, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 

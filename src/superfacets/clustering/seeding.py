@@ -13,7 +13,7 @@ SEED_SPACING = 2.0
 """Extent of a flooded region, and edge length of a grid cube, in expected radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
-"""Enumerators of the core, keyed by public names."""
+"""Enumerators of the C++ core, keyed by the values of the argument `islands`."""
 
 
 def place_seeds(
@@ -104,7 +104,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Do the work of `place_seeds` for checked options and a given size of regions."""
+    """Return the result of `place_seeds` for checked options and a given size of regions."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)

@@ -24,7 +24,7 @@ from .faces import (
 Denoise = int | Literal["auto"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
-"""Number of sampled faces, and number of samples that are enough to see that a mesh is smooth."""
+"""Number of sampled faces, and number of first samples that can show that a mesh is smooth."""
 
 LEAST_SAMPLES = 32
 """Minimum number of usable samples. A mesh with fewer usable samples is not smoothed."""
@@ -34,21 +34,21 @@ NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
 On a plane of equal squares, noise of 0.005 makes regions 1.3 times as long as wide."""
 
 SMOOTH_BELOW = 0.7
-"""Fraction of the noise limit. If the estimate from the first samples is below this fraction, the
-mesh is clean: the estimate is 4 standard errors below the limit."""
+"""Fraction of the noise limit. A mesh is treated as smooth if the estimate from the first samples
+is below this fraction, because the estimate is then 4 standard errors below the limit."""
 
 DETAIL_RATIO = 1.45
-"""Ratio of the far height to the near height on meshes with details but without noise. White noise
-has a ratio of 1, and clean benchmark models have 1.3 to 2."""
+"""Ratio of the far height to the near height on meshes with details but without noise. The ratio is
+1 for white noise, and 1.3 to 2 for benchmark models without noise."""
 
 MOST_AGREEMENT = 0.5
-"""Maximum mean `Roughness.agreement` of a noisy mesh. White noise has 0.42; coarse shapes without
-noise have more."""
+"""Maximum mean `Roughness.agreement` of a noisy mesh. The mean is 0.42 for white noise, and higher
+for coarse shapes without noise."""
 
 FOLD_PER_NOISE = 2.4
-"""Ratio of the bending angle of edges, in radians, to the noise in edge lengths; 2.4 to 3.3 on
-noisy models. It gives an upper bound of the noise, because noise bends all edges. In subdivided
-meshes and in planes, many edges are flat."""
+"""Ratio of the bending angle of edges, in radians, to the noise, in edge lengths. The ratio is 2.4
+to 3.3 on noisy models. It gives an upper bound of the noise, because noise bends all edges. In
+subdivided meshes and in planes, many edges are flat."""
 
 QUARTER_OF_NORMAL = 0.3186
 """First quartile of the absolute values of standard normal numbers."""
@@ -58,11 +58,11 @@ LOW_PART, LOW_MEAN_OF_NORMAL = 0.6, 0.3966
 of standard normal numbers. Samples with higher values are excluded because they contain creases."""
 
 STEPS_PER_NOISE, STEPS_ON_GRIDS = 100, 200
-"""Number of smoothing steps per edge length of noise: irregular meshes, and regular grids."""
+"""Number of smoothing steps per edge length of noise, on irregular meshes and on regular grids."""
 
 LEAST_STEPS, LEAST_STEPS_ON_GRIDS = 5, 20
-"""Minimum number of smoothing steps of a noisy mesh: irregular, and regular grid. On grids, even
-small creases stretch regions, so more steps are needed."""
+"""Minimum number of smoothing steps of a noisy mesh that is irregular, or a regular grid. Grids
+need more steps, because even small creases stretch regions on grids."""
 
 MOST_AUTO_STEPS = 100
 """Maximum number of smoothing steps that ``"auto"`` uses."""

@@ -50,7 +50,7 @@ class Corners:
 
     @property
     def lists(self) -> tuple[Ints, Longs, int]:
-        """Arguments for the core: vertices, offsets (empty if None), and size (0 if None)."""
+        """Arguments for C++ functions: vertices, offsets (empty if None), and size (0 if None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
         return self.vertices, offsets, self.size or 0
 
@@ -143,7 +143,7 @@ def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
 
 
 def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
-    """Whether two meshes have the same vertices and faces."""
+    """Return whether two meshes have the same vertices and faces."""
     if one is other:
         return True
     is_alike = type(one) is type(other) and np.array_equal(one.vertices, other.vertices)
@@ -165,7 +165,7 @@ def measure_shapes(
     """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
     Normals have shape (F, 3); undefined normals are 0. The longest sides are given as squared
-    lengths, one for each block of faces in the core. For polygons, the last two results are None.
+    lengths, one per block of faces in the C++ core. For polygons, the last two results are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
@@ -263,7 +263,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
         return arcs_of_triangles(mesh.faces, lowest, n_threads)
     try:
         return FoundArcs(*_core.build_polygon_graph(mesh.offsets, mesh.indices, lowest, n_threads))
-    except ValueError as error:  # std::length_error
+    except ValueError as error:  # std::length_error from the C++ core
         raise MeshError(str(error)) from None
 
 
@@ -271,14 +271,14 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
     """Like `arcs_of_faces`, but for an array of triangles, shape (F, 3)."""
     try:
         return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
-    except ValueError as error:  # std::length_error
+    except ValueError as error:  # std::length_error from the C++ core
         raise MeshError(str(error)) from None
 
 
 def surface_of_faces(
     mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the surface object of the core from a mesh and the arcs between its faces.
+    """Make the C++ surface object from a mesh and the arcs between its faces.
 
     `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
     the faces of the mesh do not have.
@@ -303,7 +303,7 @@ GOLDEN = 0.6180339887498949
 
 
 def spread_indices(n_samples: int, n: int) -> Longs:
-    """Return indices spread over 0 to n - 1; those of fewer samples come first."""
+    """Return indices that are spread evenly over 0 to n - 1; more samples extend the sequence."""
     return (np.arange(n_samples) * GOLDEN % 1.0 * n).astype(np.int64)
 
 

@@ -67,7 +67,7 @@ class PinholeCamera:
     def of_opengl(
         cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
     ) -> PinholeCamera:
-        """Make a camera from a pose with right, up and back axes (OpenGL, Blender, NeRF)."""
+        """Make a camera from a pose with right, up and back axes, as in OpenGL and Blender."""
         opencv_pose = checked_pose(pose)
         opencv_pose[:3, 1:3] *= -1
         return cls(opencv_pose, checked_intrinsics(intrinsics), size, name)

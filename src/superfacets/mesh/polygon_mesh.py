@@ -54,13 +54,13 @@ class PolygonMesh(CellsOfVertices):
     Attributes
     ----------
     bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the bounding box of the vertices that faces use.
+        Minimum and maximum corner of the bounding box of all vertices of faces.
 
     Raises
     ------
     MeshError
-        If a shape, an index or a coordinate is wrong (the message names the first), if a face has
-        fewer than three corners, if there is no face, or if all faces are at one point.
+        If an array is not valid (the message names the first wrong entry), if a face has fewer than
+        three corners, if there are no faces, or if all faces are at one point.
 
     Examples
     --------

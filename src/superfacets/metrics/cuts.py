@@ -22,9 +22,9 @@ class BoundaryAgreement(NamedTuple):
     """Result of `boundary_agreement`: fractions of the length of borders, where 1 is best."""
 
     recall: float
-    """Fraction of the true borders that are near borders of regions; 1 without true borders."""
+    """Fraction of the true borders that are near borders of regions; 1 if no true borders exist."""
     precision: float
-    """Fraction of the borders of regions that are near true borders; 1 without borders."""
+    """Fraction of the borders of regions that are near true borders; 1 if there are no borders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def cut_discrepancy(
 def boundary_agreement_of(
     mesh: MeshEdges, found: Cuts, true: Cuts, tolerance: float
 ) -> BoundaryAgreement:
-    """Do the work of `boundary_agreement` for borders that are already known."""
+    """Return the result of `boundary_agreement` for borders that are already computed."""
     within = tolerance * mesh.graph.diagonal
     return BoundaryAgreement(
         _fraction_near(true.borders, found.distances, within),
@@ -151,7 +151,7 @@ def boundary_agreement_of(
 
 
 def cut_discrepancy_of(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
-    """Do the work of `cut_discrepancy` for borders that are already known."""
+    """Return the result of `cut_discrepancy` for borders that are already computed."""
     farthest = mesh.graph.diagonal
     there = _mean_distance(found.borders, true.distances, farthest)
     back = _mean_distance(true.borders, found.distances, farthest)

@@ -1,4 +1,4 @@
-"""`evaluate` and `evaluate_vertices`, which compute all metrics of labels."""
+"""Functions that compute all metrics of labels of cells or of vertices."""
 
 from __future__ import annotations
 

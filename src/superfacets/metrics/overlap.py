@@ -103,7 +103,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Do the work of `area_overlap` for labels without gaps."""
+    """Return the result of `area_overlap` for labels without gaps."""
     is_annotated = segments >= 0
     if not is_annotated.all():
         regions, segments = regions[is_annotated], segments[is_annotated]
@@ -163,10 +163,11 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the achievable segmentation accuracy (ASA): the best accuracy of region labels.
+    """Return the achievable segmentation accuracy (ASA): the highest accuracy of region labels.
 
-    If each region gets the true label with the largest overlap, it is the fraction of the area with
-    the correct label. It is 1 if no region crosses a true border.
+    This is the highest accuracy that any choice of one label per region can reach. The best choice
+    for a region is the true label with the largest overlap. The accuracy is the fraction of the
+    area with the correct label. It is 1 if no region crosses a true border.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ _NORMAL_NOISE = 1e-12
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
-    """Return the mean of perimeter / sqrt(area) over all regions, which is lower if they are round.
+    """Return the mean of perimeter / sqrt(area) over all regions; round regions have low values.
 
     The value is 3.54 for a disk, 3.72 for a hexagon and 4 for a square. The boundary of an open
     mesh is part of the perimeter. Regions without area are ignored. For tetrahedra, the result is
@@ -57,7 +57,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
 
 
 def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Do the work of `compactness` for labels without gaps."""
+    """Return the result of `compactness` for labels without gaps."""
     perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
     areas = sums_by_label(labels, surface.measures, n_regions)
     positive_total(areas)
@@ -107,7 +107,7 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
 
 def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Do the work of `explained_variation` for labels without gaps.
+    """Return the result of `explained_variation` for labels without gaps.
 
     For a set of faces, S is the sum of area times (normal - mean normal of the surface), and A is
     the area. The variance between regions is the sum of |S|^2 / A over regions, and the total

@@ -80,7 +80,7 @@ def enforce_connectivity(
 def connect_regions(
     costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
 ) -> RegionEdit:
-    """Do the work of `enforce_connectivity` for checked arguments."""
+    """Return the result of `enforce_connectivity` for checked arguments."""
     surface = costs.surface
     pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     region_of_piece = np.empty(n_pieces, np.int32)
@@ -106,7 +106,7 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the largest piece of each region, or the piece with the lowest index if equal."""
+    """Return the largest piece of each region; the lowest index wins among equal areas."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
     largest[region_of_piece[order]] = order  # NumPy keeps the last value that is assigned

@@ -26,7 +26,7 @@ class VertexEdges(NamedTuple):
 
 
 class _Regions(NamedTuple):
-    """Labeled cells."""
+    """Cells of a mesh and their labels."""
 
     cells: Any
     corners: Corners  # corners of the cells after welding
@@ -108,7 +108,7 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # in components with only border vertices
+    found = np.where(found < 0, majority, found)  # if all vertices of a component are at borders
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
@@ -182,7 +182,7 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Whether each vertex is in a piece of its region that must be labeled again.
+    """Return whether each vertex is in a piece of its region that must be labeled again.
 
     For each connected part of the cells of a region, only the largest piece of vertices is kept.
     """

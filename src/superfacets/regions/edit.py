@@ -27,7 +27,7 @@ With values from 4 to 8, the undersegmentation error of smoothed benchmark model
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Data for the costs of borders, which are lengths of borders, reduced in creases."""
+    """Data to compute costs of borders: the cost is the length of a border, reduced in creases."""
 
     surface: Surface
     lengths: Singles  # (M,) weight of each arc as a multiple of `unit`
@@ -47,7 +47,7 @@ class BorderCosts:
 
     @property
     def args(self) -> tuple[_core.Surface, Singles, float, float]:
-        """Arguments for functions of the core: surface, lengths, their unit, and crease scale."""
+        """Arguments for C++ functions: surface, lengths, unit of the lengths, and crease scale."""
         surface = self.surface
         unit = self.unit * surface.weight_unit
         return surface.handle, self.lengths, unit, self.crease_scale * self.radius

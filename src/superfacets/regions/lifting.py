@@ -1,4 +1,4 @@
-"""Stage 5: labels of regions from masks in images of the mesh."""
+"""Stage 5: label regions by votes of masks in images of the mesh."""
 
 from __future__ import annotations
 

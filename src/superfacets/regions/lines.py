@@ -166,7 +166,7 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return faces at borders, their sides at the border, and the region behind the border.
+    """Return faces at borders, their sides at the border, and the region across the border.
 
     Of the two regions at a border, only faces of the lower region are returned.
     """
@@ -217,7 +217,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
 
 
 def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Whether a line continues at each vertex, because it has two edges between equal regions."""
+    """Return whether a line continues at each vertex: two edges separate the same regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)

@@ -21,10 +21,10 @@ from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
 MOST_PIXELS = 1 << 23
-"""Maximum number of pixels that are processed together, with about 30 bytes per pixel."""
+"""Maximum number of pixels that are processed together. Each pixel takes about 30 bytes."""
 
 LEAST_IMAGES = 8
-"""Number of images that may be processed together, one per thread, even beyond MOST_PIXELS."""
+"""Number of images that may be processed together even if they exceed `MOST_PIXELS`."""
 
 
 class Votes(NamedTuple):

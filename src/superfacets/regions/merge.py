@@ -58,9 +58,9 @@ def merge_small_regions(
     Returns
     -------
     RegionEdit
-        Regions are renumbered without changing their order. ``sources`` is the old label of each
-        new region, which the other regions joined. If ``centers`` are the centers of the old
-        regions, ``centers[edit.sources]`` are the centers of the new regions.
+        Regions are renumbered without changing their order. ``sources`` is, for each new region,
+        the old label of the region that other regions joined. If ``centers`` are the centers of the
+        old regions, ``centers[edit.sources]`` are the centers of the new regions.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join each island to the region of the cell that is nearest to the center of the island."""
+    """Join regions without neighbors to the region of the cell that is nearest to their center."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
@@ -146,9 +146,10 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Indices]]:
-    """Yield islands of one group, and the cells, in ascending order, whose regions they may join.
+    """Yield the regions without neighbors in each group, and the cells whose regions they may join.
 
-    Islands that cannot join any region are skipped. Time is O(N log N).
+    The cells are in ascending order. `islands` are the regions without neighbors. Islands that
+    cannot join any region are skipped. Time is O(N log N).
     """
     if not len(groups):
         yield islands, wanted

@@ -106,7 +106,7 @@ def transfer(
     nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
     if max_distance is None and not _are_points(target):
         _warn_if_far(distances, source.bounds)
-    found = np.append(given, np.int32(-1))[nearest]  # -1 stays -1
+    found = np.append(given, np.int32(-1))[nearest]  # index -1 selects the appended -1
     if samples is None:
         return found
     return weighted_majority(samples.faces, found, samples.areas, goal.n_faces).winners
@@ -136,7 +136,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Whether the target is an array or a list of points, and not a pair of arrays (a mesh)."""
+    """Return whether the target is an array or list of points, and not a pair of arrays."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

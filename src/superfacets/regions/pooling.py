@@ -1,4 +1,4 @@
-"""Stage 5: reduction of values of cells to values of regions, and the reverse."""
+"""Stage 5: conversion of values of cells to values of regions, and back."""
 
 from __future__ import annotations
 
@@ -316,7 +316,7 @@ def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:
 
 
 def _majorities(column: Array, members: _Members) -> Array:
-    """Return the value with the largest total weight in each region, or -1 if none is known."""
+    """Return the value with the largest total weight in each region, or -1 if all values are -1."""
     votes, names = _codes(column[members.rows])
     regions, weights = members.regions, members.weights
     if weights is None:

@@ -1,4 +1,4 @@
-"""Stage 5: moves of single cells that bring regions to their target sizes."""
+"""Stage 5: move single cells between regions until the regions have their target sizes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Goals(NamedTuple):
 
     @classmethod
     def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Take the goals from the loop; regions that were added later keep their sizes."""
+        """Return the goals of the balancer; regions that were added later keep their sizes."""
         rules = balancer.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])

@@ -195,7 +195,7 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
     """Return the most frequent label of the corners of each cell; ties go to the lowest label.
 
-    `of_vertices` has one label per vertex. For a point cloud, it is returned as int64.
+    `of_vertices` has one label per vertex. For a point cloud, `of_vertices` is returned as int64.
     """
     if kind_of(cells).are_points:
         return of_vertices.astype(np.int64)
