@@ -17,9 +17,9 @@ namespace {
 constexpr std::size_t kPage = 1 << 16;      // in bytes; a multiple of all common page sizes
 constexpr std::size_t kHugePage = 1 << 21;  // in bytes; size of a huge page on most systems
 
-// The pool keeps at most kAlwaysKept bytes of unused memory, or 1 / kKeptPart of the memory in use
-// if that is more. kAlwaysKept suffices for a mesh of a few hundred thousand faces. Keeping more
-// would raise peak memory.
+// The pool keeps at most kAlwaysKept bytes of unused memory, or 1 / kKeptPart of the memory in use,
+// whichever is larger. kAlwaysKept suffices for a mesh of a few hundred thousand faces. Keeping
+// more would raise peak memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
 constexpr std::size_t kKeptPart = 1;
 

@@ -24,8 +24,9 @@ void* take_memory(std::size_t n_bytes);
 // keeps a limited amount for later calls, and returns any excess to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
-// Returns the end of memory of n_bytes, so that the first n_kept bytes, at least kLargeMemory, are
-// left. On systems other than Linux, the memory stays as it is.
+// Returns the end of a block of n_bytes to the pool. The first n_kept bytes of the block remain
+// valid; n_kept must be at least kLargeMemory. On systems other than Linux, this function has no
+// effect.
 void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept) noexcept;
 
 // An array of uninitialized values. A std::vector would first write zeros on one thread, with a
@@ -68,7 +69,7 @@ class Buffer {
   const T* end() const { return data_ + size_; }
   std::span<T> span() { return {data_, size_}; }
 
-  // Removes values at the end. In a large array, the other values stay in place.
+  // Removes values at the end. The remaining values of a large array are not moved.
   void shrink(std::size_t size) {
     SUPERFACETS_ASSERT(size <= size_);
     if (bytes(size) < kLargeMemory) {

@@ -26,7 +26,7 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   return costs;
 }
 
-// Computes the lengths of arcs from the squared distances of their ends and their crease costs.
+// Computes the length of each arc from the squared distance between its cells and its crease cost.
 struct AddStraight {
   SUPERFACETS_ALWAYS_INLINE void operator()(const double* squared, const double* costs, double unit,
                                             std::span<float> lengths) const {
@@ -96,8 +96,8 @@ class ArcFinder {
     if (list.size() < size) list.resize(2 * size);
   }
 
-  // Extends a walk by each arc that leaves its last cell. Padding arcs, which lead to the same
-  // cell, and arcs that lead back do not start a new walk.
+  // Extends a walk by each arc that leaves its last cell. A new walk is not stored if the arc leads
+  // back to the previous cell, or if it is a padding arc, which leads from a cell to itself.
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
     const float* cost = costs_.data() + (arcs.data() - graph_.arcs.data());
@@ -124,8 +124,8 @@ class ArcFinder {
       reached_;  // targets of the found arcs; the first n_reached_ entries are in use
   std::size_t n_reached_ = 0;
   std::vector<double> squared_;  // squared length of each found arc
-  std::vector<double> sums_;     // lowest crease costs of a walk along each found arc
-  std::vector<double> least_;    // lowest crease costs of a walk to each cell; kNone if not reached
+  std::vector<double> sums_;   // lowest total crease cost of a walk to the target of each found arc
+  std::vector<double> least_;  // (N,) lowest total crease cost of a walk to each cell, or kNone
 };
 
 // Maximum number of arcs per walk, chosen so that walks from a cell reach about 20 cells.
@@ -135,7 +135,8 @@ int steps_of(const OrderedGraph& graph) {
   return n_arcs > 3.5 ? 2 : 3;
 }
 
-// Upper bound of the number of walks of up to n_steps arcs that do not turn back.
+// Upper bound of the number of walks of up to n_steps arcs that do not turn back. `n_ways_on` is
+// the number of arcs by which a walk can continue from a cell.
 std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team) {
   const auto n_ways_on = [&](Place place) {
     const std::size_t n_arcs = graph.arcs_of(place).size();
@@ -155,7 +156,8 @@ std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team)
 
 }  // namespace
 
-// The arcs of a few blocks are found in lists that stay in the cache, and then copied.
+// For a few blocks at a time, arcs are collected in one list per block, which stays in the cache,
+// and then copied to the result.
 void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
   const int n_steps = std::min(steps_of(graph), most_steps);

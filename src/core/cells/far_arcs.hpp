@@ -12,7 +12,7 @@ inline constexpr int kFarSteps = 3;
 // apart, so that a cell has about 20 arcs. If cells have about three arcs each, as in a triangle
 // mesh, the limit is three arcs. If cells have at most eight arcs, the limit is two. If cells have
 // more arcs, the graph is not changed. The limit is never larger than most_steps. The length of a
-// new arc is the straight distance between its cells, plus the crease costs of the cheapest walk
+// new arc is the straight distance between its cells, plus the lowest total crease cost of a walk
 // within the limit.
 //
 // Without far arcs, shortest paths depend on the pattern of the cells: on a regular grid, regions

@@ -159,14 +159,14 @@ void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, Th
   SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == cells.size());
   SUPERFACETS_ASSERT(!vectors.groups.empty() ||
                      vectors.rows.size() == vectors.width * cells.size());
-  Buffer<Cell> groups(cells.size());  // by place
+  Buffer<Cell> groups(cells.size());  // group of each cell, in sorted order
   team.for_each_index(n_cells(),
                       [&](Place place) { groups[place] = vectors.group_of(cells[place]); });
   team.for_each_slow(n_cells(), [&](Place place) {
     const Cell here = groups[place];
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
       const Cell there = groups[arc.to];
-      if (there == here) continue;  // also padding
+      if (there == here) continue;  // arcs within a group and padding arcs do not change
       arc.length = with_price(arc.length, factor, vectors.distance(here, there));
     }
   });

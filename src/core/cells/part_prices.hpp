@@ -9,8 +9,8 @@
 
 namespace superfacets {
 
-// Euclidean distance between two rows. If kWidth > 0, it is the row width, and the function is
-// twice as fast. If kWidth is 0, the width is any_width.
+// Euclidean distance between two rows. The row width is kWidth or, if kWidth is 0, any_width. A
+// width that is known at compile time makes the function twice as fast.
 template <std::size_t kWidth, typename Number>
 double distance_in(std::span<const Number> rows, std::size_t any_width, Cell one, Cell other) {
   const std::size_t width = kWidth > 0 ? kWidth : any_width;
@@ -48,14 +48,14 @@ inline float with_price(float length, double factor, double distance) {
   return static_cast<float>(round_to_whole(double{length} + factor * distance));
 }
 
-// Adds factor |psi_i - psi_j| to the length of each arc, and rounds the result; i and j are the
-// groups of the arc's two cells. An arc and its reverse arc get the same bits.
+// Adds factor |psi_i - psi_j| to the length of each arc, where i and j are the groups of the arc's
+// two cells. The result is rounded to a whole number. An arc and its reverse arc get the same bits.
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
                               const PartVectors& vectors, double factor, ThreadTeam& team);
 
-// Returns given[a] + factor |f_i - f_j| for each arc a; f_i and f_j are the features of its two
-// cells. `features` has n_features numbers per cell. An arc and its reverse arc get the same bits
-// if `given` has.
+// Returns given[a] + factor |f_i - f_j| for each arc a, where f_i and f_j are the features of the
+// arc's two cells. `features` has n_features numbers per cell. If an arc and its reverse arc have
+// the same bits in `given`, they get the same bits in the result.
 Buffer<double> add_feature_steps(const Arcs& arcs, std::span<const double> given,
                                  std::span<const double> features, std::size_t n_features,
                                  double factor, ThreadTeam& team);

@@ -7,7 +7,7 @@
 
 namespace superfacets {
 
-// Length and label of the path to each cell. The label is kNoLabel if there is no path.
+// Result of CoarseGraph::spread. The label of a cell is kNoLabel if there is no path to the cell.
 struct SpreadPaths {
   Buffer<PathLength> lengths;  // (N,) length of the path to each cell
   Buffer<Label> labels;        // (N,) label of the path to each cell
@@ -36,7 +36,8 @@ class CoarseGraph {
 
   // For each coarse cell, the measure-weighted mean of the vectors of its fine cells.
   Buffer<float> means_of(const PartVectors& vectors, ThreadTeam& team) const;
-  // These two functions change the arcs of the coarse graph; see far_arcs.hpp and OrderedGraph.
+  // add_far_arcs and add_part_prices change the arcs of the coarse graph; see far_arcs.hpp and
+  // OrderedGraph.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
     graph_.add_part_prices(vectors, factor, team);
@@ -55,7 +56,7 @@ class CoarseGraph {
     return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
   }
 
-  // (N,) coarse cell of each fine cell, by input index.
+  // (N,) coarse cell of each fine cell, indexed by the input index of the fine cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
 
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
@@ -93,7 +94,7 @@ class CoarseGraph {
 
   const OrderedGraph& fine_;
   std::vector<Cell> first_cells_;  // first coarse cell of each range
-  Buffer<LocalCell> local_;        // (N,) coarse cell of each fine cell, in the sorted order
+  Buffer<LocalCell> local_;        // (N,) coarse cell of each fine cell, indexed by sorted index
   std::vector<Place> centers_;     // (C,) fine cell at the center of each coarse cell
   // The coarse graph. Input index and sorted index of a coarse cell are equal.
   OrderedGraph graph_;

@@ -71,7 +71,7 @@ std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& componen
   return sizes;
 }
 
-// Minimum measure of a component that is not an island: half the mean measure of a region.
+// Returns half the mean measure of a region. A component with a smaller measure is an island.
 double least_measure(const OrderedGraph& graph, Cell n_seeds) {
   double total = 0.0;
   for (const Place place : graph.place_of) total += graph.measures[place];

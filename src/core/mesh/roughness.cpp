@@ -9,12 +9,14 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Limits of the surroundings of a vertex. Regular triangles have 19 vertices and 54 faces (with
-// the faces of the third ring), and regular squares have 25 vertices and 36 faces.
+// Maximum number of vertices and faces around a vertex. In a regular triangle mesh, there are 19
+// vertices and 54 faces, including the faces of the third ring. In a regular grid of squares, there
+// are 25 vertices and 36 faces.
 constexpr int kMostVertices = 96;
 constexpr int kMostFaces = 256;
 
-// Smallest pivot of the equations, relative to the diagonal: below, the points are on a conic.
+// Minimum pivot of the normal equations, as a fraction of the diagonal entry. A smaller pivot means
+// that all points are on a conic, so that the fit is not unique.
 constexpr double kMinPivot = 1e-9;
 
 bool is_same(const Point& p, const Point& q) {
@@ -25,13 +27,14 @@ std::uint64_t code_of(std::uint64_t bits) {
   return bits * 0x9E3779B97F4A7C15;
 }
 std::uint64_t code_of(const Point& p) {
-  const auto bits = [](double number) {  // adding 0 turns -0 into 0
+  const auto bits = [](double number) {  // adding 0 changes -0 to 0
     return std::bit_cast<std::uint64_t>(number + 0.0);
   };
   return code_of(bits(p.x) ^ std::rotl(bits(p.y), 21) ^ std::rotl(bits(p.z), 42));
 }
 
-// A set of positions that rarely reports a position that was not added.
+// A Bloom filter for positions: may_have returns true for all positions that were added, and rarely
+// for other positions.
 class PositionFilter {
  public:
   void clear() { words_.fill(0); }
@@ -47,7 +50,7 @@ class PositionFilter {
 class FaceSet {
  public:
   void clear() { table_.fill(kNoCell); }
-  // Returns false if the face is in the set already.
+  // Adds a face. Returns false if the set already contains the face.
   bool add(Face face) {
     std::size_t slot = code_of(static_cast<std::uint64_t>(face)) >> 55;
     while (table_[slot] != kNoCell) {
@@ -62,14 +65,15 @@ class FaceSet {
   std::array<Face, 512> table_{};
 };
 
-// A vertex with its first and second ring of neighbors.
+// A vertex (the center) with its first and second ring of neighbors; see measure_roughness.
 class Surroundings {
  public:
   Surroundings(std::span<const Point> vertices, const CornerLists& corners,
                std::span<const std::int64_t> offsets, std::span<const Face> neighbors)
       : vertices_(vertices), corners_(corners), offsets_(offsets), neighbors_(neighbors) {}
 
-  // Returns false if there are too many vertices or faces.
+  // Collects the two rings around the first corner of a face. Returns false if there are more than
+  // kMostVertices vertices or kMostFaces faces.
   bool gather(Face face) {
     listed_.clear();
     known_.clear();
@@ -81,7 +85,7 @@ class Surroundings {
     return gather_ring(1) && gather_ring(n_vertices_);
   }
 
-  // Vertices in the order of a walk over the faces: the center, the first and the second ring.
+  // Positions of the center, of the first ring (near), and of the second ring (far).
   const Point& center() const { return points_[0]; }
   std::span<const Point> near() const { return {points_.data() + 1, points_.data() + first_end_}; }
   std::span<const Point> far() const {
@@ -92,8 +96,8 @@ class Surroundings {
   const Point& normal() const { return normal_; }
 
  private:
-  // Adds all vertices of the faces around the first n_inner vertices. These faces are listed first;
-  // the listed faces behind them are their neighbors.
+  // Adds all vertices of the faces around the first n_inner vertices. Afterwards, faces_ contains
+  // these faces first, followed by their neighbors.
   bool gather_ring(int n_inner) {
     const bool is_first = n_inner == 1;
     if (is_first) normal_ = {0.0, 0.0, 0.0};
@@ -120,10 +124,10 @@ class Surroundings {
     return true;
   }
 
-  // Whether the faces around the center, and no others, follow each other in a ring: each shares
-  // one vertex of the first ring with the next.
+  // Whether the n_around faces around the center form one closed ring, in which each face shares
+  // one vertex of the first ring with the next face.
   bool is_closed(int n_around) const {
-    std::int64_t n_corners = 0;  // without the center
+    std::int64_t n_corners = 0;  // number of corners that are not at the center
     for (const Face face : std::span(faces_).first(n_around)) {
       n_corners += std::ssize(corners_[face]) - 1;
     }
@@ -135,7 +139,8 @@ class Surroundings {
                                [&](Vertex corner) { return place_of(corner, n_inner) >= 0; });
   }
 
-  // Index of a vertex among the first n gathered vertices, or -1.
+  // Index of a vertex, or of a vertex at the same position, among the first n collected vertices;
+  // -1 if there is none.
   int place_of(Vertex vertex, int n) const {
     for (int i = 0; i < n; ++i) {
       if (ids_[i] == vertex) return i;
@@ -156,7 +161,7 @@ class Surroundings {
     return true;
   }
 
-  // Adds the normal of a face at its corner at the center.
+  // Adds the normal of a face, computed at the corner that is at the center.
   void add_normal(Face face) {
     const auto ring = corners_[face];
     const std::size_t n = ring.size();
@@ -184,7 +189,7 @@ class Surroundings {
   Point normal_{0.0, 0.0, 0.0};
 };
 
-// Least squares for z = a x + b y + c x^2 + d x y + e y^2 + f.
+// Least-squares fit of z = a x + b y + c x^2 + d x y + e y^2 + f to points.
 class Quadric {
  public:
   void add(double x, double y, double z) {
@@ -199,7 +204,9 @@ class Quadric {
     }
   }
 
-  // |f|, divided by the standard deviation of f plus one more point, for z of white noise.
+  // Absolute height of the origin above the surface, |f|, divided by the standard deviation that
+  // this height has if the z of the origin and of all points are white noise of variance 1. NaN if
+  // the fit is not unique.
   double height() const {
     auto a = sums_;
     for (int k = 0; k < kN; ++k) {
@@ -218,12 +225,12 @@ class Quadric {
   std::array<std::array<double, kN + 1>, kN> sums_{};  // upper triangle, and the right-hand side
 };
 
-// Coordinates with the center as origin, the normal as z axis and the mean distance to the first
-// ring as unit.
+// Axes of a coordinate system whose z axis is the normal at the center. The unit of length is the
+// mean distance from the center to the first ring.
 struct Frame {
   Point x, y, z;
 
-  // All zero if there is no normal or no distance.
+  // All axes are zero if the normal or the mean distance is zero.
   explicit Frame(const Surroundings& around) : x{}, y{}, z{} {
     double distance = 0.0;
     for (const Point& p : around.near()) distance += norm(p - around.center());

@@ -1,4 +1,4 @@
-// Roughness of a mesh at single vertices, from which noise is estimated.
+// Measures the roughness of a mesh at single vertices, to estimate its noise.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -7,23 +7,31 @@
 
 namespace superfacets {
 
-// Values of some faces, and of the vertex at the first corner of each.
+// Roughness at some faces, and at the vertex at the first corner of each of these faces. All arrays
+// have one entry per face.
 struct Roughness {
-  // Absolute height of the vertex above a quadric through its surroundings. The unit is the mean
-  // distance to its neighbors, times the standard deviation that white noise of 1 would give.
-  // `near` is fitted to both rings of neighbors, `far` to the second ring. NaN if no fit is unique.
+  // Absolute height of the vertex above a quadric that is fitted to its neighbors: to both rings
+  // for `near`, and to the second ring for `far`. The height is divided by the mean distance from
+  // the vertex to the first ring, and by the standard deviation that white noise of variance 1
+  // would cause. NaN if the fit is not unique.
   Buffer<double> near;
   Buffer<double> far;
-  Buffer<double> fold;           // angle to the face across the first arc, 0 to pi / 2
-  Buffer<double> agreement;      // fraction of pairs of adjacent faces on the same side of the face
-  Buffer<std::int32_t> n_faces;  // number of faces around the vertex, 0 if it is on the boundary
+  // Angle between the planes of the face and of its first neighbor, 0 to pi / 2. NaN if the face
+  // has no neighbors.
+  Buffer<double> fold;
+  // Fraction of the pairs of neighbors whose centers are on the same side of the plane of the face.
+  // NaN if the face has fewer than two neighbors.
+  Buffer<double> agreement;
+  // Number of faces around the vertex; 0 if the vertex is on the boundary.
+  Buffer<std::int32_t> n_faces;
 };
 
-// Measures some faces. offsets and neighbors are the arcs between faces that share an edge.
-// Vertices at one position count as one vertex. The first ring of neighbors consists of all corners
-// of the faces around the vertex. The second ring consists of all other corners of the faces around
-// the first ring. The results have the same bits for any number of threads and any order of the
-// faces of a manifold mesh. Time O(1) per face in `faces`.
+// Measures the roughness at `faces`. `offsets` and `neighbors` are the arcs between faces that
+// share an edge, in CSR form. Vertices at the same position are treated as one vertex. The first
+// ring of neighbors consists of all corners of the faces around the vertex. The second ring
+// consists of all other corners of the faces around the first ring. The results have the same bits
+// for any number of threads and any order of the faces of a manifold mesh. Time O(1) per face in
+// `faces`.
 Roughness measure_roughness(std::span<const Point> vertices, const CornerLists& corners,
                             std::span<const std::int64_t> offsets, std::span<const Face> neighbors,
                             std::span<const Face> faces, ThreadTeam& team);

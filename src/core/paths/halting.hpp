@@ -34,7 +34,7 @@ class HaltedPaths {
 
   struct Doubt {
     Place place;
-    Path path;  // the best halted path so far
+    Path path;  // best path so far from the halted expansions
   };
 
   bool is_within_reach(Place center, Place place) const {

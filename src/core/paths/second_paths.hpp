@@ -6,7 +6,8 @@
 
 namespace superfacets {
 
-// The cells of each region: cells grouped by the label of their path, ascending within each region.
+// Lists the cells of each region in ascending order. A region consists of all cells whose path has
+// the same label.
 struct Regions {
   Regions(std::span<const Path> paths, Label n_regions);
 
@@ -15,9 +16,9 @@ struct Regions {
   Lists<Place> places;
 };
 
-// For each cell, the best path from any center except the center of its region; the length is
-// kUnreached if there is no such path. `nearest` contains the best path to each cell; its label is
-// kNoLabel if the cell is unreached.
+// Returns for each cell the best path from any center except the center of its region. The length
+// is kUnreached if there is no such path. `nearest` contains the best path to each cell; its label
+// is kNoLabel if the cell is unreached.
 //
 // Such a path consists of the best path to a neighboring cell outside the region, one arc into the
 // region, and a part inside the region. So one expansion per region suffices, from its border

@@ -187,7 +187,7 @@ class _Run:
 
 
 def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:
-    """The input file, or all files of an input folder or tileset."""
+    """Return the input file, or all files of an input folder or tileset."""
     if not holds_files(mesh):
         return [Source(str(mesh), mesh.name)]
     if labels is not None or folder is not None:
@@ -200,7 +200,7 @@ def _plan(
     sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
-    """Jobs for all inputs, and the file ending for --split (None: the default format)."""
+    """Return the jobs, and the file ending for --split, which is None for the default format."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     inputs = [source.input for source in sources]

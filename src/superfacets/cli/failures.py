@@ -1,4 +1,4 @@
-"""Error messages and notes on stderr, and exit statuses."""
+"""Print error messages and notes on stderr, and define exit statuses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
 
 
 def message_of(error: BaseException) -> str:
-    """Text of an error, starting with the file name if the operating system reports one."""
+    """Return the text of an error, after the file name if the operating system reports one."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:

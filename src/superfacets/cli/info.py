@@ -70,7 +70,7 @@ def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Names of properties with the same value everywhere, which are useless as `--features`."""
+    """Return names of properties whose values are all equal, which are useless as `--features`."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}
@@ -117,19 +117,19 @@ _NAMES = {
 
 
 def _name_of(count: str) -> str:
-    """Row title of a count; the title of ``n_flat_tets`` is "flat tetrahedra"."""
+    """Return the row title of a count, for example "flat tetrahedra" for ``n_flat_tets``."""
     return _NAMES.get(count, count[2:].replace("_", " ").replace("tets", "tetrahedra"))
 
 
 def _colors_of(info: CloudInfo) -> str:
-    """Whether a cloud has colors, and whether all colors are equal."""
+    """Return a text that says whether a cloud has colors, and whether all colors are equal."""
     if not info.has_colors:
         return "no: all values are 0" if info.are_colors_zero else "no"
     return "yes" if info.colors_differ else "yes, all equal"
 
 
 def _normals_of(info: CloudInfo) -> str:
-    """Whether a cloud has normals; if not, how normals are estimated and oriented."""
+    """Return a text that says whether a cloud has normals, or how normals are estimated."""
     if info.has_normals:
         return "yes"
     source = "shortest axes of splats" if info.has_axes else "no: estimated"

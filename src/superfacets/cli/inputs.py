@@ -1,4 +1,4 @@
-"""Input files of commands: meshes, clouds, labels, masks, barriers and values."""
+"""Read input files of commands: meshes, clouds, labels, masks, barriers and values."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def check_inputs(inputs: tuple[str, ...]) -> None:
 
 
 def name_of(text: str) -> str:
-    """Name of an input in messages."""
+    """Return the name of an input for messages."""
     return "standard input" if text == STANDARD_STREAM else text
 
 
@@ -69,8 +69,8 @@ def load_cells_and_attributes(
 ) -> tuple[Cells, MeshAttributes | None]:
     """Return the mesh or point cloud of an input, and its attributes.
 
-    The attributes are None without `keep`, or if the input has no attributes. `placement` moves a
-    model to its position in a 3D Tiles tileset.
+    The attributes are None if `keep` is False, or if the input has no attributes. `placement` moves
+    a model to its position in a 3D Tiles tileset.
     """
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
@@ -123,7 +123,7 @@ def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
 
 
 def _check_same_order(cells: Cells, path: Path) -> None:
-    """Raise a MeshError if a file with labeled parts has other faces or another face order."""
+    """Raise a MeshError if a labeled file has other faces than `cells`, or another face order."""
     expected, given = (
         kind_of(some).positions(some) for some in (cells, load_cells(str(path), None))
     )
@@ -138,7 +138,7 @@ def _check_same_order(cells: Cells, path: Path) -> None:
 def labels_beside(
     mesh: Path, labels: Path | None, cells: Cells, name: str, *, is_quiet: bool
 ) -> Ints | None:
-    """Read labels from a label file if given, else from the mesh file; None without labels.
+    """Read labels from a label file if given, else from the mesh file; return None if none exist.
 
     `name` is the name of the labels in files that also contain other data. `is_quiet` is as for
     `labels_for`.
@@ -151,7 +151,7 @@ def labels_beside(
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
-    """Content of an input, the file ending of its format, and the folder of the file."""
+    """Return the content of an input, the file ending of its format, and its folder."""
     if text != STANDARD_STREAM:
         path = Path(text)
         return read_content(path), ending or cell_ending(path), path.parent
@@ -203,7 +203,7 @@ def constraints_of(
     mask: Path | None, values: tuple[int, ...] | None, barriers: Path | None, n_cells: int,
     name: str,
 ) -> dict[str, Any]:  # fmt: skip
-    """Read the label files, and return them as keyword arguments of `segment`.
+    """Read the mask and the barriers, and return them as keyword arguments of `segment`.
 
     Cells whose value in the mask is one of `values` are kept. If `values` is None, cells with any
     value except 0 are kept.

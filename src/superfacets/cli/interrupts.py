@@ -1,4 +1,4 @@
-"""Signal handling, and background threads, so that Ctrl-C works while the core computes."""
+"""Handle signals, and run work in a thread, so that Ctrl-C works while the C++ core computes."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ GRACE = 3.0
 def hear_signals() -> None:
     """Make SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
 
-    Only the first signal raises, because the program `timeout` sends two signals, and the second
-    would interrupt the removal. Signals that are ignored when the process starts, such as SIGHUP
-    under nohup, stay ignored.
+    Only the first signal raises the error, because the program `timeout` sends two signals, and the
+    second would interrupt the removal. Signals that are ignored when the process starts, such as
+    SIGHUP under nohup, stay ignored.
     """
     for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -74,7 +74,7 @@ def soon_ended() -> Iterator[None]:
     """After a signal, end the process if the block has not finished within `GRACE` seconds.
 
     Python runs signal handlers only between two bytecode instructions. A single instruction may
-    block for very long, if it reads from a dead network drive or computes in the core.
+    block for very long, if it reads from a dead network drive or computes in the C++ core.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -143,5 +143,5 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
 
 
 def is_busy() -> bool:
-    """Whether a thread of `run_in_background` is still running."""
+    """Return whether a thread of `run_in_background` is still running."""
     return any(thread.name == _NAME for thread in threading.enumerate())

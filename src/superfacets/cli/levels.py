@@ -142,7 +142,7 @@ def levels_command(
 
 
 def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
-    """Paths for one -o: a single file for all levels, or one file per level, finest first."""
+    """Return the path of a file for all levels, or one path per level, finest level first."""
     try:
         ending = known_ending(output, OUTPUT_ENDINGS)
     except ValueError as error:

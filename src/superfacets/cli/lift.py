@@ -95,7 +95,7 @@ def _lifted(
     cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera],
     notes: list[str], **options: Any,
 ) -> LiftedLabels:  # fmt: skip
-    """Lift all masks that have a camera; warnings and left-out masks are appended to `notes`."""
+    """Label regions with all masks that have a camera; append warnings to `notes`."""
     stems = [Path(view.name).stem for view in views]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ViewWarning)

@@ -1,4 +1,4 @@
-"""The group of commands, and how the process ends."""
+"""Define the group of commands, and end the process with an exit status."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ class LazyGroup(click.Group):
     """A group of commands, each imported only when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of all commands."""
+        """Return the names of all commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command with this name, or None if the name is unknown."""
+        """Return the command with this name, or None if the name is unknown."""
         if cmd_name not in COMMANDS:
             return None
         with while_importing():
@@ -117,7 +117,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """Message of a usage error, with a hint if the unknown option is an option of another tool."""
+    """Return the message of a usage error, with a hint if other tools have the unknown option."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES
@@ -133,7 +133,7 @@ def _text_of(error: click.UsageError) -> str:
 
 
 def _command_path() -> str:
-    """Name of the command, for usage errors that click's parser raises without a context."""
+    """Return the command's name, for usage errors that click's parser raises without a context."""
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
     return " ".join(["superfacets", *called])
 
@@ -147,7 +147,7 @@ def _interrupted() -> NoReturn:
     with contextlib.suppress(OSError):  # the terminal may be closed
         print_error(INTERRUPTED)
     if is_busy():
-        # The interpreter must not shut down while a thread still runs in the core.
+        # The interpreter must not shut down while a thread still runs in the C++ core.
         with contextlib.suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()

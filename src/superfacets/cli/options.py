@@ -1,4 +1,4 @@
-"""Types of options, groups of options in a help text, and options that several commands share."""
+"""Define option types, grouped help texts, and options that several commands share."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Real(click.FloatRange):
     name = "number"
 
     def _describe_range(self) -> str:
-        """Range for the help text; empty without bounds, for which click prints x<=None."""
+        """Return the range for help; empty if there are no bounds, where click prints x<=None."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(

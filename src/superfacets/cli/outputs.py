@@ -1,4 +1,4 @@
-"""Planning, checking and writing of output files."""
+"""Plan, check and write output files of commands."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class Job:
         return name_of(self.input) if is_stream else Path(self.input).name
 
     def written(self, noun: str) -> list[str]:
-        """Outputs as named in reports; label files are followed by the kind of labeled elements.
+        """Return the outputs for reports, with the kind of labeled elements after label files.
 
         More than `MANY_FILES` files are reported as their number and folder. `noun` is the word for
         a labeled cell.
@@ -149,7 +149,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """For a label file, the labeled elements in brackets; otherwise an empty string."""
+    """Return the kind of labeled elements of a label file, or an empty string."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -159,7 +159,7 @@ def _labeled(path: Path, noun: str) -> str:
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """File names for the results of an input: one per file ending, or one default name."""
+    """Return file names for the results of an input: one per file ending, or a default name."""
     return output_names(Path(text).name, endings)
 
 
@@ -205,9 +205,9 @@ def plan_jobs(
     """Return the job of each input; raise a usage error if the command line is ambiguous.
 
     `inputs` are files, or one ``-``. `outputs` are files, a folder, or ``-``. Without `outputs`,
-    results are written beside the inputs, or from standard input to standard output. `formats`
-    apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra). With
-    `ascii`, meshes are written as text, so standard output may be a terminal. No output may
+    results are written to the folder of each input, or to standard output for standard input.
+    `formats` apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra).
+    With `ascii`, meshes are written as text, so standard output may be a terminal. No output may
     overwrite a file of `also_read`. `names` returns the file names in a folder for an input and its
     file endings.
     """
@@ -236,7 +236,7 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """Folder of an input; the current folder, with a note, if the input or folder is read-only."""
+    """Return the folder of an input or, with a note, the current folder if it is read-only."""
     path = Path(text)
     if not path.exists():  # reading the input will report the error
         return path.parent
@@ -250,7 +250,7 @@ def _folder_beside(text: str) -> Path:
 
 
 def _is_folder(text: str) -> bool:
-    """Whether an output ends in a slash, or is an existing folder without a known file ending."""
+    """Return whether an output ends in a slash, or is a folder without a known file ending."""
     if text.endswith(("/", os.sep)):
         return True
     return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
@@ -324,7 +324,7 @@ def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
 
 
 def _identity(path: str | Path) -> tuple[int, int] | str:
-    """Key that is equal for all names of a file, including links."""
+    """Return a key that is equal for all paths of the same file, including links."""
     try:
         found = Path(path).stat()
     except OSError:
@@ -335,7 +335,7 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
 def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Iterable[str]) -> None:
     """Raise a usage error if a file with these endings cannot store cells without a label.
 
-    Values of a mask without a mask are a usage error, too.
+    Also raise a usage error if `values` are given without a mask.
     """
     if mask is None and values is not None:
         raise click.UsageError("--mask-values needs --mask")

@@ -1,4 +1,4 @@
-"""Progress bars of commands, and an estimate of the finished fraction of a run."""
+"""Show progress bars of commands, and estimate the finished fraction of a run."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def regions_command(
 
 
 def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
-    """The most frequent value of the cells of each region; ties go to the lowest value."""
+    """Return the most frequent value in each region; the lowest value if there is a tie."""
     kept = regions >= 0
     weights = np.ones(np.count_nonzero(kept))
     return weighted_majority(regions[kept], values[kept], weights, n_regions).winners
@@ -136,7 +136,7 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
 def _checked_outputs(
     output: Path | None, arcs: Path | None, borders: Path | None
 ) -> tuple[Path, ...]:
-    """Paths of all given outputs; a usage error if a file ending is wrong."""
+    """Return the paths of all given outputs; raise a usage error if a file ending is wrong."""
     try:
         for path in (output, arcs):
             if path is not None:

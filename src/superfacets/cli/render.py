@@ -49,7 +49,7 @@ def _checked_turntable(
 
 
 def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -> View:
-    """The view given by name or by angles; a usage error if both are given."""
+    """Return the view given by name or by angles; raise a usage error if both are given."""
     if side is None:
         return View(azimuth=azimuth, elevation=elevation, up=up)
     source = click.get_current_context().get_parameter_source
@@ -134,7 +134,7 @@ def render_command(
 def _series_of(
     mesh: Path, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
 ) -> tuple[Array | None, list[Array], list[str] | None]:
-    """Labels of the first picture (None: no labels), labels of further pictures, and titles."""
+    """Return labels of the first picture or None, labels of further pictures, and titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]

@@ -1,4 +1,4 @@
-"""Reports of commands: notes on the result, and a summary as text or JSON."""
+"""Compose reports of commands: notes on the result, and a summary as text or JSON."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ..pipeline import SCANS, barriers_note, fewer_note
 def notes_of(
     outcome: Outcome, asked: int | None, endings: Collection[str], n_lost: int, holds_labels: bool
 ) -> list[str]:
-    """Notes on unexpected results of `segment`.
+    """Return notes on unexpected results of `segment`.
 
     `asked` is the number of regions given with -n. `n_lost` is explained in `notes_on_written`.
     `holds_labels` is True if some output stores labels without the cells.
@@ -53,7 +53,7 @@ def notes_of(
 
 
 def notes_on_result(result: Segmentation) -> list[str]:
-    """Notes on an unexpected number of regions, and on merged, isolated or disconnected regions."""
+    """Return notes on the number of regions, and on merged, isolated or disconnected regions."""
     params = result.params
     asked: int | None = params["n_segments"]  # None if a radius was given
     is_kept = params["islands"] == "keep"
@@ -80,7 +80,7 @@ def notes_on_result(result: Segmentation) -> list[str]:
 
 
 def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
-    """A note if the number of regions is not the requested one, or if a radius gives one region."""
+    """Return a note if the number of regions is not `asked`, or if a radius gives one region."""
     params = result.params
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
@@ -108,7 +108,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
 
 
 def _notes_on_sharp_edges(n_inside: Longs) -> list[str]:
-    """A note if barrier edges are inside regions; `n_inside` is their number in each region."""
+    """Return a note if regions have barrier edges inside; `n_inside` has one count per region."""
     regions = np.flatnonzero(n_inside)
     if not len(regions):
         return []
@@ -122,7 +122,7 @@ def _notes_on_sharp_edges(n_inside: Longs) -> list[str]:
 
 
 def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
-    """A note on regions that do not occur in label files, because the input was subdivided."""
+    """Return a note on regions that are missing in label files because of the subdivision."""
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
@@ -134,7 +134,7 @@ def notes_on_written(
     cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int, *,
     are_replaced: bool = True,
 ) -> list[str]:  # fmt: skip
-    """Notes on data that outputs with these file endings do not store.
+    """Return notes on data that outputs with these file endings do not store.
 
     `n_lost` is the number of regions without a vertex in files with vertex labels. `are_replaced`
     is False if the labels come from the input, so that no property of the input is replaced.
@@ -165,7 +165,7 @@ def notes_on_written(
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int) -> list[str]:
-    """A note if formats of the outputs renumber labels; for `n_lost`, see `notes_on_written`."""
+    """Return a note if output formats renumber labels; `n_lost` is as for `notes_on_written`."""
     renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
     if labels is None or not renumbered:
         return []
@@ -178,7 +178,7 @@ def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int)
 
 
 def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list[str]:
-    """A note on the number of smoothing steps that ``--denoise auto`` chose."""
+    """Return a note on the number of smoothing steps that ``--denoise auto`` chose."""
     if asked != "auto":
         return []
     other = f"; --scans alone uses {SCANS['denoise']}" if scans else ""
@@ -186,7 +186,7 @@ def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list
 
 
 def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:
-    """Contents of the JSON report; `noun` is the word for a labeled element."""
+    """Return the contents of the JSON report; `noun` is the word for a labeled element."""
     return {
         f"n_{noun}s": len(result.labels),
         "n_segments": result.n_segments,
@@ -203,7 +203,7 @@ def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> d
 def summary_of(
     result: Segmentation, timings: Mapping[str, float], noun: str = "face", n_left_out: int = 0
 ) -> str:
-    """One-line summary of a run; `noun` is the word for a labeled element."""
+    """Return a one-line summary of a run; `noun` is the word for a labeled element."""
     left_out = f" ({n_left_out} left out)" if n_left_out else ""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
     return (

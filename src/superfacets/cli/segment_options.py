@@ -16,7 +16,7 @@ from .options import COUNT, option, options
 
 
 def _defaults_of(parameter: str) -> str:
-    """Distinct defaults of a parameter over all kinds of weights, as text."""
+    """Return the distinct defaults of a parameter over all kinds of weights, as text."""
     used = [
         weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
     ]
@@ -24,7 +24,7 @@ def _defaults_of(parameter: str) -> str:
 
 
 def _default_by_weights(parameter: str) -> str:
-    """Default of a parameter for each kind of weights that uses the parameter, as text."""
+    """Return the default of a parameter for each kind of weights that uses it, as text."""
     used = {name: weight.defaults.get(parameter) for name, weight in WEIGHTS.items()}
     return ", ".join(f"{value:g} with {name}" for name, value in used.items() if value is not None)
 
@@ -161,7 +161,7 @@ _OF_FILES = {field.name for field in fields(FileOptions)}
 def options_of(
     *, paper: bool, parts: bool, scans: bool, is_subdivided: bool, **given: Any
 ) -> FileOptions:
-    """Complete the given options by a preset; a usage error if options contradict each other."""
+    """Add the options of a preset; raise a usage error if options contradict each other."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
     if {"n_segments", "radius"} <= keywords.keys():

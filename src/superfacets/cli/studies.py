@@ -115,7 +115,7 @@ def superpoints_command(rooms: Path, folders: tuple[Path, ...]) -> None:
 
 
 def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ...]:
-    """Names from a comma-separated list, in the order of `known`."""
+    """Return names from a comma-separated list, in the order of `known`."""
     if text is None:
         return known
     wanted = [name.strip() for name in text.split(",")]

@@ -71,7 +71,7 @@ class TileOptions:
 
     @classmethod
     def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
-        """Remove the tile options from `given`, and return them; None without ``--tiled``.
+        """Remove and return the tile options of `given`; return None if ``--tiled`` is not given.
 
         Raises a usage error if options contradict each other.
         """
@@ -94,7 +94,7 @@ class TileOptions:
         self, inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str],
         given: FileOptions, others: Mapping[str, object],
     ) -> tuple[str, ...]:  # fmt: skip
-        """Return the formats of outputs without names; a usage error for unsupported options.
+        """Return formats of outputs without names; raise a usage error for unsupported options.
 
         `others` are values of further options that are not supported in tiles, by option name.
         """
@@ -124,7 +124,7 @@ class TileOptions:
 
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """File names for the results of an input; for an input folder, one name per input file."""
+    """Return a file name per file ending; for an input folder, return one per input file."""
     from ..export.label_files import label_names
     from ..io.readers.pieces import holds_files
 
@@ -159,7 +159,7 @@ def segment_by_tiles(
 
 
 def noun_of_tiled(path: Path) -> str:
-    """The word for a cell of an input file or folder: "point" or "face"."""
+    """Return the word for a cell of an input file or folder: "point" or "face"."""
     from ..io.readers.pieces import holds_points
 
     return "point" if holds_points(path) else "face"

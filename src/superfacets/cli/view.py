@@ -98,7 +98,7 @@ def _open(page: Page, name: str) -> None:
 
 
 def _levels_of(mesh: Path, path: Path | None, cells: Cells, name: str) -> Array | None:
-    """Labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
+    """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
         return labels_beside(mesh, path, cells, name, is_quiet=True)
     content = read_content(path)

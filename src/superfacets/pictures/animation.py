@@ -1,4 +1,4 @@
-"""GIF and video files of a rotating mesh."""
+"""Write GIF and video files of a rotating mesh."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def gif_of(frames: list[Picture]) -> bytes:
 
 
 def _milliseconds(n_frames: int) -> int:
-    """Duration of each picture, a multiple of 10 ms as in GIF; browsers slow down below 20 ms."""
+    """Return the duration of each picture in ms: a multiple of 10, as in GIF, and at least 20."""
     return max(20, round(100 * _SECONDS / n_frames) * 10)
 
 

@@ -1,4 +1,4 @@
-"""Titles above pictures, and the color scale below them."""
+"""Draw titles above pictures, and a color scale below pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Access to the drawing libraries: VTK with OpenGL, and Pillow."""
+"""Load the drawing libraries: VTK with OpenGL, and Pillow."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _load_library(name: str) -> Any:
 
 
 def _has_display() -> bool:
-    """Whether there is an X server that supports OpenGL."""
+    """Return whether there is an X server that supports OpenGL."""
     x11, glx = _load_library("libX11.so.6"), _load_library("libGL.so.1")
     if not os.environ.get("DISPLAY") or x11 is None or glx is None:
         return False
@@ -101,7 +101,7 @@ def _has_display() -> bool:
 
 
 def _has_egl() -> bool:
-    """Whether EGL has a device that can be initialized, which VTK needs."""
+    """Return whether EGL has a device that can be initialized, which VTK needs."""
     # EGL has no devices if no vendor library is installed, and cannot initialize its devices if no
     # driver is installed. The device stays initialized, because other code may be using it.
     egl = _load_library("libEGL.so.1")
@@ -126,7 +126,7 @@ def _has_egl() -> bool:
 
 
 def _has_osmesa() -> bool:
-    """Whether Mesa's software renderer is installed under a name that VTK expects."""
+    """Return whether Mesa's software renderer is installed under a name that VTK expects."""
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
 
 

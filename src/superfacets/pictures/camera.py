@@ -1,4 +1,4 @@
-"""Views and cameras of pictures."""
+"""Define viewpoints of pictures, and place cameras."""
 
 from __future__ import annotations
 

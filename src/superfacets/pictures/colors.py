@@ -1,4 +1,4 @@
-"""Colors of regions and values, and perceived color differences, including color blindness."""
+"""Choose colors of regions and values that color-blind people can distinguish."""
 
 from __future__ import annotations
 
@@ -143,8 +143,8 @@ def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
     colors of adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`. Regions with few
     neighbors are removed repeatedly, and regions are colored in the reverse order of removal. Each
     region gets the least used color that is far from the colors of its neighbors. If the neighbors
-    use all 10 colors of the palette, the region gets the most different of additional colors. Time
-    and memory are linear in arcs.
+    use all 10 colors of the palette, the region gets the additional color that differs most. Time
+    and memory are linear in the number of arcs.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -306,7 +306,7 @@ class Scale:
 
 
 def scale_of(values: list[Floats], title: str) -> Scale:
-    """Return a common scale for the values of several pictures; 0 to 0 if all values are NaN."""
+    """Return a common scale for values of several pictures, from 0 to 0 if all values are NaN."""
     everything = np.concatenate(values)
     known = everything[~np.isnan(everything)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)

@@ -1,4 +1,4 @@
-"""`plot`: pictures with several labelings side by side, a color scale, or a rotating mesh."""
+"""Draw pictures with several labelings side by side, a color scale, or a rotating mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes of colored triangles and region borders, and a guess of the up axis."""
+"""Build scenes of colored triangles and region borders, and guess the up axis."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def hexagons_of(graph: PointGraph) -> Floats:
 
 
 # Points up to this height above the lowest point, in diagonals, touch the ground. With a smaller
-# height, slightly shorter feet would not; with a larger height, round objects would stand.
+# height, slightly shorter feet would not touch it. With a larger height, round objects would stand.
 _GROUND = 0.02
 
 # Minimum difference in stability between z up and y up, as a fraction of the diagonal, for which z
@@ -197,7 +197,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:
-    """Return the signed distance of the center to the boundary of the ground hull, > 0 inside."""
+    """Return the signed distance of the center to the ground hull's boundary, positive inside."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)

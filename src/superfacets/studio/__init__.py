@@ -1,5 +1,5 @@
-"""Labeling of meshes by regions in a browser: the server on this machine, and its work files.
+"""Label meshes region by region in a browser: the server on this machine, and its work files.
 
-The painted state is one class and object per cell. Regions are only brushes, so a new segmentation
-never loses paint.
+Each cell has a class and an object as its labels. Regions only select cells for labeling, so a new
+segmentation does not change any labels.
 """

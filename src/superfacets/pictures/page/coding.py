@@ -81,7 +81,7 @@ def _planes(array: Array, coding: Coding) -> bytes:
 
 
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """High-watermark encoding: the highest previous number plus 1, minus each number.
+    """Encode each number as the highest previous number plus 1, minus the number.
 
     Codes are small if consecutive triangles share corners.
     """

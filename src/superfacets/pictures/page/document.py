@@ -1,4 +1,4 @@
-"""`view`: HTML pages that show a mesh and its regions, for notebooks and files."""
+"""Create HTML pages that show a mesh and its regions, for notebooks and files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Data of a page that color the cells: regions of each level, ground truth, and values."""
+"""Encode the data that color the cells of a page: regions, ground truth, and values."""
 
 from __future__ import annotations
 

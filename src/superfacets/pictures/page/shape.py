@@ -1,4 +1,4 @@
-"""Shape data of a page: quantized positions, triangles or points, and edges of borders."""
+"""Encode the shape data of a page: quantized positions, triangles or points, and border edges."""
 
 from __future__ import annotations
 

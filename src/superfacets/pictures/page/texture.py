@@ -1,4 +1,4 @@
-"""Textures for the JavaScript viewer: texture coordinates, and an atlas of all images."""
+"""Encode textures for the JavaScript viewer: coordinates, and an atlas of all images."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def texture_parts(
         for material in texture.materials
     ]  # fmt: skip
     n = len(tiles)
-    tiles += [[0, 0, 0, 0, 0, 0, *tile[6:]] for tile in tiles]  # if there are no coordinates
+    tiles += [[0, 0, 0, 0, 0, 0, *tile[6:]] for tile in tiles]  # for faces without coordinates
     of_triangles = texture.face_materials[faces]
     numbers = np.where(of_triangles < 0, 2 * n, of_triangles + np.where(has_pairs, 0, n))
     facts = {

@@ -1,4 +1,4 @@
-"""Export of objects: in the formats of COCO and ScanNet, as a table, as arrays, or as meshes."""
+"""Export objects in the formats of COCO and ScanNet, as a table, as arrays, or as meshes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Object:
 
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
-    """Objects that occur among instances of cells or vertices, sorted by class and number."""
+    """Return objects that occur in `instances`, sorted by class and object number."""
     stuff = stuff_of(document.class_list)
     found = []
     for instance in np.setdiff1d(instances, 0).tolist():
@@ -59,7 +59,7 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
 
 
 def vertex_instances(document: Document) -> Ints:
-    """Instance with the largest area around each vertex; 0 for vertices without a class."""
+    """Return the instance with the largest area around each vertex; 0 means no class."""
     return np.maximum(vertex_labels(document.cells, document.instances), 0)
 
 
@@ -96,7 +96,7 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _runs(is_in: Bools) -> list[int]:
-    """Run-length encode a mask: lengths of runs that alternate between outside and inside."""
+    """Return the run lengths of a mask; runs alternate between outside (first) and inside."""
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
     return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 
@@ -129,7 +129,7 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
-    """Segment and instance of each vertex; regions are split into segments between objects."""
+    """Return the segment and instance of each vertex; regions are split at object borders."""
     instances = vertex_instances(document)
     regions = vertex_labels(document.cells, document.revision.labels)
     pairs = np.stack([regions, instances], axis=1)

@@ -1,4 +1,4 @@
-"""Export of labels: classes of cells, vertices and regions, objects, and the regions themselves."""
+"""Export labels: classes of cells, vertices and regions, objects, and the regions themselves."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ MARKS = {
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
-    """Formats that each kind of export offers for a kind of cells."""
+    """Return the formats that each kind of export offers for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
     regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
@@ -66,7 +66,7 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 
 
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
-    """File name of each kind of export in each format."""
+    """Return the file name of each kind of export in each format."""
     return {
         what: {format: _name_of(document, what, format) for format in formats}
         for what, formats in formats_of(document.source.kind).items()
@@ -93,7 +93,7 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
-    """Name and content of the file that `export` would write.
+    """Return the name and content of the file that `export` would write.
 
     Two files that belong together are packed into a .zip.
     """
@@ -109,7 +109,7 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
 
 
 def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
-    """Class with the largest area in each region (0: none), and its fraction of that region."""
+    """Return the class with the largest area in each region, or 0, and its area fraction."""
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
     winners = weighted_majority(labels, classes, areas, n).winners
@@ -119,7 +119,7 @@ def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floa
 
 
 def _name_of(document: Document, what: str, format: str) -> str:
-    """File name of an export; a ValueError if the export or the format does not exist."""
+    """Return an export's file name; raise a ValueError if export or format does not exist."""
     offered = formats_of(document.source.kind)
     checked_choice(what, "what", tuple(offered))
     checked_choice(format, "format", tuple(offered[what]))
@@ -151,7 +151,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """Texture of the input for .glb files, and for .obj files in the folder of the images."""
+    """Return the texture for .glb files, and for .obj files in the folder of the images."""
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None
@@ -215,7 +215,7 @@ def _names_of(document: Document, classes: Ints) -> list[str]:
 
 
 def _colors_of(document: Document) -> Bytes:
-    """Table of colors, indexed by class number."""
+    """Return a table of colors, indexed by class number."""
     table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
     for entry in document.class_list:
         if entry["id"] < len(table):

@@ -1,4 +1,4 @@
-"""Classes and objects as labels of cells, and the list of classes."""
+"""Encode classes and objects of cells, and edit the list of classes."""
 
 from __future__ import annotations
 
@@ -56,17 +56,17 @@ def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
 
 
 def class_of(paint: Paint) -> npt.NDArray[np.uint16]:
-    """Class of each cell; 0 means no class."""
+    """Return the class of each cell; 0 means no class."""
     return (paint & np.uint32(0xFFFF)).astype(np.uint16)
 
 
 def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
-    """Object number of each cell within its class; 0 means no object."""
+    """Return the object number of each cell within its class; 0 means no object."""
     return (paint >> np.uint32(16)).astype(np.uint16)
 
 
 def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
-    """A class with a default color; the shortcut key of classes 1 to 9 is their number."""
+    """Return a class with a default color; its number is the shortcut key for 1 to 9."""
     entry = {
         "id": class_id,
         "name": f"class {class_id}" if name is None else name,
@@ -78,7 +78,7 @@ def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
 
 
 def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
-    """The list with a new class, which has no shortcut key if another class has the same key."""
+    """Return the list with a new class, which gets no shortcut key that is already in use."""
     entry = new_class(class_id, name)
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""
@@ -86,7 +86,7 @@ def with_new(classes: ClassList, class_id: int, name: str | None = None) -> Clas
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
-    """Number of the class with a name, ignoring case, and the list; a new class is appended."""
+    """Find a class by name, ignoring case, or add it; return its number and the list."""
     for entry in classes:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
@@ -95,24 +95,24 @@ def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
 
 
 def names_of(classes: ClassList) -> dict[int, str]:
-    """Names of classes, keyed by class number."""
+    """Return a dict from class numbers to names."""
     return {entry["id"]: entry["name"] for entry in classes}
 
 
 def stuff_of(classes: ClassList) -> set[int]:
-    """Numbers of all classes that have no objects."""
+    """Return the numbers of all classes that have no objects."""
     return {entry["id"] for entry in classes if entry.get("stuff")}
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
-    """New classes with these names; by default, a few numbered classes."""
+    """Return new classes with these names; by default, a few numbered classes."""
     if names:
         return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
     return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
 
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
-    """The list, extended by used classes that are missing in it."""
+    """Return the list, extended by used classes that are missing in it."""
     more = sorted({*used} - {0, *names_of(classes)})
     return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
@@ -162,7 +162,7 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
 def with_object_name(
     names: ObjectNames, class_id: int, object_id: int, name: object
 ) -> ObjectNames:
-    """The list of object names with a new name for one object; an empty name removes the entry.
+    """Return the list with a new name for one object; an empty name removes the entry.
 
     Raises ValueError if the name is too long, or is not a text.
     """

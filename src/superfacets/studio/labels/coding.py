@@ -1,4 +1,4 @@
-"""Encoding of cell indices and arrays in the journal, in JSON, and in binary replies."""
+"""Encode cell indices and arrays for the journal, for JSON, and for binary replies."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Inverse of `pack_cells`; a ValueError if the data is damaged, or an index is too large."""
+    """Invert `pack_cells`; raise a ValueError if data is damaged, or an index is too large."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
@@ -72,7 +72,7 @@ def inflated(packed: bytes, max_bytes: int) -> bytes:
 
 
 def base64_of(array: Array | bytes) -> str:
-    """Base64 text of bytes, or of the little-endian bytes of an array."""
+    """Encode bytes, or the little-endian bytes of an array, as base64 text."""
     data = array if isinstance(array, bytes) else little_endian(array).tobytes()
     return base64.b64encode(data).decode("ascii")
 

@@ -1,4 +1,4 @@
-"""Import of labels from other tools or earlier exports, as classes and objects of cells."""
+"""Import labels from other tools or earlier exports, as classes and objects of cells."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Most frequent label of the corners of each cell; the lowest label if there is a tie."""
+    """Return the most frequent label of each cell's corners; the lowest if there is a tie."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
         n_labels = len(of_vertices)
@@ -179,7 +179,7 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
 
 
 class _Gathered:
-    """Collects classes and objects of cells from groups with the names of classes."""
+    """Collects classes and objects of cells from groups of cells, each with a class name."""
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
@@ -222,7 +222,7 @@ class _Gathered:
             self._scores[key] = min(score, self._scores.get(key, 1.0))
 
     def imported(self) -> Imported:
-        """Result for all cells that have a class."""
+        """Return the result for all cells that have a class."""
         cells = np.flatnonzero(self._classes)
         classes, objects = (
             part[cells].astype(np.uint16) for part in (self._classes, self._objects)

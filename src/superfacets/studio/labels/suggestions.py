@@ -1,4 +1,4 @@
-"""Suggested objects, read from a file. A suggestion changes no labels until the user accepts it."""
+"""Represent suggested objects, which change no labels until the user accepts them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Suggestion:
     score: float | None  # confidence, 0 to 1; None if the file has no score
 
     def line(self) -> dict[str, Any]:
-        """Entry for a line of the journal."""
+        """Return the entry for a line of the journal."""
         return {
             "id": self.id,
             "cells": base64_of(self.cells),
@@ -48,7 +48,7 @@ Suggestions = tuple[Suggestion, ...]
 
 
 def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
-    """One suggestion per imported object, and the list of classes with new classes of the file.
+    """Return a suggestion per imported object, and the list of classes with new classes.
 
     The label `UNNAMED` means no class, unless a class with this name exists already.
     """

@@ -1,4 +1,4 @@
-"""Numbered revisions of the labels, to which clients refer, and similarity of regions."""
+"""Store numbered revisions of the labels, to which clients refer, and find similar regions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Partition:
 
     parameters: dict[str, Any]
     digest: str = ""  # hash of the labels before splits; empty if unknown
-    splits: tuple[bytes, ...] = ()  # packed cells of each split; they get the next free label
+    splits: tuple[bytes, ...] = ()  # packed cells of each split, which get the next free label
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
         """Copy with one more split; `digest` is the hash of the labels before all splits."""
@@ -40,7 +40,7 @@ class GoneError(LookupError):
 
 @dataclass
 class Revision:
-    """Labels of a partition, with a number."""
+    """A numbered version of the region labels."""
 
     number: int  # unique, also across restarts of the server
     partition: Partition
@@ -56,14 +56,14 @@ class Revision:
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)
 
     def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
-        """The cells of a region, ascending; a ValueError if there is no such region."""
+        """Return a region's cells, ascending; raise a ValueError if there is no such region."""
         if not 0 <= region < self.n_regions:
             raise ValueError(f"region {region} does not exist: there are {self.n_regions} regions")
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
 
     def graph(self, surface: Surface) -> RegionGraph:
-        """The region graph, computed on first use."""
+        """Return the region graph, which is computed on first use."""
         if self._graph is None:
             self._graph = region_graph_of(surface, self.labels, self.n_regions)
         return self._graph
@@ -78,7 +78,7 @@ class Revisions:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Store labels under a new number; if the partition is stored already, return that one."""
+        """Store labels as a new revision, or return the stored revision of this partition."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:
@@ -103,7 +103,7 @@ class Revisions:
 
 
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
-    """Regions with a similar shape as `region`, including `region`; size and position are ignored.
+    """Return `region` and all regions of similar shape; size and position are ignored.
 
     The tolerance is the maximum distance between shapes, as a fraction of the largest distance: 0
     (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does not exist,
@@ -120,7 +120,7 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
 
 
 def _shapes(graph: RegionGraph) -> Floats:
-    """Linearity, planarity, sphericity, three times the curvature, and crease, shape (K, 5).
+    """Return linearity, planarity, sphericity, 3 * curvature, and crease of regions, (K, 5).
 
     The first four values are in 0 to 1. The crease is the mean signed angle at borders to other
     regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.

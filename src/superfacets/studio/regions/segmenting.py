@@ -1,4 +1,4 @@
-"""Segmentation with cached results, fast enough for sliders, and checks of its parameters."""
+"""Segment a mesh fast enough for sliders, with cached results, and check the parameters."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ Parameters = dict[str, Any]
 
 
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
-    """Defaults of `segment`, with the given number of regions."""
+    """Return the defaults of `segment`, with the given number of regions."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
     weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
 
 
 def ranges(n_cells: int) -> dict[str, list[float]]:
-    """Minimum and maximum of each slider."""
+    """Return the minimum and maximum of each slider."""
     return {
         "n_segments": [1, min(n_cells, MAX_REGIONS)],
         "alpha": [0.0, MAX_ALPHA],
@@ -63,7 +63,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
         raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
-        merged["level"] = None  # the usual level belongs to another number of regions
+        merged["level"] = None  # the default level is for another number of regions
     n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:
@@ -78,14 +78,14 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
 
 
 def levels_of(n_segments: int) -> list[int]:
-    """Number of regions on each level, finest level first."""
+    """Return the number of regions on each level, finest level first."""
     levels = [n_segments]
     while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
         levels.append(levels[-1] // LEVEL_STEP)
     return levels
 
 
-class Cancelled(Exception):  # noqa: N818  # no error
+class Cancelled(Exception):  # noqa: N818  # not an error
     """A newer run has replaced this run, or its client has disconnected."""
 
 
@@ -218,7 +218,7 @@ class Segmenter:
 
 
 def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
-    """Texts of warnings for the page, where parameters of Python functions do not exist."""
+    """Return texts of warnings for the page, where parameters of Python functions do not exist."""
     notes = []
     for warning in found:
         if warning.category is SliverWarning:

@@ -1,4 +1,4 @@
-"""Splitting of a region between two strokes by a minimum cut, preferably along creases."""
+"""Split a region between two strokes by a minimum cut, preferably along creases."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ exp(-12.5 t / pi), a right angle by 0.002. `hierarchy` weights creases similarly
 RIDGE = 0.5  # weight of the angle of convex creases relative to concave creases
 NEARNESS = 6.0
 """Attraction of cells to the nearer stroke. Without attraction, the border would be the shortest
-closed curve around the smaller stroke. On a flat square with strokes of a tenth of its side, this
-still happens for 3. For 6, the border is in the middle, but a crease at a quarter of the distance
-still attracts it."""
+closed curve around the smaller stroke. On a flat square, with strokes of a tenth of its side, a
+value of 3 is too small. With 6, the border is midway between the strokes, but still moves to a
+crease at a quarter of the distance."""
 
 CAPACITY = 1 << 30  # total capacity of all arcs that may be cut
 
@@ -69,14 +69,14 @@ class _Part:
         return len(self.areas)
 
     def matrix(self, values: Any) -> Any:
-        """Sparse matrix with one value per arc."""
+        """Return a sparse matrix with one value per arc."""
         from scipy.sparse import csr_array
 
         return csr_array((values, (self.sources, self.targets)), shape=(self.n, self.n))
 
 
 def _indices_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
-    """Indices of the stroke in `cells`; cells of the stroke outside the region are left out."""
+    """Return indices into `cells` of the stroke's cells, except cells outside the region."""
     indices = np.minimum(np.searchsorted(cells, stroke), len(cells) - 1)
     return np.asarray(indices[cells[indices] == stroke])
 
@@ -102,7 +102,7 @@ def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
 
 
 def _cut(part: _Part, red: Any, blue: Any) -> Bools:
-    """Whether each cell is on the blue side of the minimum cut."""
+    """Return which cells are on the blue side of the minimum cut."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
@@ -126,7 +126,7 @@ def _cut(part: _Part, red: Any, blue: Any) -> Bools:
 
 
 def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
-    """Attraction of each cell to a stroke, in units of length; positive toward the red stroke."""
+    """Return the attraction of each cell, as a length; positive toward the red stroke."""
     from scipy.sparse.csgraph import dijkstra
 
     steps = part.matrix(np.maximum(part.lengths, 1e-12 * part.lengths.max(initial=1.0)))
@@ -139,7 +139,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 
 
 def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
-    """Cells of a side in connected pieces that do not contain a cell of the side's stroke."""
+    """Return which cells of a side are in connected pieces without a cell of its stroke."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

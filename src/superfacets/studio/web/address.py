@@ -1,4 +1,4 @@
-"""Port and access token of a server: how they are chosen, stored, and passed to a browser.
+"""Choose the port and access token of a server, store both, and pass both to a browser.
 
 The next server for the same work uses the same address, so an open page works again after its
 server was killed and restarted. Only the owner can read the file with the stored address. The file
@@ -51,7 +51,7 @@ class Address:
 
 
 def new_token() -> str:
-    """Token from the environment, or a random token; a ValueError if the token is not valid."""
+    """Return the token from the environment, after a check of its format, or a random token."""
     given = os.environ.get(TOKEN_VARIABLE)
     if given is None:
         return secrets.token_urlsafe(24)
@@ -90,14 +90,14 @@ def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, A
 
 
 def address_file(work: Path) -> Path:
-    """Path of the file that stores the address of the server for a work file or a folder."""
+    """Return the path of the file with the server's address, for a work file or a folder."""
     if work.is_dir():
         return work / ".superfacets-studio.address"
     return work.with_name(f".{work.name}.address")
 
 
 def kept_address(path: Path) -> Address | None:
-    """Address that an earlier server has stored in a file; None if no trusted file exists.
+    """Return the address that an earlier server stored; None if there is no trusted file.
 
     A file is not trusted if it belongs to another user, if other users may read or write it, or if
     it is a copy. A copy may be part of an archive of meshes, whose author knows the token.

@@ -1,4 +1,4 @@
-"""HTTP routes of the server, and streaming of the progress of a segmentation."""
+"""Define the HTTP routes of the server, and stream the progress of a segmentation."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Studio:
         return StreamingResponse(lines, media_type="application/x-ndjson")
 
     def route(self, name: str, work: Operation, method: str) -> Route:
-        """Route of an operation, which gets the query of a GET or the JSON body of a POST."""
+        """Return the route of an operation, which gets a GET's query or a POST's JSON body."""
 
         async def endpoint(request: Request) -> Response:
             try:
@@ -103,7 +103,7 @@ class Studio:
 
 
 def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
-    """ASGI application of the server: all routes, behind the access control of `Guard`."""
+    """Return the ASGI application: all routes, behind the access control of `Guard`."""
     static = files("superfacets.studio").joinpath("static")
     routes: list[BaseRoute] = [
         Route("/", _page),

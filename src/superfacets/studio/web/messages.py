@@ -1,4 +1,4 @@
-"""Parsing of requests, and replies with results or errors."""
+"""Parse requests, and create replies with results or errors."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def failure(error: Exception) -> Response:
 
 
 def message_of(error: Exception) -> str:
-    """Message of an error in one line; for errors of the operating system, with the file name."""
+    """Return an error's message in one line, with the file name for system errors."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:

@@ -1,4 +1,4 @@
-"""Operations on documents, which are routes of the server."""
+"""Define operations on documents; the server has one route per operation."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MAX_STROKE = 64  # maximum number of characters in the name of a stroke
 
 
 def _state(document: Document, query: Body) -> Body:
-    """State of a document for the client, except its arrays."""
+    """Return the state of a document for the client, except its arrays."""
     parameters, kind = document.state.partition.parameters, document.source.kind
     return {
         "parameters": parameters,
@@ -56,7 +56,7 @@ def _state(document: Document, query: Body) -> Body:
 
 
 def counts_of(document: Document) -> Body:
-    """Part of the state that every operation returns."""
+    """Return the part of the state that every operation sends to the client."""
     with document.lock:
         return {
             "seq": document.history.seq,
@@ -88,7 +88,7 @@ def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
 
 
 def _mesh_packet(document: Document, query: Body) -> bytes:
-    """Shape of a mesh as one block of bytes, see `packet`.
+    """Return the shape of a mesh as one block of bytes; see `packet`.
 
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
     are merged, and sorted by their first use in a triangle. ``sources`` is the cell of each
@@ -124,7 +124,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
 
 
 def _region_packet(document: Document, query: Body) -> bytes:
-    """Pairs of adjacent regions, uint32 of shape (A, 2), as one block of bytes, see `packet`."""
+    """Return pairs of adjacent regions, uint32, (A, 2), as one block of bytes; see `packet`."""
     revision = document.revisions.get(_number(query))
     graph = revision.graph(document.segmenter.surface)
     header = {"revision": revision.number, "n_regions": revision.n_regions}
@@ -132,7 +132,7 @@ def _region_packet(document: Document, query: Body) -> bytes:
 
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:
-    """List of suggestions, and the suggestion of each cell as an index from 1; 0 for none."""
+    """Return the list of suggestions, and the index of each cell's suggestion, from 1; 0: none."""
     owners = np.zeros(document.n_cells, np.uint32)
     entries = []
     for index, one in enumerate(document.state.suggestions, 1):
@@ -276,7 +276,7 @@ def _settle(document: Document, body: Body) -> Body:
 
 
 def _files(body: Body) -> dict[str, bytes]:
-    """Files sent by a client, as a mapping from names to contents."""
+    """Return the files that a client has sent, as a mapping from names to contents."""
     given = body.get("files")
     if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
         raise ValueError("files must be a list of objects with a name and data")

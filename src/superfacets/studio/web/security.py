@@ -1,4 +1,4 @@
-"""Access control: requests must come from this machine, to this address, with the token."""
+"""Reject requests that come from elsewhere than the page of this server, or lack the token."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Guard:
         await app(scope, receive, _with_headers(send))
 
     def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
-        """Status and message for a rejected request; None if the request is accepted."""
+        """Return status and message for a rejected request; None if it is accepted."""
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio can be opened only at the address that it has printed"
@@ -65,7 +65,7 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether the request comes from a page of this server, or from another kind of program."""
+        """Return whether a request comes from a page of this server or from another program."""
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites

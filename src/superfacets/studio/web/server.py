@@ -1,4 +1,4 @@
-"""The web server, which also closes connections of clients that make no progress."""
+"""Run the web server, and close connections of clients that make no progress."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Connection(H11Protocol):
         return self.cycle is None or self.cycle.response_complete
 
     def _awaited(self) -> tuple[object, ...] | None:
-        """Value that changes if the client makes progress; None while a request is processed."""
+        """Return a value that changes when the client makes progress; None during processing."""
         n_unsent = self.transport.get_write_buffer_size()
         if n_unsent:
             return "reply", self.cycle, n_unsent

@@ -1,4 +1,4 @@
-"""Thumbnails of meshes for the list of files.
+"""Draw thumbnails of meshes for the list of files.
 
 A separate process draws each picture, so a crash of a graphics driver does not end the server.
 """
@@ -28,7 +28,7 @@ class Thumbnails:
         self._is_closed = False
 
     def png(self, path: Path) -> bytes:
-        """Thumbnail of a file as PNG; a RenderError or an OSError if it cannot be drawn."""
+        """Return a file's thumbnail as PNG; raise RenderError or OSError if drawing fails."""
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:

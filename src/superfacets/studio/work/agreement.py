@@ -1,4 +1,4 @@
-"""Comparison and merging of the work of two people on one mesh.
+"""Compare and merge the work of two people on one mesh.
 
 "Mine" is the open work, and "theirs" is the other work. Classes are matched by name, and objects by
 their overlap.
@@ -32,7 +32,7 @@ class Theirs:
     class_list: ClassList  # my classes, followed by classes that only their work has
 
     def differs(self, mine: Paint) -> Bools:
-        """Mask of cells that have a class in both works, but a different class or object."""
+        """Return which cells have a class in both works, but different classes or objects."""
         return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
 
 
@@ -53,7 +53,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """My class number for each of their class numbers, and my list with their new classes."""
+    """Return my number for each of their classes, and my list with their new classes."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
@@ -62,7 +62,7 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
 
 
 def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
-    """My object number for the object of each cell in their work.
+    """Return my object number for the object of each cell in their work.
 
     Objects of the same class are matched greedily, starting with the pair of largest IoU. Their
     unmatched objects get numbers above all my objects. `mine` and `theirs` are instances.
@@ -91,9 +91,9 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
 
 
 def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
-    """Pairs (my value, their value) that occur in a cell, with the IoU of their two areas.
+    """Return the pairs (my value, their value) that occur in a cell, and the IoU of each pair.
 
-    The IoU is 0 if both areas are 0.
+    The IoU compares the areas of my value and of their value. It is 0 if both areas are 0.
     """
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
@@ -140,6 +140,6 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """IoU of each value above 0 that occurs in at least one work."""
+    """Return the IoU of each positive value that occurs in at least one of the works."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

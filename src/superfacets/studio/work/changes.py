@@ -1,4 +1,4 @@
-"""The state of a labeling, and its changes.
+"""Represent the state of a labeling, and its changes.
 
 A change can be applied and reverted, and takes about one byte per cell.
 """
@@ -77,11 +77,11 @@ class Painted:
         return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
 
     def unpacked(self) -> Paint:
-        """Paint of each cell, or an array with one value for all cells."""
+        """Return the paint of each cell, or an array with one value for all cells."""
         return np.frombuffer(zlib.decompress(self.values), np.uint32)
 
     def set(self, paint: Paint) -> None:
-        """Write the values to the paint of all cells."""
+        """Write the values into `paint`, which has one value per cell."""
         paint[unpack_cells(self.cells, len(paint))] = self.unpacked()
 
 
@@ -119,17 +119,17 @@ class Change:
             setattr(state, _FIELDS[self.kind], self.after)
 
     def cells(self, n_cells: int) -> CellNumbers:
-        """The cells whose paint changes."""
+        """Return the cells whose paint changes."""
         is_paint = self.kind == "paint"
         return unpack_cells(self.after.cells, n_cells) if is_paint else np.empty(0, np.uint32)
 
     def inverse(self) -> Change:
-        """The inverse change."""
+        """Return the inverse change."""
         return replace(self, before=self.after, after=self.before)
 
 
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """Change that removes these suggestions; a ValueError if one of them does not exist."""
+    """Return a change that removes suggestions; raise a ValueError if one does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
     left = tuple(one for one in state.suggestions if one.id not in ids)

@@ -1,4 +1,4 @@
-"""A mesh that is being labeled: its cells, labels and regions, and the journal of changes."""
+"""Represent a mesh that is being labeled: its cells, labels, regions and journal of changes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from .source import Source
 
 
 def work_file_of(path: Path) -> Path:
-    """Default path of the work file: beside the input file."""
+    """Return the default path of the work file, in the folder of the input file."""
     return path.with_name(path.name + ".studio.jsonl")
 
 
@@ -161,7 +161,7 @@ class Document:
         return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
 
     def name_of(self, class_id: int, object_id: int = 0) -> str:
-        """Name of a class, or of one of its objects."""
+        """Return the name of a class, or of one of its objects."""
         for entry in self.state.object_names:
             if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
@@ -175,8 +175,8 @@ class Document:
             self.segmenter.close()
             self.journal.close()
 
-    # Operations. Each method returns after its journal line is on disk. In a folder, `set_classes`
-    # writes the list of classes that all files share, instead of a journal line.
+    # Each of the following operations returns after its journal line is on disk. In a folder,
+    # `set_classes` writes the list of classes that all files share, instead of a journal line.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
@@ -228,7 +228,7 @@ class Document:
             return new
 
     def free_object(self, class_id: int) -> int:
-        """Lowest object number of a class that is above all used numbers."""
+        """Return the lowest object number of a class that is above all used numbers."""
         of_class = self.state.objects[self.state.classes == class_id]
         return int(of_class.max(initial=0)) + 1
 
@@ -364,11 +364,11 @@ class Document:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """Agreement with the other work, as from `agreement`; a ValueError without other work."""
+        """Return the `agreement` with the other work; raise a ValueError if there is none."""
         return agreement(self.state, self._compared(), self.areas)
 
     def differing(self) -> CellNumbers:
-        """Cells that have a class in both works, but a different class or object."""
+        """Return cells that have a class in both works, but different classes or objects."""
         with self.lock:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
@@ -447,7 +447,7 @@ class Document:
         self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
-        """Whether the current partition is based on other labels than `base`."""
+        """Return whether the current partition is based on other labels than `base`."""
         return self.state.partition.digest not in ("", self.base.digest)
 
     def _adopt_base(self) -> None:

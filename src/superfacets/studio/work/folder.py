@@ -1,4 +1,4 @@
-"""Input files of the studio: one file, or all files of a folder. The last used files stay open."""
+"""Manage the input files of the studio, and keep the most recently used files open."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Files:
         return self.folder or self.work or work_file_of(self.paths[0])
 
     def path(self, number: int) -> Path:
-        """The path of a file; an IndexError if there is no such file."""
+        """Return the path of a file; raise an IndexError if there is no such file."""
         if not 0 <= number < len(self.paths):
             raise IndexError(f"file {number} does not exist: there are {len(self.paths)} files")
         return self.paths[number]
@@ -136,7 +136,7 @@ class Files:
 
 
 def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
-    """Progress and number of cells in a summary of a work file; a JournalError if damaged."""
+    """Return progress and number of cells from a work file's `summary`, and check both values."""
     if found is None:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")

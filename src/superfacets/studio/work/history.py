@@ -1,4 +1,4 @@
-"""The history of a labeling: its state, and the changes that can be undone and redone."""
+"""Keep the history of a labeling: its state, and the changes to undo and redo."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class NothingError(LookupError):
 
 
 def last_stroke(changes: list[Change]) -> list[Change]:
-    """Changes of the last stroke, most recent first."""
+    """Return the changes of the last stroke, most recent first."""
     found: list[Change] = []
     for change in reversed(changes):
         if found and (change.stroke is None or change.stroke != found[0].stroke):
@@ -114,7 +114,7 @@ class History:
         self.seq += 1
 
     def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
-        """Whether the work has changed since its review, after changes of these kinds.
+        """Return whether the work, after changes of these kinds, differs from the reviewed work.
 
         If the last review is undone, an older review may be restored. The result is then True,
         because it is unknown whether the work has changed since the older review.

@@ -1,4 +1,4 @@
-"""The work file, to which each operation appends one line of JSON.
+"""Read and write the work file, to which each operation appends one line of JSON.
 
 A line is written to disk before its operation is acknowledged. Therefore a crash damages at most
 the last line, whose operation was not acknowledged.
@@ -173,7 +173,7 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """Valid lines of a file, their size in bytes, and a note if the last line is damaged.
+    """Return valid lines of a file, their size in bytes, and a note if the last is damaged.
 
     Raises JournalError if the data is not a work file, was written by a later version, or is
     damaged before its last line.

@@ -1,4 +1,4 @@
-"""The lines of the work file that store the initial state and the changes."""
+"""Convert the initial state and changes to lines of the work file, and back."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .journal import Line
 
 
 def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
-    """State before the first change, from the header; `classes` replaces the list of classes."""
+    """Return the state before the first change; `classes` replaces the header's classes."""
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
@@ -41,13 +41,13 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
 
 
 def line_of(change: Change) -> Line:
-    """Line of the journal that stores a change."""
+    """Return the line of the journal that stores a change."""
     stroke = {} if change.stroke is None else {"stroke": change.stroke}
     return {"op": change.kind, **_WRITERS[change.kind](change), **stroke}
 
 
 def change_of(line: Line, state: State) -> Change:
-    """Change that a line stores; a ValueError, TypeError or KeyError if the line is not valid."""
+    """Return the change in a line; raise ValueError, TypeError or KeyError if it is invalid."""
     name = str(line["op"])
     if name not in _READERS:
         raise ValueError(f"unknown operation {name}")

@@ -1,4 +1,4 @@
-"""The input file of a document: its cells, and detection of changes of the file."""
+"""Read the input file of a document, and detect changes of the file."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class Source:
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """Time of the last write, and size; None if there is no file."""
+    """Return the time of the last write, and the size; None if there is no file."""
     try:
         status = path.stat()
     except OSError:
