@@ -359,7 +359,7 @@ def test_ids_of_vertices_come_back_from_scannets_files(tmp_path):
             b'{"segIndices": [1, 3000000000, 0, 0]}',
             "labels[1] must be -1 to 2147483647, got 3000000000",
         ),
-        (b'{"segIndices": [1, 2]}', "there are 2 labels for 4 cells"),
+        (b'{"segIndices": [1, 2]}', "labels must have 4 values, one per cell, got 2"),
     ],
 )
 def test_damaged_files_of_segments_are_refused(refuse, data, message):
