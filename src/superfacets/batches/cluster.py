@@ -1,4 +1,4 @@
-"""`RemoteTeam`: a team with the workers of a Dask scheduler."""
+"""Run the calls of a team on the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Return this number; a ConnectionError if there was no worker for `PATIENCE` seconds."""
+        """Return the number; raise a ConnectionError after `PATIENCE` seconds without workers."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads

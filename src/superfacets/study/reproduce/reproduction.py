@@ -1,4 +1,4 @@
-"""The reproduction, stage by stage: plan, measure, draw, write."""
+"""Run all stages of the reproduction: plan, measure, draw and write."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Carry out missing runs; also return the number of runs that earlier starts have done."""
+    """Carry out missing runs; return all results, and the number of runs that were already done."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
