@@ -198,7 +198,7 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
 
 
 def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint; raise a MeshError if cells are not such a cloud."""
+    """Return the cloud with this viewpoint; raise a MeshError if cells have no viewpoint."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))

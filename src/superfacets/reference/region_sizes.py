@@ -29,8 +29,8 @@ def move_cells(
     """Move faces between regions until the sizes of regions are within bounds; return labels.
 
     A face moves only if its region stays connected without it. The first pass tests this for the
-    faces around the corners of the face only. The second pass tests the whole region. If `may_split`
-    is true, a third pass moves faces without this test.
+    faces around the corners of the face only. The second pass tests the whole region. If regions
+    may split, a third pass moves faces without this test.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)

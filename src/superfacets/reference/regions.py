@@ -160,7 +160,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """Return, for each rank > 0, the nearest pair of a cell of this rank and a cell of lower rank."""
+    """Return, for each rank > 0, the nearest pair of a cell of this rank and a lower-rank cell."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [

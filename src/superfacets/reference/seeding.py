@@ -87,8 +87,8 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
     """Return the centroids of regions from exact fixed-point sums; NaN for very small regions."""
-    # The area of a cell, and its area times its offset from the minimum corner, are scaled
-    # and rounded to integers. The sums of these integers stay below 2**61. The rounding errors,
+    # The area (or volume) of a cell, and its product with the cell's offset from the minimum corner,
+    # are scaled and rounded to integers. The sums of these integers stay below 2**61. The rounding errors,
     # multiplied by 2**31, are rounded and summed in the same way.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())

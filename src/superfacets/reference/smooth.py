@@ -33,8 +33,8 @@ def smooth_borders(
 
     ``steps`` are the lengths of the arcs in the unit of the vertices. Regions are processed in
     patches. The processing of a patch takes into account only area changes by this patch and by
-    patches of earlier colors. ``goals`` are target sizes of regions, by default their initial areas. With
-    goals, ``sizes`` of faces replace their areas.
+    patches of earlier colors. ``goals`` are target sizes of regions, by default their initial
+    areas. With goals, ``sizes`` of faces replace their areas.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)

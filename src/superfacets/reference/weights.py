@@ -58,7 +58,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return, for each arc, the step length, the edge length, the angle, and whether it is concave."""
+    """Return the step length, edge length and angle of each arc, and whether it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
