@@ -87,9 +87,9 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
     """Return the centroids of regions from exact fixed-point sums; NaN for very small regions."""
-    # The area (or volume) of a cell, and its product with the cell's offset from the minimum corner,
-    # are scaled and rounded to integers. The sums of these integers stay below 2**61. The rounding errors,
-    # multiplied by 2**31, are rounded and summed in the same way.
+    # The area (or volume) of a cell, and its product with the offset of the cell from the minimum
+    # corner, are scaled and rounded to integers. The sums of these integers stay below 2**61. The
+    # rounding errors, multiplied by 2**31, are rounded and summed in the same way.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
     total = float(graph.measures.sum())

@@ -25,8 +25,8 @@ MOST_STEPS = 160
 """Maximum number of arcs by which the band grows in one pass."""
 
 SUM_BLOCK = 1 << 14
-"""Number of cells per block when values are summed per region; must equal ``kBlock`` in the C++ file
-``stiffness.cpp``."""
+"""Number of cells per block when values are summed per region; must equal ``kBlock`` in the C++
+file ``stiffness.cpp``."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
@@ -95,8 +95,8 @@ def straighten_tiled(
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
     """Return the area of each region, and the area-weighted sum of its cell positions.
 
-    Additions are in the same order as in the C++ function `sums_of_regions`. Consecutive cells of a block
-    that have equal labels are summed first. These sums are then added in the order of cell numbers.
+    Additions are in the same order as in the C++ function `sums_of_regions`. Consecutive cells of a
+    block that have equal labels are summed first. Then these sums are added by cell number.
     """
     cuts = np.stack(run.all(_sort_by_cell, store, store.n_tiles))
     sums = np.zeros((4, n_regions))

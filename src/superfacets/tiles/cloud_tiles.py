@@ -56,7 +56,7 @@ def make_cloud_tiles(
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Return pairs of curve indices: points with their neighbors, and copies with their lowest point."""
+    """Return pairs of curve indices: (point, neighbor), and (copy, lowest point there)."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)

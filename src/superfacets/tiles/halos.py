@@ -30,8 +30,8 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
     Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
     shared vertices, and all faces that share a vertex with these faces. The halo consists of the
     faces of other tiles within the same two rings. It belongs to the tiles that meet the tile, and
-    to the tiles that meet these tiles. All these tiles are returned. For points the lists are empty,
-    because the halo is found by following arcs.
+    to the tiles that meet these tiles. All these tiles are returned. For points, the lists are
+    empty, because the halo is found by following arcs.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
