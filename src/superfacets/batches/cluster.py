@@ -171,7 +171,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Return the number; raise a ConnectionError after `PATIENCE` seconds without workers."""
+        """Return the count; raise a ConnectionError if no worker exists for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads

@@ -112,7 +112,7 @@ def run_job(job: BatchJob) -> Record:
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Process the file, and return entries of its record. ``sha256`` is added to `record` early."""
+    """Process the file; return record entries. ``sha256`` is added to `record` after reading."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

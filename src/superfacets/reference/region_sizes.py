@@ -28,9 +28,9 @@ def move_cells(
 ) -> list[int]:
     """Move faces between regions until the sizes of regions are within bounds; return labels.
 
-    A face moves only if its region stays connected without it. The first pass tests this for the
-    faces around the corners of the face only. The second pass tests the whole region. If regions
-    may split, a third pass moves faces without this test.
+    A face moves only if its region stays connected without this face. The first pass tests only the
+    faces around the corners of the face, and the second pass tests the whole region. If regions may
+    split, a third pass moves faces without a test.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -184,7 +184,7 @@ def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> l
     """Return the cells of all regions, sorted by label, then in the order of a depth-first search.
 
     The search starts at the cell with the fewest neighbors in its region. The next cell is the
-    neighbor with the fewest unvisited neighbors. If all neighbors are visited, it backtracks.
+    unvisited neighbor that has the fewest unvisited neighbors. Without one, the search backtracks.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}

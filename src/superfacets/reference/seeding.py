@@ -156,9 +156,10 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 
 
 def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
-    """Place 60 % of the seeds in the middle of equal parts of the curve through cells `order`.
+    """Place 60 % of the seeds in the middle of equal parts of a curve through all cells.
 
-    Further seeds are the cells that are farthest from all seeds, measured along paths.
+    `order` are the cells along the curve. The other seeds are the cells with the longest paths from
+    all earlier seeds.
     """
     components, seeded = _seeded_components(graph, n_seeds)
     n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
@@ -184,7 +185,7 @@ def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
 
 
 def _curve_weight(graph: CellGraph, cell: int) -> float:
-    """Return the area of a cell times the square root of (sum of arc lengths / distances)."""
+    """Return the area of a cell times sqrt(sum of arc lengths / sum of neighbor distances)."""
     lengths = steps = 0.0
     for neighbor, length in arcs_of(graph, cell):
         if neighbor == cell:

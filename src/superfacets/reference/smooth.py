@@ -202,7 +202,7 @@ class MovingRegions:
         return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Whether the faces around the corners of a face show that its region stays connected."""
+        """Whether a region stays connected without a face, judged by faces around its corners."""
         side_of: dict[int, int] = {}  # side toward each neighbor in the region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:

@@ -131,7 +131,7 @@ class _Recording:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write a record with the reason of a failure; if this fails, return the path and why."""
+    """Write a record with the reason of a failure; if this fails, return its path and the error."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:

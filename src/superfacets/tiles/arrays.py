@@ -31,7 +31,7 @@ def merged(lists: Sequence[Longs]) -> Longs:
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """Do the same as `index_in`, faster if most values are between near[0] and near[-1]."""
+    """Do the same as `index_in`, but faster if most values are between near[0] and near[-1]."""
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low
@@ -46,7 +46,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """Return the index of each value in `among`, sorted or with sort `order`; -1 if absent."""
+    """Return the index of each value in `among` (sorted, or with argsort `order`); -1 if absent."""
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)

@@ -253,7 +253,7 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Return a stable argsort in two passes, because NumPy uses radix sort for 16-bit keys."""
+    """Return a stable argsort of uint32 in two passes, because NumPy radix-sorts 16-bit keys."""
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -157,7 +157,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Do the same as `_order_block` for points of one code, at most `size` of them in memory."""
+    """Do the same as `_order_block` for points of one code, with `size` points in memory."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -201,7 +201,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order. For points that are not copies, ``cells`` start at 0."""
+    """Write points in their final order. The numbers in ``cells`` are final only for copies."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]

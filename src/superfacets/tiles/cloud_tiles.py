@@ -56,7 +56,7 @@ def make_cloud_tiles(
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Return pairs of curve indices: (point, neighbor), and (copy, lowest point there)."""
+    """Return pairs of curve indices: (point, neighbor) and (copy, lowest point at its position)."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -154,7 +154,7 @@ def _find_nearest(
 
 
 def _read_apart(store: TileStore, begin: int, end: int) -> Part:
-    """Return points `begin` to `end` - 1 of the curve without copies, sorted by number."""
+    """Return points `begin` to `end` - 1 of the curve, except copies, sorted by number."""
     tile = int(store.tiles_of(np.array([begin]))[0])
     names, first = ("numbers", "lowest", "positions"), store.starts[tile]
     points = Part.of_tile(store, tile, names, begin - first, end - first)
@@ -194,7 +194,7 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return the area of each point from squared distances, as C++ `area_around` does.
+    """Return point areas from squared distances, bit-identical to C++ `area_around`.
 
     Each row of distances is ascending. Missing neighbors have an infinite distance.
     """

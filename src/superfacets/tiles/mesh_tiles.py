@@ -86,7 +86,7 @@ def _points(faces: Part) -> Array:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Return bounding boxes of the vertices and of the centroids, and blocked sums of areas.
+    """Return boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas.
 
     The faces of the chunk are stored in the cache if it has enough room.
     """

@@ -55,7 +55,7 @@ BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 
 MEMORY_PART = 8
 """The default cache size is the memory limit of the process divided by MEMORY_PART. The tiles that
-are processed at the same time may together use another amount of memory of this size."""
+are processed at the same time may use as much memory again in total."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space, in bytes, that each thread reserves for its stack and its heap."""

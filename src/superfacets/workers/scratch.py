@@ -1,4 +1,4 @@
-"""Store temporary arrays in a memory cache and in a scratch folder, which is removed later."""
+"""Store temporary arrays in a memory cache and a scratch folder, which is removed after the run."""
 
 from __future__ import annotations
 

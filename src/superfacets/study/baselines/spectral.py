@@ -53,7 +53,7 @@ class _EmbeddedComponent(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh, from which normalized cuts with up to `n_vectors` regions follow."""
+    """Eigenvectors of a mesh, used to compute normalized cuts with up to `n_vectors` regions."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -214,9 +214,8 @@ def affinity_embedding(
     weld : bool, default True
         Whether to merge vertices at exactly the same position.
     n_threads : int, optional
-        Number of threads that compute paths, as for `superfacets.segment`. Matrices are
-        multiplied by NumPy's BLAS, which has its own threads. The order in which these threads add
-        numbers may change a few labels.
+        Number of threads that compute paths, as for `superfacets.segment`. Matrices are multiplied
+        by NumPy's BLAS on its own threads, whose order of summation may change a few labels.
 
     Returns
     -------

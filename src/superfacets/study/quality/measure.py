@@ -50,9 +50,9 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, eta 0.2": {"eta_convex": 0.2},
     "default, not smooth": {"smooth": False},
 }
-"""Keywords of `superfacets.segment` for each variant. `PAPERS` is the paper's method. `PLAIN` is
-this method with unlimited expansions and another stop criterion, and returns exactly k connected
-regions."""
+"""Keywords of `superfacets.segment` for each variant. `PAPERS` is the paper's method. `PLAIN` has
+the same weights and seeds, but unlimited expansions and another stop criterion, so that it returns
+exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
@@ -76,7 +76,7 @@ class Creases(NamedTuple):
     lengths: Floats
 
     def share_between(self, labels: Ints) -> float | None:
-        """Return the fraction of the crease length that is on borders; None if there are none."""
+        """Return the fraction of crease length that is on borders; None if there are no creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None

@@ -28,8 +28,7 @@ _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# Methods and alphas in the last rows of figures: the paper's method with exact regions, and the
-# default of `segment`.
+# Methods and alphas of the last rows: the paper's method with exact regions, and the default.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -87,8 +86,7 @@ _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]
 """For each figure with models: method and alpha of each row, and category of each column."""
 
 GALLERY = ("1", *_ROWS)
-"""Figures with pictures of large meshes, the effect of alpha, normalized cuts, and variants of VSA.
-"""
+"""Figures with pictures: large meshes, effect of alpha, normalized cuts, and variants of VSA."""
 
 
 def pictures_of(

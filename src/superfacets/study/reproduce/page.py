@@ -102,7 +102,6 @@ def _render(**values: Any) -> str:
 
 
 def _data_uri(path: Path) -> str:
-    """Return an image as a data URL."""
     data = base64.b64encode(path.read_bytes()).decode("ascii")
     return f"data:{_MEDIA_TYPES[path.suffix]};base64,{data}"
 

@@ -94,7 +94,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
 
 
 def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
-    """Return the index of each model in its category; `models` are sorted by size."""
+    """Return the size rank of each model in its category, from 0; `models` are sorted by size."""
     seen: Counter[str] = Counter()
     ranks = {}
     for model in models:

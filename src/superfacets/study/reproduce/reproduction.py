@@ -179,7 +179,6 @@ def _plots(folder: Path, figure: str) -> list[Path]:
 def _write_files(
     results: Results, folder: Path
 ) -> tuple[dict[str, list[Path]], dict[str, Comparison]]:
-    """Write tables and plots."""
     write_runs(folder / "runs.csv", results)
     write_means(folder / "means.csv", results)
     plots: dict[str, list[Path]] = {}
