@@ -44,10 +44,10 @@ class RemoteTeam(Team):
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls as `Team.run` does: one call per thread, and one queued call per worker.
 
-        Only a few calls are submitted at a time. If a worker is killed, Dask counts the failure for
-        all calls that were assigned to the worker, even if they had not started. Calls are not
-        pinned to workers: Dask would not restart the pinned calls of a worker that ended while
-        there was no other worker.
+        Only a few calls are submitted at a time, because Dask counts the death of a worker as a
+        failure of all calls that were assigned to the worker, even if they had not started. Calls
+        are not pinned to workers, because Dask would not restart the pinned calls of a worker that
+        ended while there was no other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}

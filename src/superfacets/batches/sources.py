@@ -27,7 +27,7 @@ MARK = ".superfacets"
 
 @dataclass(frozen=True)
 class Source:
-    """An input file."""
+    """An input file of a batch."""
 
     input: str  # path of the file, as given or as found
     name: str  # path relative to the input folder, with slashes; also the relative path of results

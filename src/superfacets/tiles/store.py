@@ -104,7 +104,7 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return cell numbers of a tile, then of its ghosts; targets of arcs index this array."""
+        """Return the cell numbers of a tile, then of its ghosts; arc targets index this array."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
