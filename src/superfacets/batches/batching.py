@@ -313,7 +313,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # if the user interrupts, threads stop hashing
+    finally:  # if the user presses Ctrl-C, threads stop hashing
         stop.set()
         pool.shutdown(cancel_futures=True)
 
@@ -321,7 +321,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
 def _do(
     jobs: Sequence[BatchJob], scheduler: str | None, n_workers: int, folder: str
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs on this process, on a pool, or on a cluster; yield each with its record."""
+    """Run jobs in this process, on a pool, or on a cluster; yield each with its record."""
     if not jobs:
         return
     if scheduler is not None:
@@ -343,7 +343,7 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Run jobs that fit in a worker's memory, largest first; then run the others one at a time."""
+    """Run jobs that fit in a worker's memory, largest first; then run larger jobs one at a time."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -369,7 +369,7 @@ def _do_in_teams(
 def _do_in_team(
     team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Run jobs, and yield each with its record; an OSError if the batch cannot continue."""
+    """Run jobs, and yield each with its record; raise an OSError if the batch cannot continue."""
     calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
     for place, ending in team.run(calls, width):
         job = jobs[place]

@@ -1,4 +1,4 @@
-"""`RemoteTeam`: a team with the workers of a Dask scheduler."""
+"""Run the calls of a team on the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ class RemoteTeam(Team):
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls as `Team.run` does: one call per thread, and one queued call per worker.
 
-        Only a few calls are submitted at a time. If a worker is killed, Dask counts the failure for
-        all calls that were assigned to the worker, even if they had not started. Calls are not
-        pinned to workers: Dask would not restart the pinned calls of a worker that ended while
-        there was no other worker.
+        Only a few calls are submitted at a time, because Dask counts the death of a worker as a
+        failure of all calls that were assigned to the worker, even if they had not started. Calls
+        are not pinned to workers, because Dask would not restart the pinned calls of a worker that
+        ended while there was no other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}
@@ -171,7 +171,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Return this number; a ConnectionError if there was no worker for `PATIENCE` seconds."""
+        """Return the count; raise a ConnectionError if no worker exists for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads

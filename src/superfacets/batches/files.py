@@ -1,4 +1,4 @@
-"""Options for processing files, and the segmentation of one file."""
+"""Check the options for processing files, and segment one file."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Return the format options; a ValueError if an option has no effect for `endings`."""
+        """Return the format options; raise a ValueError if one has no effect for `endings`."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -107,7 +107,7 @@ class FileOptions:
 
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
-    """Check arguments of `segment`; an error if an argument is unknown, wrong or an array."""
+    """Raise an error if an argument for `segment` is unknown, has a wrong value or is an array."""
     unknown = sorted(keywords.keys() - _OF_FILES)
     if unknown:
         names = ", ".join(_OF_FILES)
@@ -121,7 +121,7 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Data to write for one file."""
+    """Data to be written for one file."""
 
     mesh: Cells
     attributes: MeshAttributes | None
@@ -186,7 +186,7 @@ def segment_file(
 
 
 def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Return the opacity of each Gaussian splat, 0 to 1; a MeshError if one is missing or NaN."""
+    """Return the opacity of each splat, 0 to 1; raise a MeshError if one is missing or NaN."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
         raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
@@ -198,7 +198,7 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
 
 
 def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint; a MeshError if the cells cannot have a viewpoint."""
+    """Return the cloud with this viewpoint; raise a MeshError if cells have no viewpoint."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))

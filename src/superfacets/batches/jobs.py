@@ -1,4 +1,4 @@
-"""Jobs of a batch, one per file, and estimates of their memory."""
+"""Run the jobs of a batch, one job per file, and estimate their memory."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PER_CELL = 200
 With 1.4 million faces in PLY, OFF and STL, workers used a third to a half of the estimate."""
 
 PER_BYTE = 3
-"""Memory per byte of the file, in bytes: its content, the mesh, and the mesh to be written."""
+"""Memory per byte of the file, in bytes, for its content, the mesh, and the mesh to be written."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
 """Minimum file size in bytes per cell, for each ending."""
@@ -112,7 +112,7 @@ def run_job(job: BatchJob) -> Record:
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Process the file, and return the other entries; ``sha256`` is added to `record` early."""
+    """Process the file; return record entries. ``sha256`` is added to `record` after reading."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

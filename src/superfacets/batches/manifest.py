@@ -1,4 +1,4 @@
-"""Manifest of a batch: a file with one line of JSON per processed file."""
+"""Read and write the manifest of a batch: a file with one line of JSON per processed file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .jobs import Record
 
 
 class Manifest:
-    """Records in a file, for use in a `with` block by one process at a time.
+    """A file of records, for use in a `with` block by one process at a time.
 
     `records` maps each name to its last record. Each record is on the disk before `append` returns.
     Damaged lines are ignored, for example an incomplete last line written by a killed process.

@@ -12,7 +12,7 @@ from ..workers.threads import Job, in_turn, thread_team
 from .cluster import remote_team
 
 OnDone = Callable[[int, int], object]
-"""Called after each job, with the number of finished jobs and the number of all jobs."""
+"""Function that is called after each job, with the numbers of finished jobs and of all jobs."""
 
 Work = Callable[..., Any]
 Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]

@@ -1,4 +1,4 @@
-"""Input files of a batch, and names of their results."""
+"""Find the input files of a batch, and choose the names of their results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MARK = ".superfacets"
 
 @dataclass(frozen=True)
 class Source:
-    """An input file."""
+    """An input file of a batch."""
 
     input: str  # path of the file, as given or as found
     name: str  # path relative to the input folder, with slashes; also the relative path of results
@@ -180,7 +180,7 @@ def result_ending(name: str) -> str:
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the results of an input; without `endings`, one default name."""
+    """Return the names of the results of an input; one default name if `endings` is empty."""
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)

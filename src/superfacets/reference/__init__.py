@@ -1,8 +1,8 @@
 """Slow, readable versions of the functions in the C++ core, for tests. There is one file per stage.
 
 On the same input, a function here and its compiled version give the same numbers, bit for bit. To
-achieve this, both add floats in the same order. `arithmetic` has the arctangent and the exponential
-function, and `vsa` has variational shape approximation, an alternative to stages 3 and 4.
+achieve this, both add floats in the same order. `arithmetic` computes arctangents and exponentials,
+and `vsa` implements variational shape approximation, an alternative to stages 3 and 4.
 """
 
 from .cells import build_face_graph as build_face_graph

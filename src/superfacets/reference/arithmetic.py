@@ -1,4 +1,4 @@
-"""Vector products, arctangent and exponential function with the same bits as in the core."""
+"""Compute vector products, arctangents and exponentials with the same bits as the C++ core."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def arctangent(y: Floats, x: Floats) -> Floats:
 
     The angle is 0 if x and y are 0. Unlike `numpy.arctan2`, the last bits do not depend on the C
     library. An angle is computed as a multiple of pi / 4, plus the arctangent of a number q with
-    |q| <= 1/2 by a polynomial.
+    |q| <= 1/2, which is computed by a polynomial.
     """
     left, width = x < 0, np.abs(x)
     flat, steep = y + y <= width, y > width + width

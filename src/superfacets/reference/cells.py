@@ -1,4 +1,4 @@
-"""Stage 1: graphs of faces, tetrahedra and points."""
+"""Stage 1: build the graphs of faces, tetrahedra and points."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
 
 
 def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:
-    """Return the corners of each cell, replaced by the first vertex at the position if `weld`."""
+    """Return the corners of each cell; `weld` replaces each by the first vertex at its position."""
     first: dict[tuple[float, ...], int] = {}
     lists = [cell.tolist() for cell in cells]
     if not weld:
@@ -154,7 +154,7 @@ def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
 
 
 def _duplicates(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
-    """Return the lowest point at each position, and a dict from it to all points there."""
+    """Return the lowest point at each position, and a dict that maps this point to all points."""
     together: dict[tuple[float, ...], list[int]] = {}
     for i, position in enumerate((positions + 0.0).tolist()):
         together.setdefault(tuple(position), []).append(i)
@@ -180,7 +180,7 @@ def _area(positions: Floats, i: int, near: list[int]) -> float:
 
 
 def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
-    """Return the border length of each arc: pi * area / (sum of arc lengths), mean of both ends."""
+    """Return each arc's border length: mean of pi * area / (sum of arc lengths) at both ends."""
     sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
     per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
     return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

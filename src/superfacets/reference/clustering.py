@@ -1,4 +1,4 @@
-"""Stage 4: classification, the clustering loop, relocation of centers, and coarse cells."""
+"""Stage 4: classify cells, run the clustering loop, relocate centers, and find coarse cells."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ def join_islands(
 
     An island gets the label of the labeled cell that is nearest to any of its cells. If several
     cells are nearest, the lowest index is used. With groups, the nearest cell must be in the group
-    of the island, unless this group is -1. If there is none, the island becomes a region, whose
-    center is its lowest cell. Returns labels, the number of joined islands, and new centers.
+    of the island, unless this group is -1. If no such cell exists, the island becomes a region
+    whose center is its lowest cell. Returns labels, the number of joined islands, and new centers.
     """
     joined = list(labels)
     new_centers: list[int] = []

@@ -1,4 +1,4 @@
-"""Moves of cells that change the sizes of regions (stage 5), and walks in regions (stage 7)."""
+"""Stage 5: move cells to change the sizes of regions. Stage 7: sort the cells of each region."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def move_cells(
 ) -> list[int]:
     """Move faces between regions until the sizes of regions are within bounds; return labels.
 
-    There are two or three passes. They differ in the test whether a region stays connected without
-    a face: only faces around the corners are tested; the whole region is tested; and, if regions
-    may split, nothing is tested.
+    A face moves only if its region stays connected without this face. The first pass tests only the
+    faces around the corners of the face, and the second pass tests the whole region. If regions may
+    split, a third pass moves faces without a test.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -81,7 +81,7 @@ class _Moves(MovingRegions):
         return has_moved and self.may_go_on()
 
     def improve(self, region: int, is_full: bool) -> bool:
-        """Move faces out of a region that is too large, or into one that is too small."""
+        """Move faces out of a region that is too large, or into a region that is too small."""
         margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
         while -margin(region) > self.rounding and self.may_go_on():
             path = _search(region, lambda other: margin(other) >= self.step, next_of)
@@ -163,7 +163,7 @@ class _Moves(MovingRegions):
 def _search(
     first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
 ) -> list[int]:
-    """Return the shortest path to a wanted region, by breadth-first search, or an empty list."""
+    """Return a shortest path to a region for which `is_wanted` is true, or an empty list."""
     parents = {first: first}
     queue = [first]
     for at in queue:
@@ -184,7 +184,7 @@ def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> l
     """Return the cells of all regions, sorted by label, then in the order of a depth-first search.
 
     The search starts at the cell with the fewest neighbors in its region. The next cell is the
-    neighbor with the fewest unvisited neighbors. If there is none, the search backtracks.
+    neighbor with the fewest unvisited neighbors. If all are visited, the search backtracks.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}

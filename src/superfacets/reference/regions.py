@@ -1,4 +1,4 @@
-"""Stage 5: the region graph, and the merge tree."""
+"""Stage 5: compute the region graph and the merge tree."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .arithmetic import norm
 
 
 class RegionShape(NamedTuple):
-    """Measures of a region, as in `RegionGraph`."""
+    """Size, position and shape of a region, as in `RegionGraph`."""
 
     measure: float
     centroid: Floats
@@ -29,10 +29,10 @@ class RegionShape(NamedTuple):
 
 
 class RegionArc(NamedTuple):
-    """Measures of the border between two regions, as in `RegionGraph`."""
+    """Length and angles of the border between two regions, as in `RegionGraph`."""
 
-    low: int  # lower region
-    high: int  # higher region
+    low: int  # lower index of the two regions
+    high: int  # higher index of the two regions
     border_length: float
     mean_angle: float
     concavity: float
@@ -41,14 +41,14 @@ class RegionArc(NamedTuple):
 
 
 class _Simplex(NamedTuple):
-    """A triangle or a tetrahedron. Triangles of concave polygons may have a negative measure."""
+    """A triangle or a tetrahedron. Triangles of concave polygons may have a negative area."""
 
     corners: Floats  # (3, 3) or (4, 3)
     measure: float
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Return the measures of each region, computed from the simplices of its cells."""
+    """Return the shape of each region, computed from the simplices of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -143,7 +143,7 @@ def region_arcs(
 def _border_of(
     pair: tuple[int, int], arcs: list[tuple[float, int]], lengths: Floats, angles: Floats
 ) -> RegionArc:
-    """Return the measures of a border; arcs are (fraction of an edge, index of the arc)."""
+    """Return length and angles of a border; `arcs` are (fraction of an edge, index of the arc)."""
     length = math.fsum(fraction * lengths[arc] for fraction, arc in arcs)
     edges = math.fsum(fraction for fraction, _ in arcs)
     weights = {arc: fraction * lengths[arc] / length for fraction, arc in arcs} if length else {
@@ -160,7 +160,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """Return, for each rank > 0, the nearest pair of a cell of this rank and one of lower rank."""
+    """Return, for each rank > 0, the nearest pair of a cell of this rank and a lower-rank cell."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [

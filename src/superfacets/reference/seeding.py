@@ -1,4 +1,4 @@
-"""Stage 3: shortest paths, connected components, centers of regions, and seeds."""
+"""Stage 3: compute shortest paths, connected components, centers of regions, and seeds."""
 
 from __future__ import annotations
 
@@ -87,9 +87,9 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
     """Return the centroids of regions from exact fixed-point sums; NaN for very small regions."""
-    # The measure of a cell, and its measure times its offset from the minimum corner, are scaled
-    # and rounded to integers. The sums of these integers stay below 2**61. The rounding errors,
-    # multiplied by 2**31, are rounded and summed in the same way.
+    # The area (or volume) of a cell, and its product with the offset of the cell from the minimum
+    # corner, are scaled and rounded to integers. The sums of these integers stay below 2**61. The
+    # rounding errors, multiplied by 2**31, are rounded and summed in the same way.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
     total = float(graph.measures.sum())
@@ -156,9 +156,10 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 
 
 def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
-    """Place 60 % of the seeds in the middle of equal parts of a curve, and the others as geodesic.
+    """Place 60 % of the seeds in the middle of equal parts of a curve through all cells.
 
-    `order` are the cells along the curve.
+    `order` are the cells along the curve. The other seeds are the cells with the longest paths from
+    all earlier seeds.
     """
     components, seeded = _seeded_components(graph, n_seeds)
     n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
@@ -184,7 +185,7 @@ def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
 
 
 def _curve_weight(graph: CellGraph, cell: int) -> float:
-    """Return the measure of a cell times the square root of its mean arc length per distance."""
+    """Return the area of a cell times sqrt(sum of arc lengths / sum of neighbor distances)."""
     lengths = steps = 0.0
     for neighbor, length in arcs_of(graph, cell):
         if neighbor == cell:
@@ -234,7 +235,7 @@ def flood_seeds(
 
 
 def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
-    """Return the central cell of the cells in each cube of edge 2 r, sorted by lowest cell."""
+    """Return the most central cell in each cube of edge 2 r; cubes are sorted by lowest cell."""
     label_of: dict[tuple[float, ...], int] = {}
     cubes = np.floor((graph.positions - graph.bounds[0]) / (2.0 * radius))
     labels = [label_of.setdefault(tuple(cube), len(label_of)) for cube in cubes.tolist()]

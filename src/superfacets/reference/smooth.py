@@ -1,4 +1,4 @@
-"""Stage 5: smoothing of borders."""
+"""Stage 5: smooth the borders of regions."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def smooth_borders(
     """Move chains of faces across borders into neighboring regions; return the labels.
 
     ``steps`` are the lengths of the arcs in the unit of the vertices. Regions are processed in
-    patches. While a patch is processed, only area changes by this patch and by patches of earlier
-    colors are known. ``goals`` are target sizes of regions, by default their initial areas. With
-    goals, ``sizes`` of faces replace their areas.
+    patches. The processing of a patch takes into account only area changes by this patch and by
+    patches of earlier colors. ``goals`` are target sizes of regions, by default their initial
+    areas. With goals, ``sizes`` of faces replace their areas.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
@@ -202,7 +202,7 @@ class MovingRegions:
         return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Whether a region stays connected without a face, as far as faces around corners show."""
+        """Whether a region stays connected without a face, judged by faces around its corners."""
         side_of: dict[int, int] = {}  # side toward each neighbor in the region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:

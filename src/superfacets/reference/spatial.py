@@ -1,4 +1,4 @@
-"""Search for nearest faces, thickness along rays, and subdivision."""
+"""Find nearest faces, measure thickness along rays, and subdivide meshes."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
 
 
 def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
-    """Return the index and the position of the first of the candidates nearest to p."""
+    """Return the index and the position of the candidate nearest to p; the first on ties."""
 
     def squared(item: tuple[int, Floats]) -> Any:
         return dot(p - item[1], p - item[1])

@@ -1,4 +1,4 @@
-"""Stage 2: colors of the texels in triangles of a texture."""
+"""Stage 2: compute the colors of the texels in triangles of a texture."""
 
 from __future__ import annotations
 

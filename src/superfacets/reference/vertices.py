@@ -1,4 +1,4 @@
-"""Stage 5: vertex labels along creases, and the number of segments of the package Segmentator."""
+"""Stage 5: label vertices along creases, and count segments as the package Segmentator does."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .arithmetic import dot, norm
 
 
 def mean_normals(mesh: Mesh) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex; 0 without faces."""
+    """Return the mean of the unit normals of the faces around each vertex; 0 if there are none."""
     sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
     for face in mesh.faces.tolist():
         p, q, r = mesh.vertices[face]
@@ -47,7 +47,7 @@ def spread_labels(
         is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
         return crease_weight(normals[a], normals[b], bool(is_convex))
 
-    # Each edge starts at its lower vertex without a label, which is part of the sort key.
+    # Each edge starts at its lower unlabeled vertex. The order of its ends is part of the sort key.
     free = [
         (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
     ]

@@ -1,4 +1,4 @@
-"""Triangles that are visible to a camera, and groups of regions that are in the same masks."""
+"""Find triangles that are visible to a camera, and group regions that are in the same masks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ area is larger, the surface is seen at a very small angle, and the area is set t
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
-    """Return the triangle in each pixel, its area in the pixel, and whether each is visible.
+    """Return the triangle in each pixel, its area in the pixel, and which triangles are visible.
 
     The index of the triangle is -1 for pixels without a triangle. The ray of each pixel is
     intersected with each triangle. Vertices are mapped to (u d, v d, d), for pixel (u, v) and depth

@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 class Surface:
-    """Measures and neighbors of the faces of a mesh; `metric` is "l2" or "l21"."""
+    """Areas, normals and neighbors of the faces of a mesh; `metric` is "l2" or "l21"."""
 
     def __init__(self, mesh: Mesh, metric: str, *, weld: bool = True) -> None:
         self.metric = metric

@@ -1,4 +1,4 @@
-"""Stage 2: arc weights, ridges, and the spectral embedding."""
+"""Stage 2: compute arc weights, ridges, and the spectral embedding."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return, for each arc, the step length, the edge length, the angle, and whether concave."""
+    """Return the step length, edge length and angle of each arc, and whether it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -235,7 +235,7 @@ def smallest_eigenpairs(
 ) -> tuple[Floats, Floats]:
     """Return the smallest eigenvalues of L x = lambda A x, and eigenvectors (N, n_wanted).
 
-    The first `n_constants` eigenvalues are skipped. Results equal the results of the core up to
+    The first `n_constants` eigenvalues are skipped. Results equal the results of the C++ core up to
     rounding errors and signs of eigenvectors.
     """
     n = len(measures)

@@ -1,1 +1,1 @@
-"""Studies: other methods, the Princeton benchmark, and a reproduction of the paper's figures."""
+"""Compare superfacets with other methods on benchmarks, and reproduce the figures of the paper."""

@@ -1,9 +1,9 @@
-"""Reader of the Princeton Segmentation Benchmark.
+"""Read the Princeton Segmentation Benchmark.
 
-Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009: 380 models in 19
-categories of 20 models. About eleven people segmented each model. The folder of the benchmark
-contains ``off/N.off`` for model N, and ``seg/Benchmark/N/N_j.seg`` for its ground truths. Some
-models may be missing.
+The benchmark has 380 models in 19 categories of 20 models, and about eleven people segmented each
+model (Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009). The folder
+of the benchmark contains ``off/N.off`` for model N, and ``seg/Benchmark/N/N_j.seg`` for its ground
+truths. Some models may be missing.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def category_of(number: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model with the segmentations that people made.
+    """A model of the benchmark, with the segmentations that people made.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Model:
     category : str
     mesh : Mesh
     ground_truths : tuple of ndarray of int32, shape (F,)
-        Segment of each face, one array for each readable file, in the order of j.
+        Segment of each face: one array for each readable file ``N_j.seg``, in the order of j.
     problems : tuple of str
         A message for each ground truth that is left out, because its file is missing or does not
         fit the mesh.
@@ -143,7 +143,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """Paths from N_0.seg to the last existing file, including missing files in between."""
+        """Return paths from N_0.seg to the last existing file, including missing files between."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

@@ -1,4 +1,4 @@
-"""Meshes for studies: models of the benchmark with their ground truths, and the user's files."""
+"""Find and load meshes for studies: models of the benchmark, and the user's files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .princeton import Benchmark, Model
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh that can be loaded, and facts about the mesh."""
+    """A model of the benchmark or a mesh file, which `load` reads."""
 
     name: str  # number of the model in the benchmark, or name of the file
     path: Path  # root folder of the benchmark, or path of the file
@@ -92,7 +92,7 @@ def find_meshes(folder: Path) -> Sources:
 
 @lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return the mesh and its ground truths; a MeshError as from `load_model`."""
+    """Return the mesh and its ground truths; raise a MeshError as `load_model` does."""
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
         return mesh, GroundTruths(mesh, (), n_threads=1)
@@ -101,7 +101,7 @@ def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
 
 
 def load_model(source: Source) -> Model:
-    """Return a model of the benchmark; a MeshError if its files changed after `find_models`."""
+    """Return a model; raise a MeshError if its files have changed after `find_models`."""
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
         raise MeshError(f"the files of model {source.name} changed during the run: start it again")

@@ -1,4 +1,4 @@
-"""Quality of superpoints of scanned rooms, compared with the segments of other methods.
+"""Measure the quality of superpoints of scanned rooms, and compare it with other methods.
 
 A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3) and ``instances`` (V,), which
 is the true object of each vertex, or -1 for unannotated vertices. The file may also contain
@@ -30,7 +30,7 @@ from ..regions.vertices import vertex_labels
 from .table_writer import markdown_table
 
 ORIGINAL = "ScanNet's segmenter"
-"""Name of the method of the array ``felzenszwalb``."""
+"""Name of the method that made the array ``felzenszwalb``."""
 
 METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method of the table."""
@@ -68,7 +68,7 @@ class Room:
         """Read a room from a file, and its segments from one label file in each of the folders.
 
         The name of a label file begins with the name of the room and a dot. Raises a MeshError if
-        the file does not contain a room, or if a folder does not contain one label file of it.
+        the file contains no room, or if a folder does not contain exactly one label file for it.
         """
         try:
             with np.load(path) as file:
@@ -117,7 +117,7 @@ class Room:
         asked = number
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
-            for _ in range(_MOST_RUNS):  # components without a seed add regions
+            for _ in range(_MOST_RUNS):  # repeated, because components without a seed add regions
                 result = segment(self.mesh, max(asked, 1), **options)
                 if result.n_segments <= number:
                     break
@@ -204,7 +204,7 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Number of connected components of the used vertices. Needs SciPy."""
+    """Return the number of connected components of the vertices in `used`. Needs SciPy."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

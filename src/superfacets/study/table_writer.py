@@ -1,4 +1,4 @@
-"""Tables of the studies and of the benchmark: CSV files and Markdown."""
+"""Write the tables of the studies and of the benchmark as CSV files and Markdown."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NUMBER = re.compile(r"-?[\d.,]+(\s?\w+)?")
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table, or `EMPTY`. Needs tabulate.
+    """Return a Markdown table, or `EMPTY` if there are no rows. Needs tabulate.
 
     Columns whose first cell is a number are aligned to the right.
 
@@ -38,7 +38,7 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV with all columns that occur; missing values are empty."""
+    """Write a CSV file with all columns that occur in any row; missing values are empty."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

@@ -1,4 +1,4 @@
-"""Long studies: tasks in worker processes, and a record on disk for each piece of work.
+"""Run long studies as tasks in worker processes, with a record on disk for each piece of work.
 
 The pieces of a task share work, such as loading a mesh. Each piece writes a record, even if the
 piece fails, so a second start runs only missing and failed pieces.
@@ -53,7 +53,7 @@ class Piece:
 
 
 class Task(Protocol):
-    """Pieces that one worker runs in sequence. Tasks are pickled to send them to workers."""
+    """Pieces of work that one worker runs in sequence. Tasks are pickled and sent to workers."""
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
@@ -92,13 +92,13 @@ def read_piece(piece: Piece) -> Record | None:
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, or a record with its reason in `lost`; None without record."""
+    """Return the record of a piece, or the reason in `lost` as a record; None if neither exists."""
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """A job that runs a task. Returns paths of records that could not be written, with reasons."""
+    """A job that runs a task. The result maps paths of unwritten records to the reasons."""
 
     task: Task
     deadline: float | None = None  # time of `time.monotonic`, which is the same in all processes
@@ -131,7 +131,7 @@ class _Recording:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write a record with the reason of a failure; if this fails, return path and new reason."""
+    """Write a record with the reason of a failure; if this fails, return its path and the error."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -140,7 +140,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Record a failure for each piece of a killed worker without a record."""
+    """Record a worker's death as a failure of each piece of its task that has no record yet."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -175,7 +175,7 @@ def run_shown(
 
 
 def memory_of_tasks() -> int:
-    """Number of bytes that all running tasks may use together."""
+    """Return the number of bytes that all running tasks may use together."""
     return int(_MEMORY_SHARE * free_memory())
 
 

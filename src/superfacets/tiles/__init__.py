@@ -1,1 +1,1 @@
-"""Meshes larger than memory: cells in tiles on disk, along a space-filling curve."""
+"""Segment meshes larger than memory in tiles on disk, sorted along a space-filling curve."""

@@ -1,4 +1,4 @@
-"""Array searches and bounding boxes used by several modules of `tiles`."""
+"""Search arrays and compute bounding boxes for the modules of `tiles`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def merged(lists: Sequence[Longs]) -> Longs:
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """Same as `index_in`, but faster if most values are between near[0] and near[-1]."""
+    """Do the same as `index_in`, but faster if most values are between near[0] and near[-1]."""
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low
@@ -46,7 +46,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """Index of each value in `among`, sorted itself or by `order`; -1 if the value is absent."""
+    """Return the index of each value in `among` (sorted, or with argsort `order`); -1 if absent."""
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)
@@ -60,7 +60,7 @@ def is_among(values: Array, among: Array) -> Bools:
 
 
 def compacted(values: Array) -> tuple[Longs, Ints]:
-    """Distinct values, sorted, and the index of each value in them: a faster `np.unique`."""
+    """Return sorted distinct values, and the index of each value in them, as `np.unique` does."""
     low, high = (int(values.min()), int(values.max()) + 1) if len(values) else (0, 0)
     if high - low > MAX_SPAN:
         used, at = np.unique(values, return_inverse=True)
@@ -72,12 +72,12 @@ def compacted(values: Array) -> tuple[Longs, Ints]:
 
 
 def box_of(points: Floats) -> Floats:
-    """Bounding box of points, shape (2, 3)."""
+    """Return the bounding box of points, shape (2, 3)."""
     columns = [points[:, axis] for axis in range(3)]  # much faster than points.min(axis=0)
     return np.array([[values.min() for values in columns], [values.max() for values in columns]])
 
 
 def joined_boxes(boxes: Sequence[Floats]) -> Floats:
-    """Bounding box of boxes, shape (2, 3)."""
+    """Return the bounding box of boxes, shape (2, 3)."""
     stacked = np.stack(boxes)
     return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])

@@ -25,12 +25,12 @@ MOST_STEPS = 160
 """Maximum number of arcs by which the band grows in one pass."""
 
 SUM_BLOCK = 1 << 14
-"""Number of cells per block when values are summed per region; must equal ``kBlock`` in the core's
-``stiffness.cpp``."""
+"""Number of cells per block when values are summed per region; must equal ``kBlock`` in the C++
+file ``stiffness.cpp``."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Names of the arrays of the band's cells, followed by the named arrays of their arcs."""
+    """Return the names of the arrays of cells in the band, then of the given arrays of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -95,8 +95,8 @@ def straighten_tiled(
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
     """Return the area of each region, and the area-weighted sum of its cell positions.
 
-    Additions are in the same order as in the core's `sums_of_regions`. Consecutive cells of a block
-    that have equal labels are summed first. These sums are then added in the order of cell numbers.
+    Additions are in the same order as in the C++ function `sums_of_regions`. Consecutive cells of a
+    block that have equal labels are summed first. Then these sums are added by cell number.
     """
     cuts = np.stack(run.all(_sort_by_cell, store, store.n_tiles))
     sums = np.zeros((4, n_regions))
@@ -130,7 +130,7 @@ def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
     rows, firsts = np.cumsum(begins) - 1, of_cells[begins]
     regions = np.concatenate([np.arange(sums.shape[1]), firsts])
-    # Like the core, np.bincount adds values in array order.
+    # Like the C++ core, np.bincount adds values in array order.
     for axis, some in enumerate((measures, *(measures * x for x in part.columns["positions"].T))):
         runs = np.bincount(rows, some)
         sums[axis] = np.bincount(regions, np.concatenate([sums[axis], runs]))
@@ -139,7 +139,8 @@ def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
 class _Marks:
     """Marks of cells: 0 outside the band, 1 at its outer edge, and larger closer to a border.
 
-    The array ``steps`` of a tile contains the marks of its cells, then the marks of its ghosts.
+    The array ``steps`` of a tile contains the marks of its cells, then the marks of its ghosts,
+    which are neighbors in other tiles.
     """
 
     def __init__(self, store: TileStore, run: Run) -> None:
@@ -157,7 +158,10 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Double the number of steps, and mark all cells within this distance of `cells`."""
+        """Double the width of the band, and mark all cells within this width of `cells`.
+
+        The width is the number of steps from cell to cell.
+        """
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))

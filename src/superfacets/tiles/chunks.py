@@ -81,12 +81,12 @@ def _fill_buckets(
 
 
 def _buckets_of(positions: Floats, n_buckets: int) -> Array:
-    """Index of the bucket of each position; `n_buckets` is a power of two."""
+    """Return the index of the bucket of each position; `n_buckets` is a power of two."""
     if n_buckets == 1:
         return np.zeros(len(positions), np.uint16)
     bits = (positions + 0.0).view(np.uint64).reshape(-1, 3)  # -0.0 becomes 0.0
-    # The upper bits of a product depend on all bits of the coordinate. They are shifted down and
-    # mixed once more.
+    # The upper bits of a product depend on all bits of the coordinate. These bits are shifted down
+    # and mixed once more.
     factors = (0x9E3779B97F4A7C15, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F)
     mixed = np.zeros(len(bits), np.uint64)
     for axis, factor in enumerate(factors):
@@ -134,8 +134,9 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 
 LOW_BITS = 15
-"""Number of lower bits of a Morton code, half of all. A histogram of the upper bits locates the
-tiles. If a tile begins between codes of equal upper bits, their lower bits are counted, too."""
+"""Number of lower bits of a Morton code, which is half of its bits. A histogram of the upper bits
+locates the tiles. If a tile begins between codes with equal upper bits, another histogram counts
+the lower bits of these codes."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ class Chunks:
         return -(-self.pieces.n_cells // self.size)
 
     def range(self, chunk: int) -> tuple[int, int]:
-        """The first cell of a chunk, and the first cell of the next chunk."""
+        """Return the first cell of a chunk, and the first cell of the next chunk."""
         return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
 
     def save_run(
@@ -252,7 +253,7 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Stable argsort of uint32 in two passes of 16 bits, because numpy radix-sorts 16-bit keys."""
+    """Return a stable argsort of uint32 in two passes, because NumPy radix-sorts 16-bit keys."""
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -114,7 +114,7 @@ def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: V
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         np.add.at(sums, own, facing_areas(viewpoint, positions, normals, measures))
     _flip(store, sets, roots, sums < 0)
-    for tile in tiles:  # normalized as the given normals of a `PointCloud`, bit for bit
+    for tile in tiles:  # normalized like the given normals of a `PointCloud`, bit for bit
         normals = store.read(tile, "estimated")
         store.write(tile, "estimated", checked_normals(normals, len(normals)))
 
@@ -127,7 +127,7 @@ def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Boo
 
 
 def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
-    """Curve indices of the points of a tile that are roots of components."""
+    """Return the curve indices of the points of a tile that are roots of components."""
     begin, end = store.starts[tile : tile + 2]
     places = np.arange(begin, end, dtype=np.int32)
     is_root = sets.roots(begin, end)[0] == places
@@ -137,7 +137,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
 def _read_apart(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
-    """Component, flip flag, and [area, position, normal] of each point that is not a copy."""
+    """Return component, flip flag and [area, position, normal] of each point that is no copy."""
     root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
     at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
     components = np.searchsorted(roots, root_of[at]).astype(np.int64)

@@ -23,7 +23,7 @@ NOT_COPIED = -1
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals", "axes")
 """Arrays of the points of a run, a block or a tile. ``normals`` and ``axes`` are missing if the
-input has none."""
+input does not have them."""
 
 
 class _Ordered(NamedTuple):
@@ -157,7 +157,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Same as `_order_block` for points of one code, with at most `size` points in memory."""
+    """Do the same as `_order_block` for points of one code, with `size` points in memory."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -201,7 +201,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order. Only ``cells`` of copies are final; others start at 0."""
+    """Write points in their final order. The numbers in ``cells`` are final only for copies."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -235,7 +235,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
 
 
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
-    """Halve points as the core's `refined_morton_order` does; yield parts of at most `most` points.
+    """Halve points as C++ `refined_morton_order` does; yield parts of at most `most` points.
 
     `names` are the folders that contain the points. The folders are removed. The parts are yielded
     in the final order. The points within a part are sorted by number.
@@ -266,7 +266,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
 
 
 def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_points: int) -> tuple[float, int]:
-    """Return coordinate and number of the median point, sorted by (coordinate, number).
+    """Return coordinate and number of the middle point after sorting by (coordinate, number).
 
     One coordinate of all points is in memory, 8 bytes per point.
     """

@@ -1,4 +1,4 @@
-"""Stage 1 for tiled point clouds: neighbors, area and normal of each point."""
+"""Stage 1 for tiled point clouds: find the neighbors, area and normal of each point."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def make_cloud_tiles(
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Pairs of curve indices: points with their neighbors, and copies with their lowest point."""
+    """Return pairs of curve indices: (point, neighbor) and (copy, lowest point at its position)."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -154,7 +154,7 @@ def _find_nearest(
 
 
 def _read_apart(store: TileStore, begin: int, end: int) -> Part:
-    """Points with curve indices `begin` to `end` - 1 in one tile, without copies, by number."""
+    """Return points `begin` to `end` - 1 of the curve, except copies, sorted by number."""
     tile = int(store.tiles_of(np.array([begin]))[0])
     names, first = ("numbers", "lowest", "positions"), store.starts[tile]
     points = Part.of_tile(store, tile, names, begin - first, end - first)
@@ -194,7 +194,7 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Area of each point from squared distances; bit-identical to the core's `area_around`.
+    """Return point areas from squared distances, bit-identical to C++ `area_around`.
 
     Each row of distances is ascending. Missing neighbors have an infinite distance.
     """
@@ -208,7 +208,7 @@ def _areas_around(squared: Floats) -> Floats:
 
 
 def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
-    """Rows of `own` in each range of the tile, one array per range."""
+    """Return the rows of `own` in each range of the tile, one array per range."""
     ranges = (own.columns["places"] - store.starts[tile]) // RANGE
     order = np.argsort(ranges, kind="stable")
     n_ranges = -(-store.size(tile) // RANGE)
@@ -216,7 +216,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Squared distances between boxes of shape (..., 2, 3), or points of shape (..., 1, 3)."""
+    """Return squared distances between boxes, shape (..., 2, 3), or points, shape (..., 1, 3)."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -225,7 +225,7 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Ranges of other tiles within the squared search radii `reach`, sorted by distance."""
+    """Return ranges of other tiles within the squared radii `reach`, sorted by distance."""
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):

@@ -107,7 +107,7 @@ def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads
 
 
 def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids: Longs) -> Floats:
-    """Positions of the vertices `ids`, in a tile and its halo, after `step` smoothing steps."""
+    """Return positions of the vertices `ids`, in a tile and its halo, after `step` steps."""
     name = f"smoothed{step}" if step else "vertices/points"
     points = np.empty((len(ids), 3))
     for other in others:

@@ -1,4 +1,4 @@
-"""Halo of a tile: cells of other tiles on which the arc weights of the tile depend."""
+"""Find the halo of a tile: cells of other tiles on which the arc weights of the tile depend."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ VERTICES_AT_ONCE = 1 << 22
 """Number of consecutive vertex numbers that are searched for shared vertices at a time."""
 
 STEPS = 12
-"""Maximum number of arcs between a point and a point on which the weights of its arcs depend: 1 to
-the other end of the arc, 1 to the neighbors, which may be on a ridge, 8 to the sides of the ridge,
+"""Maximum number of arcs from a point to any point that affects the weights of its arcs: 1 to the
+other end of the arc, 1 to the neighbors, which may be on a ridge, 8 to the sides of the ridge,
 1 to the neighbors used to fit the curvature, and 1 to the neighbors used to average normals."""
 
 OF_FACES = ("cells", "corners", "corners/vertices")
@@ -30,8 +30,8 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
     Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
     shared vertices, and all faces that share a vertex with these faces. The halo consists of the
     faces of other tiles within the same two rings. It belongs to the tiles that meet the tile, and
-    to the tiles that meet these tiles. All of them are returned. For points the lists are empty,
-    because the halo is found by following arcs.
+    to the tiles that meet these tiles. All these tiles are returned. For points, the lists are
+    empty, because the halo is found by following arcs.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -123,7 +123,7 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """Return the points of a tile and its halo in curve order; the outermost lack neighbors."""
+    """Return the points of a tile and its halo in curve order; outermost points lack neighbors."""
     parts = [Part.of_tile(store, tile, OF_POINTS)]
     known = np.empty(0, np.int32)  # curve indices of the halo points found so far
     for step in range(STEPS):

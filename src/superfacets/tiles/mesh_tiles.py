@@ -16,7 +16,7 @@ from .part import Lists, Part
 from .store import Kind, TileStore, tile_starts
 
 BLOCK = 4096
-"""Number of values per block of the core's blocked sum; must equal ``kSumBlock``."""
+"""Number of values per block of the C++ core's blocked sum; must equal ``kSumBlock``."""
 
 OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
 """Arrays of a sorted run of faces. Each corner has a vertex number and a position."""
@@ -86,7 +86,7 @@ def _points(faces: Part) -> Array:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Bounding box of the vertices and of the centroids of a chunk, and blocked sums of its areas.
+    """Return boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas.
 
     The faces of the chunk are stored in the cache if it has enough room.
     """

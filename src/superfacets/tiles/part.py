@@ -1,4 +1,4 @@
-"""`Part`: a subset of the cells of a tiled mesh or cloud, in memory."""
+"""Define `Part`, a subset of the cells of a tiled mesh or cloud in memory."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ class Part:
 
     @classmethod
     def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
-        """Same as `joined`, but loads each part twice, so that one part at a time is in memory."""
+        """Do the same as `joined`, but load each part twice, with one part in memory at a time."""
         keys, ids, counts = [], [], dict[str, list[Longs]]()
         for place in range(n_parts):
             part = load(place)
@@ -208,7 +208,7 @@ def _empty(columns: Columns, n_rows: int) -> Columns:
 
 
 def in_order_of_cells(part: Part) -> Part:
-    """Sort points by cell number; return them with ``neighbors`` of arcs as rows of points."""
+    """Return points sorted by cell number, with the ``neighbors`` of arcs as rows of points."""
     order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))

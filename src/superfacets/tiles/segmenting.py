@@ -54,8 +54,8 @@ BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 """Disk space used by the scratch folder, in bytes per cell."""
 
 MEMORY_PART = 8
-"""The default cache size is the memory limit of the process divided by MEMORY_PART. All tiles that
-are processed at the same time may use the same amount of memory in total."""
+"""The default cache size is the memory limit of the process divided by MEMORY_PART. The tiles that
+are processed at the same time may use as much memory again in total."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space, in bytes, that each thread reserves for its stack and its heap."""
@@ -99,7 +99,7 @@ def segment_tiled(
     """Segment a mesh or point cloud larger than memory, as `segment` does.
 
     The faces (or points) are sorted along a space-filling curve on disk, and split into tiles. Each
-    tile is divided into coarse cells, and the loop runs on the graph of coarse cells in memory.
+    tile is divided into coarse cells, and the clustering loop uses the graph of coarse cells.
     Then the faces are labeled tile by tile. Borders are straightened with only the faces near
     borders in memory. If the faces of a mesh are in random order, `segment` sorts them first, and
     may then break ties differently.
@@ -130,7 +130,7 @@ def segment_tiled(
         system's folder for temporary files. The arrays are removed at the end.
     cache : int, optional
         Memory, in bytes, used to store temporary arrays instead of writing them to the disk; by
-        default an eighth of the memory that this process may use. Only for a single worker.
+        default an eighth of the memory that this process may use. Used only with one worker.
     out : path, optional
         A ``.npy`` file for all labels. If the source is a folder, `out` may be a folder, too, which
         is created if it is missing. Then each file of the source gets a label file (``a.npy`` for

@@ -1,4 +1,4 @@
-"""Cells on disk, sorted along the space-filling curve and split into tiles."""
+"""Store cells on disk, sorted along the space-filling curve and split into tiles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..workers.scratch import Scratch
 from .arrays import index_in
 
 RANGE = 4096
-"""Number of cells in a range of the curve; must equal 2**kRangeBits in the core's
+"""Number of cells in a range of the curve; must equal 2**kRangeBits in the C++ file
 ``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples of RANGE."""
 
 Kind = Literal["triangles", "polygons", "points"]
@@ -104,7 +104,7 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the numbers of a tile's cells, then of its ghosts: targets of arcs are rows."""
+        """Return the cell numbers of a tile, then of its ghosts; arc targets index this array."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
@@ -141,7 +141,7 @@ _LOW_BITS = (1 << 20) - 1
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Return the indices of the wanted cells that are in a tile, and their rows in the tile."""
+    """Return the indices of entries of `wanted` that are in a tile, and their rows in the tile."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True

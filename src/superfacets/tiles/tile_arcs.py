@@ -1,4 +1,4 @@
-"""Stages 1 and 2 on tiles: arcs of each tile, and their weights."""
+"""Stages 1 and 2 on tiles: compute the arcs of each tile, and their weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Graph of all cells with one tile at a time in memory, and stages 3 and 4 on this graph."""
+"""Stages 3 and 4 on the graph of all cells, with one tile at a time in memory."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class TiledGraph:
         return labels, n_islands, np.empty(0, np.int32)
 
     def join_loose_pieces(self, labels: Ints, centers: Ints) -> Ints:
-        """Same as `_core.join_loose_pieces`, with only loose cells and their arcs in memory."""
+        """Do the same as `_core.join_loose_pieces`, with only loose cells and arcs in memory."""
         store, run = self.store, self.run
         own = [store.read(tile, "cells") for tile in range(store.n_tiles)]
         jobs = [
@@ -195,7 +195,7 @@ class TiledCoarseGraph:
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Concatenate arrays, and remove each one from the list after copying, to save memory."""
+    """Concatenate arrays, and remove each array from the list after copying, to save memory."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -265,7 +265,7 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Find the cell of a tile nearest to each region's mean; return squared distances, cells."""
+    """Return squared distances from each region's mean to a tile's nearest cell, and the cells."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 

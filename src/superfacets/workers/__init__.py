@@ -1,4 +1,4 @@
-"""Worker processes and threads for batches, tiles and studies.
+"""Run the work of batches, tiles and studies in worker processes and threads.
 
 `calls` defines the interface of a team of workers. `pool` is a team of processes on this machine,
 `start` starts these processes, and `child` is the code that they run.

@@ -1,4 +1,4 @@
-"""Interface of a team of worker processes: calls to the workers, and results of calls."""
+"""Define the interface of a team of worker processes: calls to workers, and their results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Pool`: a team of worker processes on this machine."""
+"""Define `Pool`, a team of worker processes on this machine."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ DEPTH = 2
 """Maximum number of calls in a worker: the running call and the next call."""
 
 Admits = Callable[[int, Sequence[int]], bool]
-"""Function of the index of a call, and of the indices of other calls: whether they may all run at
-the same time."""
+"""Function that returns whether a call may run at the same time as other calls, given the index of
+the call and the indices of the other calls."""
 
 
 class _Process:

@@ -1,4 +1,4 @@
-"""Temporary arrays in a memory cache and in a scratch folder, which is removed after the run."""
+"""Store temporary arrays in a memory cache and a scratch folder, which is removed after the run."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Return rows `begin` to `end` - 1 of an array. They must not be modified."""
+        """Return rows `begin` to `end` - 1 of an array. The caller must not modify the rows."""
         # Files are not memory-mapped, because a limit of the address space includes memory maps.
         kept = self._kept.get(name)
         if kept is not None:

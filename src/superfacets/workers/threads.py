@@ -1,4 +1,4 @@
-"""`ThreadTeam`: map a function over jobs on several threads."""
+"""Define `ThreadTeam`, which maps a function over jobs on several threads."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
 
 
 def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
-    """Same as `ThreadTeam.map`, but runs all jobs on the calling thread."""
+    """Do the same as `ThreadTeam.map`, but run all jobs on the calling thread."""
     for place, job in enumerate(jobs):
         yield place, work(store, *job)
 

@@ -1,4 +1,4 @@
-"""Other segmentation methods, for comparisons with superfacets."""
+"""Segmentation methods of other authors, for comparisons with superfacets."""
 
 from .metis import metis_partition
 from .spectral import AffinityEmbedding, affinity_embedding, normalized_cuts

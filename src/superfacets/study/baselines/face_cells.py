@@ -1,4 +1,4 @@
-"""Input of the baselines: the weighted face graph, and its connected components."""
+"""Compute the input of the baseline methods: the weighted face graph, and its components."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ...mesh.faces import FaceMesh
 
 @dataclass(frozen=True)
 class Component:
-    """A connected component of the faces."""
+    """A connected component of the face graph, with its arcs."""
 
     faces: Longs  # indices of the n faces, ascending, shape (n,)
     arcs: Longs  # indices of the m arcs that start at these faces, sorted by face, shape (m,)
@@ -34,7 +34,7 @@ class Component:
 
 @dataclass(frozen=True)
 class FaceCells:
-    """The cell graph of a mesh, with timings and parameters of the stages that computed it."""
+    """The face graph of a mesh, and the timings and parameters of its computation."""
 
     mesh: FaceMesh
     faces: FaceGraph
@@ -62,7 +62,7 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
-        """Return the result of a method that has no centers; labels are renumbered without gaps."""
+        """Return a result with labels renumbered without gaps, and with computed centers."""
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
@@ -103,7 +103,7 @@ def read_face_cells(
 
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
-    """Mean of the weights of each arc and its reverse arc."""
+    """Return the mean of the weights of each arc and its reverse arc."""
     there = np.lexsort((graph.neighbors, graph.sources))
     back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)

@@ -1,4 +1,4 @@
-"""Partition by METIS: parts of similar area, with borders that are short or in creases."""
+"""Partition meshes with METIS: parts have similar areas, and borders are short or in creases."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""Weight per edge length at which a border along the edge costs 1/e of a border along a flat edge,
-in multiples of the mean weight per edge length. For values between 1 and 3, the undersegmentation
-error on 95 benchmark models changes by only 0.001."""
+"""Scale s of the border cost exp(-w / s) of an edge with the weight w per length, in multiples of
+the mean weight per length. For values between 1 and 3, the undersegmentation error on 95 benchmark
+models changes by only 0.001."""
 
 IMBALANCE = 0.5
 """Maximum excess of a part's area over the mean area, as a fraction of the mean. With 0.03, the
@@ -33,7 +33,7 @@ are larger than a part, METIS leaves parts empty, and prints warnings."""
 SEED = 0
 
 _MEAN_INTEGER = 1000  # mean of the weights after rounding to integers
-_LARGEST_SUM = 2**30  # upper bound of the sum of the integers: METIS may use 32 bits
+_LARGEST_SUM = 2**30  # upper bound of the sum of the integers, because METIS may use 32 bits
 
 
 def metis_partition(
@@ -71,9 +71,9 @@ def metis_partition(
     imbalance : float, default 0.5
         Maximum excess of a part's area over the mean area, as a fraction of the mean, >= 0.001.
     weld : bool, default True
-        Whether vertices at exactly the same position count as one vertex.
+        Whether to merge vertices at exactly the same position.
     n_threads : int, optional
-        As for `superfacets.segment`; METIS uses one thread.
+        As for `superfacets.segment`. METIS itself uses one thread.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def metis_partition(
 
 
 def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
-    """Partition each component, and return labels of all faces; some labels may not occur."""
+    """Partition each component, and return the label of each face. Some labels may be unused."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
     components = cells.components()
@@ -133,12 +133,12 @@ def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
 
 
 def _cutting_costs(cells: FaceCells) -> Floats:
-    """Cost of a border between the two faces of each arc, in the unit of edge lengths."""
+    """Return the cost of a border across each arc, in the unit of edge lengths."""
     sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights
-    if not weights.any() or not lengths.any():  # if squares of lengths underflow
+    if not weights.any() or not lengths.any():  # lengths are 0 if their squares underflow
         return lengths
     scale = CREASE_SCALE * weights.sum() / lengths.sum()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -147,7 +147,7 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 
 
 def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Number of parts of each component of these areas and numbers of faces.
+    """Return the number of parts of each component, given the area and face count of each.
 
     Each component gets one part. Each further part is given to the component with the largest area
     per part, the first component on ties.
@@ -168,7 +168,7 @@ def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> 
 def _divide(
     metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int, excess: int
 ) -> Longs:
-    """Part of each face of a component, 0 to n_parts - 1; `excess` is in thousandths."""
+    """Return the part of each face, 0 to n_parts - 1. `excess` is the imbalance in thousandths."""
     n_faces = len(areas)
     if n_parts == 1:
         return np.zeros(n_faces, np.int64)
@@ -188,7 +188,7 @@ def _divide(
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Limit areas to `LARGEST_CELL` of the mean area of a part; all 1 if all areas exceed it."""
+    """Limit areas to `LARGEST_CELL` times the mean area of a part; return ones if no limit fits."""
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
     kept = falling[::-1].cumsum()[::-1]  # sum of the areas that are not capped
@@ -199,7 +199,7 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
 
 
 def _merge_pairs(component: Component, costs: Longs) -> Any:
-    """Sparse matrix of costs; the costs of several arcs between the same two faces are added."""
+    """Return the sparse matrix of costs. Costs of arcs between the same two faces are added."""
     from scipy.sparse import csr_array
 
     n = len(component.faces)
@@ -210,7 +210,7 @@ def _merge_pairs(component: Component, costs: Longs) -> Any:
 
 
 def _whole_numbers(values: Floats) -> Longs:
-    """Scale values and round them to integers >= 1; all 1 if all values are 0."""
+    """Scale values and round them to integers >= 1; return ones if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)

@@ -1,4 +1,4 @@
-"""Normalized cuts: regions from the leading eigenvectors of the affinities between all faces."""
+"""Compute normalized cuts from the leading eigenvectors of the affinities between all faces."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from ...errors import import_extra
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
-"""Width of the affinity, as a fraction of the mean path length. For every alpha except 0, no value
-from 0.02 to 1 has a smaller undersegmentation error on small benchmark models."""
+"""Width s of the affinity exp(-d / s), as a fraction of the mean path length. If alpha is not 0, no
+value from 0.02 to 1 has a smaller undersegmentation error on small benchmark models."""
 
 ALPHA = 100.0  # the paper's best alpha for normalized cuts
 
@@ -29,7 +29,7 @@ MAX_MEMORY = 6e9  # default memory limit in bytes; enough for all pairs of 37,00
 _N_SAMPLES = 256  # number of faces for estimating the mean path length; the error is 1 to 2 %
 
 # The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
-# of wanted eigenvectors, plus _BLOCK_SLACK. With these values, the error of eigenvalues on
+# of computed eigenvectors, plus _BLOCK_SLACK. With these values, the error of eigenvalues on
 # benchmark models is 1e-6; with nine powers, it is 1e-3.
 _BLOCK_SHARE, _BLOCK_SLACK = 1 / 3, 8
 _N_POWERS = 12
@@ -39,7 +39,7 @@ _N_ROWS = 1024  # rows of a sparse array that are processed together
 _MAX_ROTATIONS = 50  # maximum number of iterations for the rotation; about 30 are needed
 _ROTATION_TOL = 1e-9  # relative improvement below which the iteration stops
 
-# Bytes per pair of near faces: sparse rows, and temporary arrays for making the matrix symmetric.
+# Memory in bytes for each pair of near faces, in sparse rows and in temporary arrays.
 _BYTES_PER_NEAR_PAIR = 32
 
 
@@ -53,7 +53,7 @@ class _EmbeddedComponent(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh, from which normalized cuts are computed for any number of regions."""
+    """Eigenvectors of a mesh, used to compute normalized cuts with up to `n_vectors` regions."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -114,7 +114,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> Longs:
-        """Number of the k leading vectors in each component, which is at least one."""
+        """Return how many of the k leading eigenvectors each component has, at least one each."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -125,7 +125,7 @@ class AffinityEmbedding:
 
 
 def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: Any) -> Segmentation:
-    """Label every face of a mesh with one of k regions, by its normalized cuts.
+    """Label every face of a mesh with one of k regions, which are computed by normalized cuts.
 
     The affinity of two faces is ``exp(-d / s)``, where d is the length of the shortest path between
     them in the face graph. W is the matrix of affinities, and D is the diagonal matrix of its row
@@ -201,8 +201,8 @@ def affinity_embedding(
         As for `superfacets.segment`. The defaults are ``"superfacets"`` and an `alpha` of 100. If
         the two arcs of a pair have different weights, both arcs get the mean.
     sigma : float, default 0.1
-        s as a fraction of the mean path length, > 0. The mean is over the paths from 256 faces,
-        evenly spaced among the faces that have a neighbor, to all faces.
+        Width s of the affinity, as a fraction of the mean path length, > 0. The mean is over the
+        paths from 256 faces, evenly spaced among the faces that have a neighbor, to all faces.
     reach : float, optional
         By default, the affinity of all pairs of faces is computed. With `reach`, the affinity of
         two faces is 0 if their Euclidean distance e exceeds R = `reach` * r, where r is the
@@ -212,10 +212,10 @@ def affinity_embedding(
     max_memory : float, default 6e9
         Memory limit in bytes for affinities and vectors.
     weld : bool, default True
-        Whether vertices at exactly the same position count as one vertex.
+        Whether to merge vertices at exactly the same position.
     n_threads : int, optional
-        Number of threads for paths, as for `superfacets.segment`. Matrices are multiplied by
-        NumPy's BLAS, which has its own threads. Their order of summation may change a few labels.
+        Number of threads that compute paths, as for `superfacets.segment`. Matrices are multiplied
+        by NumPy's BLAS on its own threads, whose order of summation may change a few labels.
 
     Returns
     -------
@@ -273,16 +273,16 @@ class _Affinity:
     n_threads: int
 
     def between_all(self, graph: CellGraph) -> Singles:
-        """Affinities of all pairs of cells, shape (n, n)."""
+        """Return the affinities of all pairs of cells, shape (n, n)."""
         cells = np.arange(graph.n_cells, dtype=np.int32)
         lengths = _path_lengths(graph, cells, self.n_threads)
         lengths *= np.float32(-1 / self.width)
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Sparse array of affinities of pairs at a distance below `reach`.
+        """Return the sparse array of affinities of pairs at a distance below `reach`.
 
-        The two directions of a pair may differ, so both get the larger affinity.
+        The affinities of the two directions of a pair may differ, so both get the larger affinity.
         """
         from scipy.sparse import csr_array
 
@@ -322,14 +322,14 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
 
 
 def _path_lengths(graph: CellGraph, sources: Ints, n_threads: int) -> Singles:
-    """Lengths of shortest paths from the given cells to all cells, in the unit of the weights."""
+    """Return the lengths of shortest paths from `sources` to all cells, in the unit of weights."""
     ordered = graph.ordered(n_threads)
     lengths = _core.path_lengths(ordered, sources, graph.unit, n_threads)
     return lengths.reshape(len(sources), graph.n_cells)
 
 
 def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
-    """Mean length of paths from a sample of cells to all cells; 1 if no cell has a neighbor."""
+    """Return the mean path length from sampled cells to all cells; 1 if no cell has a neighbor."""
     candidates = np.flatnonzero(np.diff(graph.offsets))
     if not len(candidates):
         return 1.0
@@ -340,7 +340,7 @@ def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
 
 
 def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _EmbeddedComponent:
-    """Eigenvectors of one component, at most one per region."""
+    """Compute the leading eigenvectors of one component, at most `cells.n_segments`."""
     n_faces = len(component.faces)
     if n_faces == 1:
         return _EmbeddedComponent(component.faces, np.ones(1, np.float32), np.ones((1, 1), "f4"))
@@ -376,7 +376,7 @@ def _krylov_size(n_vectors: int) -> int:
 
 
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
-    """Largest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors)."""
+    """Return the largest eigenvalues of a symmetric matrix, descending, and their eigenvectors."""
     # The block Krylov space is spanned by powers of the matrix times a random block. Unlike the
     # Krylov space of a single vector, it contains all eigenvectors of multiple eigenvalues, which
     # occur with symmetric meshes.
@@ -403,12 +403,12 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
 
 
 def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]:
-    """The n largest of ascending eigenvalues, in descending order, and their vectors."""
+    """Return the n largest of ascending eigenvalues, in descending order, and their vectors."""
     return values[: -n - 1 : -1].astype(np.float32), vectors[:, : -n - 1 : -1].astype(np.float32)
 
 
 def _discretize(vectors: Singles) -> Longs:
-    """Label of each row of eigenvectors, shape (n, m): index of the nearest axis after rotation."""
+    """Return the label of each row of `vectors`: the index of the nearest axis after a rotation."""
     from scipy.sparse import csr_array
 
     n, m = vectors.shape
@@ -416,7 +416,7 @@ def _discretize(vectors: Singles) -> Longs:
     rows = vectors.astype(np.float64) / np.maximum(norms, np.finfo(np.float32).tiny)
     rotation = _pivoted_rotation(vectors.astype(np.float64))
     labels = np.zeros(n, np.int64)
-    fit = 0.0  # sum of the rows' coordinates on their axes, which each iteration increases
+    fit = 0.0  # sum of each row's coordinate on its nearest axis; iterations increase this sum
     for _ in range(_MAX_ROTATIONS):
         labels = (rows @ rotation).argmax(axis=1)
         members = csr_array((np.ones(n), labels, np.arange(n + 1)), shape=(n, m))
@@ -429,7 +429,7 @@ def _discretize(vectors: Singles) -> Longs:
 
 
 def _pivoted_rotation(vectors: Floats) -> Floats:
-    """Rotation, shape (m, m), that moves m linearly independent rows close to the axes."""
+    """Return an (m, m) rotation that moves m linearly independent rows close to the axes."""
     from scipy.linalg import qr
 
     _, pivots = qr(vectors.T, mode="r", pivoting=True)

@@ -1,4 +1,4 @@
-"""Variational Shape Approximation: k regions that are as flat as possible."""
+"""Divide a mesh into k regions that are as flat as possible (Variational Shape Approximation)."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ def variational_shape_approximation(
 
     Each region is approximated by a plane, its proxy, which has a center and a unit normal. Two
     steps alternate: proxies are fitted to the regions, and a flood fill grows new regions from
-    seeds. The seed of a region is its face of least error, the lowest index on ties; a face without
-    a normal is chosen only if all faces of the region have no normal. The flood fill adds faces one
-    by one: always the face of least error with respect to an adjacent region, the first queued on
-    ties. Labeled faces keep their labels.
+    seeds. The seed of a region is its face of least error, or on ties the lowest of these faces. A
+    face without a normal is chosen only if all faces of the region have no normal. The flood fill
+    adds faces one by one. The next face is the face of least error with respect to an adjacent
+    region, or on ties the face that was queued first. Labeled faces keep their labels.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def variational_shape_approximation(
     max_num_iter : int, default 50
         Maximum number of flood fills with k regions.
     weld : bool, default True
-        Whether vertices at exactly the same position count as one vertex.
+        Whether to merge vertices at exactly the same position.
     n_threads : int, optional
         As for `superfacets.segment`; flood fills and fits use one thread.
     progress : callable, optional
@@ -158,7 +158,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Fit and flood until the loop stops; return the number of iterations and the stop reason."""
+    """Alternate fits and flood fills; return the number of iterations and the stop reason."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):

@@ -1,4 +1,4 @@
-"""Variants of `segment`, models at several resolutions, and the measurements of each run."""
+"""Measure variants of `segment` on models at several resolutions."""
 
 from __future__ import annotations
 
@@ -51,7 +51,8 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, not smooth": {"smooth": False},
 }
 """Keywords of `superfacets.segment` for each variant. `PAPERS` is the paper's method. `PLAIN` has
-unlimited expansions and another stop criterion, and gives exactly k connected regions."""
+the same weights and seeds, but unlimited expansions and another stop criterion, so that it returns
+exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
@@ -75,7 +76,7 @@ class Creases(NamedTuple):
     lengths: Floats
 
     def share_between(self, labels: Ints) -> float | None:
-        """Return the fraction of the crease length that is on borders; None without creases."""
+        """Return the fraction of crease length that is on borders; None if there are no creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None
@@ -91,7 +92,7 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 
 
 def coarsened(subject: Subject) -> Subject:
-    """Decimate to a quarter of the faces; new faces get the segment of the nearest old face.
+    """Decimate to a quarter of the faces. New faces get the segment of the nearest old face.
 
     Needs PyVista and SciPy.
     """
@@ -131,7 +132,7 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
     "x4": refined,
     "x16": lambda subject: refined(subject, 2),
 }
-"""Functions that change the number of faces by a factor, but not the surface."""
+"""For each scale, a function that multiplies the number of faces by the scale."""
 
 
 _RECORD_VERSION = 2  # increased when the content of records changes
@@ -149,7 +150,7 @@ class Case(NamedTuple):
         return f"model {self.source.name}, {self.scale}, {self.variant}, k = {self.k}"
 
     def piece(self, folder: Path) -> Piece:
-        """Return the case with the path of its record, ``SCALE/MODEL/VARIANT_k-K.json``."""
+        """Return the piece of work for this case, with record ``SCALE/MODEL/VARIANT_k-K.json``."""
         scale, variant = (
             "".join(letter if letter.isalnum() else "-" for letter in name)
             for name in (self.scale, self.variant)
@@ -168,7 +169,7 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """Cases of one model at one scale."""
+    """A task that measures all its cases on one model at one scale."""
 
     pieces: tuple[Piece, ...]
     memory: int = 0
@@ -178,7 +179,7 @@ class Task:
         first: Case = self.pieces[0].subject
         model = load_model(first.source)
         subject = SCALES[first.scale](Subject(model.mesh, model.ground_truths))
-        surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # shared by all labels
+        surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # for all cases
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
         _labels(subject, first)  # warm-up

@@ -1,4 +1,4 @@
-"""The quality study: carry out missing runs, and write the results."""
+"""Run the quality study: carry out missing runs, and write the results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RUN = ("model", "scale", "variant", "k")  # columns that identify the run of a 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options of the study."""
+    """Options of the quality study."""
 
     benchmark: Path
     output: Path
@@ -35,7 +35,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Report:
-    """Results of the study."""
+    """Results of the quality study."""
 
     rows: list[Row]  # results at the original resolution of the models
     resolution: list[Row]  # results at all scales
@@ -61,7 +61,7 @@ def study(options: Options) -> Report:
     files = [options.output / name for name in ("runs.csv", "tables.md")]
     with locked(options.output):
         records = [piece.path for task in finer + main for piece in task.pieces]
-        remove_leftovers([*files, *records], older_than=0.0)  # left by killed runs
+        remove_leftovers([*files, *records], older_than=0.0)  # temporary files of killed runs
         none = {"reason": "no record"}
         left = [[piece for piece in task.pieces if "reason" in (read_piece(piece) or none)]
                 for task in finer + main]  # fmt: skip

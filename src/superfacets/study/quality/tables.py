@@ -1,4 +1,4 @@
-"""Markdown tables of the quality study: means, and comparisons with the variant `PLAIN`."""
+"""Render the tables of the quality study: means, and comparisons with the variant `PLAIN`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def means(rows: Iterable[Row]) -> Means:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return the variants that are better than plain in a measure, and never worse, for each k."""
+    """Return the variants that, for every k, improve a measure of `PLAIN` and worsen none."""
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:
@@ -118,7 +118,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return the means over k of some variants, by category, sorted by gain in UE."""
+    """Return a table of means over k for each category, sorted by the decrease of the UE."""
     names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

@@ -1,10 +1,12 @@
-"""Reproduction of the paper's comparison: runs on a benchmark, figures, and a page of results.
+"""Reproduce the paper's comparison of methods on a benchmark, with figures and a page of results.
 
-- `methods`: the table of methods, and how each method is run.
-- `measure`: a run and its record.
-- `gallery`: pictures of meshes. `plan`: all runs for the requested figures.
-- `results`: curves and means of the records. `figures`: plots.
-- `page`: one page with all results, from the templates in the same folder.
-- `reproduction`: all stages in order.
-- The command-line options are in `superfacets.cli.studies`.
+- `methods` defines the table of methods, and how each method is run.
+- `plan` lists all runs and pictures for the requested figures.
+- `measure` carries out a run, and stores the results in a record.
+- `results` reads the records, and computes curves and means.
+- `figures` draws plots, and `gallery` draws pictures of meshes.
+- `page` writes one page with all results, from the templates in the same folder.
+- `reproduction` runs all stages in order.
+
+The command-line options are in `superfacets.cli.studies`.
 """

@@ -1,4 +1,4 @@
-"""Plots that correspond to the paper's Figures 4 to 7, for all models and for each category."""
+"""Draw plots like the paper's Figures 4 to 7, for all models and for each category."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _LIGHTEST = 0.62  # fraction of white in the color of a method's smallest alpha
 
 
 def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
-    """Plot both measures over k, and the error over compactness for a fixed k."""
+    """Plot the undersegmentation error and compactness over k, and the error over compactness."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
@@ -145,7 +145,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Style of each curve: smaller alphas are lighter, and the usual alpha has a thick line."""
+    """Return the style of each curve: smaller alphas are lighter, and the usual alpha is thick."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]
@@ -168,7 +168,7 @@ def _lighter(color: str, white: float) -> Color:
 
 
 def _save(path: Path, size: tuple[float, float], draw: Callable[[Figure], None]) -> None:
-    """Draw a plot, and write an .svg and a .png."""
+    """Draw a plot, and write it to an .svg file and to a .png file."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 

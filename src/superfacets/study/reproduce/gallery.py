@@ -1,4 +1,4 @@
-"""Pictures that correspond to the paper's Figures 1, 2, 3 and 8, redrawn only if labels change."""
+"""Draw pictures like the paper's Figures 1, 2, 3 and 8. Pictures of unchanged labels are kept."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# The last rows of figures: the paper's method with exact regions, and the default of `segment`.
+# Methods and alphas of the last rows: the paper's method with exact regions, and the default.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -86,7 +86,7 @@ _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]
 """For each figure with models: method and alpha of each row, and category of each column."""
 
 GALLERY = ("1", *_ROWS)
-"""Figures of pictures: large meshes, the effect of alpha, normalized cuts, and variants of VSA."""
+"""Figures with pictures: large meshes, effect of alpha, normalized cuts, and variants of VSA."""
 
 
 def pictures_of(
@@ -115,7 +115,7 @@ _KEY = "superfacets"  # name of the text entry of a PNG file that identifies the
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture that a worker draws."""
+    """A job for a worker, which draws one picture."""
 
     picture: Picture
     labels: str  # labels as packed by `pack_labels`

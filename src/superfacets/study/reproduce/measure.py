@@ -1,4 +1,4 @@
-"""Runs and their records. A run applies one method to one mesh, for one number of regions."""
+"""Carry out runs. A run applies one method to one mesh, for one number of regions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RECORD_VERSION = 2  # increased when the content of records changes
 
 @dataclass(frozen=True)
 class Run:
-    """One method on one mesh, with one alpha and one number of regions. A run has one record."""
+    """An application of one method to one mesh, with one alpha and one number of regions."""
 
     source: Source
     method: str
@@ -54,7 +54,7 @@ class Run:
         }
 
     def piece(self, folder: Path, most_segments: int) -> Piece:
-        """Return the run with the path of its record, ``METHOD/MESH/alpha-A_k-K.json``."""
+        """Return the piece of work for this run, with record ``METHOD/MESH/alpha-A_k-K.json``."""
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
         return Piece(self, path, self.key(most_segments))
@@ -62,7 +62,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Task:
-    """Runs that differ only in the number of regions, and share a part of the work."""
+    """A task of runs that differ only in the number of regions, and share a part of the work."""
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]  # runs whose labels are stored in the records, for pictures
@@ -137,5 +137,5 @@ def pack_labels(labels: Ints) -> str:
 
 
 def unpack_labels(text: str) -> Ints:
-    """Return the labels that `pack_labels` has packed."""
+    """Return the labels from a text that `pack_labels` returned."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

@@ -1,6 +1,6 @@
-"""The table of methods: how each method is run, and in which figures it appears.
+"""Define the table of methods: how each method is run, and in which figures it appears.
 
-To add a method, add a row: figures show every method that lists them.
+To add a method, add a row. Each figure shows the methods whose `figures` contain its name.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ Segmenter = Callable[[int], Segmentation]
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """Settings of a method, except for the mesh and the number of regions."""
+    """Inputs of a method other than the mesh and the number of regions."""
 
     alpha: float | None
     most_segments: int  # maximum number of regions in all runs
-    seed: int  # random seed: one per mesh
+    seed: int  # random seed, which depends on the mesh
     max_memory: int  # memory limit in bytes, which does not change the labels
 
 
@@ -59,8 +59,8 @@ _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# The paper's weights and seeds, with a tolerance as stop criterion. Expansions are not halted, so
-# that each face belongs to its nearest center.
+# The paper's weights and seeds, with a tolerance as stop criterion. Expansions are unlimited, so
+# that each face gets the label of its nearest center.
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 

@@ -1,4 +1,4 @@
-"""The page with all results: runs, meshes, times and figures.
+"""Write the page with all results: runs, meshes, times and figures.
 
 Templates contain the text and the layout; this module computes their values. Images are embedded.
 """
@@ -70,7 +70,7 @@ class Files:
     plots: dict[str, list[Path]]  # plots of each figure: the main plot, then the plots by category
     comparisons: dict[str, Comparison]
     seconds: float  # wall time in seconds until the page is written
-    n_before: int  # number of runs that were done by earlier starts
+    n_before: int  # number of runs that were already done before this start
     picture_problems: tuple[str, ...]
 
 
@@ -102,7 +102,6 @@ def _render(**values: Any) -> str:
 
 
 def _data_uri(path: Path) -> str:
-    """Return an image as a data URL."""
     data = base64.b64encode(path.read_bytes()).decode("ascii")
     return f"data:{_MEDIA_TYPES[path.suffix]};base64,{data}"
 

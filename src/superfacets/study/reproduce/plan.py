@@ -1,4 +1,4 @@
-"""The plan: which runs and pictures each figure needs."""
+"""Plan the runs and pictures that each figure needs."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs and pictures to make."""
+    """The runs to carry out, and the pictures to draw."""
 
     choice: Choice
     models: tuple[Source, ...]
@@ -94,7 +94,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
 
 
 def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
-    """Number of smaller models in the category of each model; `models` are sorted by size."""
+    """Return the size rank of each model in its category, from 0; `models` are sorted by size."""
     seen: Counter[str] = Counter()
     ranks = {}
     for model in models:
@@ -121,7 +121,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Sort key: the user's meshes first, then models, alternating between categories."""
+    """Return a sort key: the user's meshes first, then models, alternating between categories."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model

@@ -1,4 +1,4 @@
-"""The reproduction, stage by stage: plan, measure, draw, write."""
+"""Run all stages of the reproduction: plan, measure, draw and write."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Carry out missing runs; also return the number of runs that earlier starts have done."""
+    """Carry out missing runs; return all results, and the number of runs that were already done."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -179,7 +179,6 @@ def _plots(folder: Path, figure: str) -> list[Path]:
 def _write_files(
     results: Results, folder: Path
 ) -> tuple[dict[str, list[Path]], dict[str, Comparison]]:
-    """Write tables and plots."""
     write_runs(folder / "runs.csv", results)
     write_means(folder / "means.csv", results)
     plots: dict[str, list[Path]] = {}

@@ -1,4 +1,4 @@
-"""Results of the runs of a plan: curves, means over models, and CSV files."""
+"""Collect the results of all runs of a plan, and write curves and means over models."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Results:
-    """The runs of a plan: done, failed or missing."""
+    """State of each run of a plan: done, failed or missing."""
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
@@ -116,7 +116,7 @@ def collect(
 
 @dataclass(frozen=True)
 class Comparison:
-    """Curves that are comparable, because they are means over the same models."""
+    """Curves that are comparable, because all their points are means over the same models."""
 
     curves: tuple[Curve, ...]
     models: tuple[Source, ...]  # models with a result for every point of every curve
