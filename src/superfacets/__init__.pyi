@@ -39,10 +39,10 @@ from .cells.weights import stk02_weights as stk02_weights
 from .cells.weights import superfacet_weights as superfacet_weights
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.graph_segmentation import segment_graph as segment_graph
+from .clustering.result import Level as Level
+from .clustering.result import Segmentation as Segmentation
+from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
-from .clustering.segmentation import Level as Level
-from .clustering.segmentation import Segmentation as Segmentation
 from .clustering.update import update_centers as update_centers
 from .errors import BalanceWarning as BalanceWarning
 from .errors import IslandWarning as IslandWarning

@@ -46,10 +46,10 @@ from .cells.parts import (
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
-from .clustering.graph_segmentation import coarsened, segment_cells
-from .clustering.graphs import has_small_regions
+from .clustering.levels import coarsened, has_small_regions
 from .clustering.plan import Plan, Start
-from .clustering.segmentation import Segmentation
+from .clustering.result import Segmentation
+from .clustering.run import segment_cells
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes

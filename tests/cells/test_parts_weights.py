@@ -143,7 +143,7 @@ FINE = sf.sample_mesh(60_000)
 def few_are_many(monkeypatch):
     """Let groups of cells be embedded on meshes of fewer faces."""
     monkeypatch.setattr("superfacets.cells.parts.LEAST_GROUPED", 20_000)
-    monkeypatch.setattr("superfacets.clustering.iteration.LEAST_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.clustering.loop.LEAST_GROUPED", 20_000)
 
 
 @pytest.mark.usefixtures("few_are_many")

@@ -15,9 +15,9 @@ from .._timing import timed
 from .._types import Array, Ints
 from ..cells.parts import LEAST_GROUPED
 from .balance import Balancer
-from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
+from .levels import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
+from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
-from .segmentation import Level, StopReason
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
 """Maximum fraction of centers that move in each round of relocation, but at least one center."""
@@ -37,7 +37,7 @@ fewer far arcs raise the undersegmentation error from 0.0193 to 0.0194, and comp
 
 
 @dataclass
-class Iteration:
+class Loop:
     """State of the clustering loop."""
 
     radius: float  # expected radius of a region

@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias
 from .. import _core
 from .._core import OrderedGraph
 from .._options import LoopOptions
+from .._timing import timed
 from .._types import Array, Ints
 from .plan import Plan
 
@@ -106,7 +107,7 @@ MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
 
 
-def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
+def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
     """Group about `cell_size` cells into each coarse cell."""
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
@@ -183,6 +184,14 @@ class Levels:
         return cls(coarse, max(n_fine - 1, 0), on_all=not coarse)
 
 
+def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
+    """Build the coarse graphs for the loop, and add the time to `timings`."""
+    if not can_be_coarse(graph.is_symmetric, plan, loop):
+        return Levels([])
+    with timed(timings, "coarsen", loop.on_stage):
+        return Levels.of(graph, plan, loop.n_threads)
+
+
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
     """Whether regions have so few cells that paths on coarse cells cannot determine labels."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
@@ -208,7 +217,7 @@ def _coarser(
     coarse: list[CoarseCells] = []
     n_enough, n_next = enough
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
-        larger = _coarsened(graph, fitting[0], n_threads)
+        larger = _coarse_cells(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # most cells have no neighbors, as in triangle soup
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
