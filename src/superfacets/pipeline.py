@@ -35,7 +35,11 @@ from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
-from .cells.parts import (
+from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
+from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
+from .clustering.balance import Balancer, SizeRules
+from .clustering.levels import coarsened, has_small_regions
+from .clustering.parts import (
     FAR_STEPS,
     PART_CREASE_SCALE,
     SHORT_STEPS,
@@ -43,10 +47,6 @@ from .cells.parts import (
     PartPrices,
     groups_to_embed,
 )
-from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
-from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
-from .clustering.balance import Balancer, SizeRules
-from .clustering.levels import coarsened, has_small_regions
 from .clustering.plan import Plan, Start
 from .clustering.result import Segmentation
 from .clustering.run import segment_cells

@@ -13,9 +13,9 @@ from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
-from ..cells.parts import LEAST_GROUPED
 from .balance import Balancer
 from .levels import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
+from .parts import LEAST_GROUPED
 from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 
