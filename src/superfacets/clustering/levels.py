@@ -13,8 +13,8 @@ from .._types import Array, Ints
 from .plan import Plan
 
 
-class Regions(Protocol):
-    """Regions around centers, implemented for example by `_core.Clustering`."""
+class Assignment(Protocol):
+    """Assignment of cells to centers, implemented for example by `_core.Clustering`."""
 
     def centers(self) -> Ints:
         """Return the given centers, followed by unreached cells that became centers."""
@@ -60,9 +60,9 @@ class LargeGraph(Protocol):
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Group about `cell_size` cells into each coarse cell."""
 
-    def regions(
+    def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-    ) -> Regions:
+    ) -> Assignment:
         """Label all cells with their nearest center."""
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
@@ -119,13 +119,13 @@ def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
     return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
 
 
-def regions_of(
+def assignment_of(
     graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-) -> Regions:
+) -> Assignment:
     """Label all cells with their nearest center."""
     if isinstance(graph, OrderedGraph):
         return _core.Clustering(graph, centers, reach, n_threads, islands)
-    return graph.regions(centers, reach, n_threads, islands)
+    return graph.assignment(centers, reach, n_threads, islands)
 
 
 def join_islands(

@@ -52,7 +52,7 @@ class TiledGraph:
         graph.barrier = self.barrier
         return TiledCoarseGraph(graph, self, firsts)
 
-    def regions(
+    def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> TiledRegions:
         """Return the regions around the cells `centers`. Halted expansion is not supported."""
