@@ -66,6 +66,27 @@ CORE_LAYERS = [
     "bindings",
 ]
 
+# Highest folder of the core whose functions a Python folder may call. All others may call any.
+HIGHEST_CORE_LAYERS = {
+    "_validate": "mesh",
+    "mesh": "mesh",
+    "adapters": "mesh",
+    "cells": "spectral",
+    "pictures": "spectral",
+    "clustering": "clustering",
+    "regions": "regions",
+}
+
+# Functions of higher folders of the core that a module may call nevertheless.
+CORE_EXCEPTIONS = {
+    # `TetMesh.boundary` needs the neighbors across triangles.
+    "mesh.tet_mesh": {"build_tet_graph"},
+    # `pictures` and `clustering` show and return region graphs, so they cannot be in `regions`.
+    "cells.region_adjacency": {"measure_regions", "region_arcs", "region_perimeters"},
+    # `pictures` draws cut borders.
+    "cells.border_cut": {"cut_borders"},
+}
+
 # Folders and top-level files of `frontend/src/studio`.
 STUDIO_PAGE_LAYERS = ["data", "session", "view", "workbench", "panels", "input", "main"]
 
@@ -152,6 +173,55 @@ def test_imports_of_the_page_of_the_studio_point_down(path):
         assert target.exists(), name
         if target.is_relative_to(STUDIO_PAGE):  # otherwise, it is shared with other pages
             assert layer(target) <= layer(path), name
+
+
+def layers_of_core_names() -> dict[str, str]:
+    """The folder of the core of each name in `_core`, from the files of bindings."""
+    layers = {}
+    for file in sorted((CORE / "bindings").glob("*.cpp")):
+        layer = "cells" if file.stem == "weights" else file.stem  # `weights` binds stage 2 of cells
+        text = file.read_text(encoding="utf-8")
+        layers |= dict.fromkeys(re.findall(r'\bmodule(?:, |\.def\()\s*"(\w+)"', text), layer)
+    return layers
+
+
+def names_of_core(path: Path) -> set[str]:
+    """The names of `_core` that a file uses."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Attribute) and getattr(node.value, "id", None) == "_core":
+            names.add(node.attr)
+        if isinstance(node, ast.ImportFrom) and node.module == "_core":
+            names |= {alias.name for alias in node.names}
+    return names
+
+
+CORE_NAMES = layers_of_core_names()
+
+
+def test_each_name_of_the_core_has_a_layer():
+    stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
+    defined = (ast.ClassDef, ast.FunctionDef)
+    assert {node.name for node in stub.body if isinstance(node, defined)} == CORE_NAMES.keys()
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_modules_call_no_higher_layer_of_the_core(path):
+    highest = HIGHEST_CORE_LAYERS.get(layer_of(name_of(path)), CORE_LAYERS[-1])
+    found = {
+        name
+        for name in names_of_core(path)
+        if CORE_LAYERS.index(CORE_NAMES[name]) > CORE_LAYERS.index(highest)
+    }
+    assert found == CORE_EXCEPTIONS.get(name_of(path), set())
+
+
+def test_a_call_of_a_higher_layer_of_the_core_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
+    (tmp_path / "mesh").mkdir()
+    (tmp_path / "mesh" / "wrong.py").write_text("from .. import _core\n_core.update_centers\n")
+    with pytest.raises(AssertionError, match="update_centers"):
+        test_modules_call_no_higher_layer_of_the_core(tmp_path / "mesh" / "wrong.py")
 
 
 def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):

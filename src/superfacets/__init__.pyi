@@ -20,7 +20,6 @@ from .cells.info import cloud_info as cloud_info
 from .cells.info import mesh_info as mesh_info
 from .cells.nearest import NearestFaces as NearestFaces
 from .cells.nearest import nearest_faces as nearest_faces
-from .cells.parts import spectral_embedding as spectral_embedding
 from .cells.point_graph import build_point_graph as build_point_graph
 from .cells.point_graph import estimate_normals as estimate_normals
 from .cells.region_adjacency import RegionGraph as RegionGraph
@@ -39,10 +38,11 @@ from .cells.weights import stk02_weights as stk02_weights
 from .cells.weights import superfacet_weights as superfacet_weights
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.graph_segmentation import segment_graph as segment_graph
+from .clustering.parts import spectral_embedding as spectral_embedding
+from .clustering.result import Level as Level
+from .clustering.result import Segmentation as Segmentation
+from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
-from .clustering.segmentation import Level as Level
-from .clustering.segmentation import Segmentation as Segmentation
 from .clustering.update import update_centers as update_centers
 from .errors import BalanceWarning as BalanceWarning
 from .errors import IslandWarning as IslandWarning

@@ -20,8 +20,8 @@ from .cells.cell_graph import CellGraph
 from .cells.constraints import ANY_GROUP, ConstraintOptions
 from .cells.features import FeatureOptions
 from .cells.kinds import graph_and_surface
-from .clustering.graph_segmentation import segment_graph
-from .clustering.segmentation import Segmentation
+from .clustering.result import Segmentation
+from .clustering.run import segment_graph
 from .errors import IslandWarning
 from .pipeline import segment
 from .regions.edit import read_regions

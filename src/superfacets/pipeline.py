@@ -35,7 +35,11 @@ from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
-from .cells.parts import (
+from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
+from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
+from .clustering.balance import Balancer, SizeRules
+from .clustering.levels import coarsened, has_small_regions
+from .clustering.parts import (
     FAR_STEPS,
     PART_CREASE_SCALE,
     SHORT_STEPS,
@@ -43,13 +47,9 @@ from .cells.parts import (
     PartPrices,
     groups_to_embed,
 )
-from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
-from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
-from .clustering.balance import Balancer, SizeRules
-from .clustering.graph_segmentation import coarsened, segment_cells
-from .clustering.graphs import has_small_regions
 from .clustering.plan import Plan, Start
-from .clustering.segmentation import Segmentation
+from .clustering.result import Segmentation
+from .clustering.run import segment_cells
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
@@ -433,7 +433,8 @@ class _Work:
     """
 
     options: Options
-    prepared: Any  # the mesh, replaced by `Prepared` in the first stage
+    mesh: Any  # argument of `segment`; None after the first stage
+    prepared: Any = None  # Prepared
     source: Any = None  # cells in input order
     order: Any = None  # input index of each sorted cell; None if cells are in input order
     plan: Any = None  # Plan
@@ -446,8 +447,8 @@ class _Work:
     lengths: Any = None  # one int per arc: the weight as a multiple of `unit`
     unit: float = 0.0  # quantization step of the weights
     arcs: Any = None  # ArcLengths of the kept cells
-    graph: Any = None  # OrderedGraph of the kept cells
-    levels: Any = None  # Levels: the graph and coarser versions of the graph
+    ordered: Any = None  # OrderedGraph of the kept cells
+    levels: Any = None  # Levels: coarser versions of the ordered graph
     of_machine_part: bool = False  # whether the weights are the ones for machine parts
     parts: PartPrices | None = None
     result: Any = None  # Segmentation of the kept cells, extended to all cells by the last stage
@@ -478,7 +479,10 @@ class _Work:
 
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
-    """Run all stages. The `stacklevel` of warnings in the stages counts calls from `segment`."""
+    """Run all stages. The `stacklevel` of warnings in the stages counts calls from `segment`.
+
+    `_coarsen` runs before `_add_parts`, because part costs are added to all levels.
+    """
     works = [_Work(options, mesh)]
     for stage in (
         _prepare,
@@ -500,7 +504,7 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
 
 def _prepare(work: _Work) -> _Work:
     """Stages 0 and 1: read the cells and build their graph, unless a `Prepared` is given."""
-    options, mesh = work.options, work.prepared
+    options, mesh = work.options, work.mesh
     if isinstance(mesh, Prepared):
         if mesh.order is not None and options.needs_order(mesh.kind):
             raise ValueError(
@@ -520,7 +524,12 @@ def _prepare(work: _Work) -> _Work:
             )  # fmt: skip
     options = options.smoothed(prepared.n_steps, prepared.slack)
     return replace(
-        work, options=options, source=prepared.source, prepared=prepared, order=prepared.order
+        work,
+        options=options,
+        mesh=None,
+        source=prepared.source,
+        prepared=prepared,
+        order=prepared.order,
     )
 
 
@@ -543,41 +552,52 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
 
 
 def _plan(work: _Work) -> _Work:
+<<<<<<< HEAD
     """Determine the cells to segment, the size of regions, and the initial centers."""
     options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
+=======
+    """Determine the kept cells, the size of regions, and the start of the loop."""
+    options, prepared, n_threads = work.options, work.prepared, work.options.loop.n_threads
+>>>>>>> hback
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            cells.smooth, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
+            prepared.smooth,
+            prepared.graph,
+            weld=options.weld,
+            n_threads=n_threads,
+            order=prepared.order,
         )
-        measures = cells.given_measures(n_threads)
-        sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order, measures)
+        measures = prepared.given_measures(n_threads)
+        sizes = SizeRules.of(options.balance, prepared.graph, cut, prepared.order, measures)
         size = options.size if sizes is None else sizes.asked(options.size)
         plan = Plan.of(
-            cells.graph, cut, (size, options.init), n_threads,
-            dimension=cells.kind.dimension, order=cells.order,
+            prepared.graph, cut, (size, options.init), n_threads,
+            dimension=prepared.kind.dimension, order=prepared.order,
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)
-        share = cells.kind.sliver_share(
-            cells.cells, cells.graph, cells.shapes, plan.size.radius, n_threads
+        share = prepared.kind.sliver_share(
+            prepared.cells, prepared.graph, prepared.shapes, plan.size.radius, n_threads
         )
     return replace(work, plan=plan, sizes=sizes, sliver_share=share)
 
 
 def _weigh(work: _Work) -> _Work:
     """Stage 2: compute the weights of all arcs, for regions of the planned size."""
-    cells = work.prepared
-    adapted = cells.kind.weight_options(cells.graph, work.options.weights)
+    prepared = work.prepared
+    adapted = prepared.kind.weight_options(prepared.graph, work.options.weights)
     options = replace(work.options, weights=adapted)
     with work.timed("weights"):
-        surface = cells.kind.surface(cells.cells, cells.graph, options.loop.n_threads)
-        weights, of_machine_part = cells.kind.weights(
-            surface, cells.graph, cells.shapes, work.plan.size.radius, options.weights
+        surface = prepared.kind.surface(prepared.cells, prepared.graph, options.loop.n_threads)
+        weights, of_machine_part = prepared.kind.weights(
+            surface, prepared.graph, prepared.shapes, work.plan.size.radius, options.weights
         )
         if not options.weights.has_other_unit:  # otherwise `_border_costs` needs all fields
-            surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
-    cells = replace(cells, shapes=None)
-    work = replace(work, options=options, surface=surface, weights=weights, prepared=cells)
+            surface = prepared.kind.bare_surface(
+                surface, prepared.cells, prepared.graph, surface.n_threads
+            )
+    prepared = replace(prepared, shapes=None)
+    work = replace(work, options=options, surface=surface, weights=weights, prepared=prepared)
     return replace(work, of_machine_part=of_machine_part).relocating()
 
 
@@ -610,17 +630,17 @@ def _order(work: _Work) -> _Work:
         work = replace(work, prepared=None, arcs=arcs)
         is_symmetric = work.options.weights.given is None  # weights from formulas are symmetric
         straight_unit = work.unit * work.surface.weight_unit if work.has_parts else 0.0
-        graph = _core.OrderedGraph(
+        ordered = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
         )
         if work.of_machine_part:
-            graph.barrier = work.options.weights.rim_price(work.plan.size.radius) / straight_unit
-    return replace(work, graph=graph)
+            ordered.barrier = work.options.weights.rim_price(work.plan.size.radius) / straight_unit
+    return replace(work, ordered=ordered)
 
 
 def _coarsen(work: _Work) -> _Work:
     """Stage 4: group cells into coarse cells, on which most iterations run."""
-    levels = coarsened(work.graph, work.plan, work.options.loop, work.timings)
+    levels = coarsened(work.ordered, work.plan, work.options.loop, work.timings)
     return replace(work, levels=levels)
 
 
@@ -630,7 +650,7 @@ def _add_parts(work: _Work) -> _Work:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
     with work.timed("weights", begins=False):
-        parts = price_parts(work.graph, work.levels, options, size, n_threads)
+        parts = price_parts(work.ordered, work.levels, options, size, n_threads)
     return replace(work, parts=parts)
 
 
@@ -665,17 +685,23 @@ def _cluster(work: _Work) -> _Work:
         warnings.warn(note, SliverWarning, stacklevel=5)
     join_pieces = None
     if work.has_parts:
-        arcs = (*work.arcs, work.graph.barrier)
+        arcs = (*work.arcs, work.ordered.barrier)
         join: Any = _core.join_loose_pieces
         join_pieces = partial(join, *arcs, n_threads=options.loop.n_threads)
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)
     result = segment_cells(
-        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces, balancer
+        work.ordered,
+        work.levels,
+        work.surface.bounds,
+        work.plan,
+        options.loop,
+        join_pieces,
+        balancer,
     )
     warn_of_islands(replace(result, params=options.params(result)), 6)
-    work = replace(work, graph=None, levels=None, arcs=None, sizes=None)
+    work = replace(work, ordered=None, levels=None, arcs=None, sizes=None)
     return replace(work, balancer=balancer, result=result)
 
 

@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core, reference
-from superfacets.clustering.iteration import ITERATIONS_PER_ROUND, RELOCATED_FRACTIONS
+from superfacets.clustering.loop import ITERATIONS_PER_ROUND, RELOCATED_FRACTIONS
 
 KEEP = _core.Islands.KEEP
 

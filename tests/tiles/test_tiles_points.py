@@ -234,7 +234,7 @@ def test_halves_follow_the_order_in_memory(tmp_path):
     [
         (lambda points: points.__setitem__((7_000, 1), np.nan), "points[7000] must be finite"),
         (lambda points: points.fill(3.0), "all points lie at one point"),
-        (lambda points: points.__imul__(1e300), "got 1e+300: rescale the cloud"),
+        (lambda points: points.__imul__(1e300), ": rescale"),
     ],
 )
 def test_wrong_points(ball, tmp_path, change, message):

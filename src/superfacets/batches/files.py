@@ -22,7 +22,7 @@ from ..cells.point_graph import checked_viewpoint
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import texture_of_parts
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
 from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes

@@ -1,4 +1,7 @@
-"""Stage 5: smoothing of borders by cutting faces."""
+"""Stage 5: smoothing of borders by cutting faces.
+
+This module is not in `regions`, because `pictures` imports it.
+"""
 
 from __future__ import annotations
 

@@ -22,15 +22,9 @@ from .._validate import (
     restored,
 )
 from ..adapters.convert import MeshLike, as_mesh
+from ..errors import MeshError
 from ..mesh.cells import lowest_vertices
-from ..mesh.faces import (
-    FaceMesh,
-    FoundArcs,
-    arcs_of_faces,
-    arcs_of_triangles,
-    measure_faces,
-    measure_shapes,
-)
+from ..mesh.faces import FaceMesh, corners_of, measure_faces, measure_shapes
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import Arcs, CellGraph
 
@@ -133,6 +127,63 @@ class FaceGraph(Arcs):
 
     def __repr__(self) -> str:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
+
+
+class FoundArcs(NamedTuple):
+    """Arcs between faces that share an edge, in CSR form."""
+
+    offsets: Longs  # (F + 1,) index of the first arc of each face
+    neighbors: Ints  # (M,) face at the end of each arc
+    sides: Array  # (M,) side of the start face that each arc crosses
+    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction
+    counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
+
+
+def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
+    """Return the arcs between the faces of a mesh; `lowest` is the result of `lowest_vertices`.
+
+    Raises a MeshError if there are too many arcs.
+    """
+    corners = corners_of(mesh)
+    if corners.offsets is None:
+        return arcs_of_triangles(corners.vertices.reshape(-1, 3), lowest, n_threads)
+    lists = corners.offsets, corners.vertices
+    try:
+        return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
+    except ValueError as error:  # std::length_error
+        raise MeshError(str(error)) from None
+
+
+def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
+    """Like `arcs_of_faces`, but for an array of triangles, shape (F, 3)."""
+    try:
+        return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
+    except ValueError as error:  # std::length_error
+        raise MeshError(str(error)) from None
+
+
+def surface_of_faces(
+    mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
+    """Make the surface object of the core from a mesh and the arcs between its faces.
+
+    `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
+    the faces of the mesh do not have.
+    """
+    corners, is_of_triangles = corners_of(mesh), arcs.sides.dtype == np.uint8
+    if corners.offsets is None:
+        if not is_of_triangles:
+            raise ValueError("the graph was built for polygons, but the mesh has triangles")
+        same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
+        faces = corners.vertices.reshape(-1, 3)
+        return _core.TriangleSurface(mesh.vertices, faces, *arcs[:3], same_turn, is_inside_out)
+    if is_of_triangles:
+        raise ValueError("the graph was built for triangles, but the mesh has polygons")
+    if np.any(arcs.sides >= np.repeat(corners.sizes, np.diff(arcs.offsets))):
+        raise ValueError("the graph was built for another mesh: its faces have more sides")
+    return _core.PolygonSurface(
+        mesh.vertices, corners.offsets, corners.vertices, *arcs[:4], is_inside_out, n_threads
+    )
 
 
 def build_face_graph(

@@ -1,4 +1,7 @@
-"""Stage 5: the region graph, with measures of regions and of the borders between them."""
+"""Stage 5: the region graph, with measures of regions and of the borders between them.
+
+This module is not in `regions`, because `clustering` and `pictures` import it.
+"""
 
 from __future__ import annotations
 

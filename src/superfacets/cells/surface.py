@@ -11,9 +11,9 @@ from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
+from ..mesh.faces import FaceMesh, signed_volume
 from .cell_graph import ArcMeasures, CellGraph, CsrArcs
-from .face_graph import FaceGraph
+from .face_graph import FaceGraph, FoundArcs, surface_of_faces
 
 VOLUME_NOISE = 1e-12
 """Volumes up to this fraction of the cubed diagonal are treated as rounding errors."""

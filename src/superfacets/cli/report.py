@@ -12,7 +12,7 @@ from .._types import Ints, Longs
 from ..batches.files import Outcome
 from ..cells.kinds import kind_of
 from ..cells.size import sliver_note
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
 from ..export.ids import RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
 from ..export.ply import names_replaced
 from ..export.textures import notes_on_texture

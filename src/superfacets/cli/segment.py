@@ -15,7 +15,7 @@ import numpy as np
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..cells.kinds import kind_of
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
 from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs

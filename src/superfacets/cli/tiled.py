@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from ..batches.files import FileOptions
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
 from ..errors import IslandWarning, MeshError, SliverWarning
 from .options import COUNT, FLAG, FOLDER, STANDARD_STREAM, Count, option, options
 from .outputs import names_of_results

@@ -13,7 +13,7 @@ from .._types import Array, Floats, Ints, Longs, Singles
 from .._validate import checked_partial_labels, checked_seeds, refuse_mask
 from ..cells.constraints import NO_GROUPS, Cut, in_order
 from ..cells.size import RegionSize, region_size
-from .segmentation import Segmentation
+from .result import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation
 """Start of the loop: initial centers, one label per cell, or an earlier segmentation."""

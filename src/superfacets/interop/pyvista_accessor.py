@@ -12,7 +12,7 @@ from .._validate import compact_partial_labels
 from ..adapters.convert import as_mesh
 from ..adapters.results import first_face
 from ..cells.face_graph import build_face_graph
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
 from ..pictures.scene import border_edges
 from ..pipeline import segment
 from .attach import DEFAULT_NAME, attach_labels

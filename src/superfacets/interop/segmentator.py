@@ -33,7 +33,7 @@ from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.point_graph import PointGraph, point_surface
 from ..cells.weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
-from ..clustering.graph_segmentation import segment_graph
+from ..clustering.run import segment_graph
 from ..errors import IslandWarning, MeshError
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import mean_normals

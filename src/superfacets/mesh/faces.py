@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Bytes, Floats, Ints, Longs
+from .._types import Array, Floats, Ints, Longs
 from .._validate import checked_threads, freeze
-from ..errors import MeshError
 from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh, sides_of_tets
 from .triangle_mesh import Mesh
@@ -244,6 +243,7 @@ def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
 
 
+<<<<<<< HEAD
 class FoundArcs(NamedTuple):
     """Arcs between faces that share an edge, in CSR form."""
 
@@ -298,6 +298,8 @@ def surface_of_faces(
     )
 
 
+=======
+>>>>>>> hback
 GOLDEN = 0.6180339887498949
 """Golden ratio. Its multiples modulo 1 are spread evenly and do not align with patterns."""
 

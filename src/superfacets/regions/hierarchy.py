@@ -11,7 +11,7 @@ from .. import _core
 from .._types import Floats, Ints
 from .._validate import checked_count
 from ..cells.sums import sums_by_label
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
 from .edit import BorderCosts
 
 MERGE_CREASE_WEIGHT = 12.0

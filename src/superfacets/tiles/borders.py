@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Array, Bools, Bytes, Floats, Ints, Longs
 from ..batches.mapping import Run
-from ..cells.parts import PartPrices
+from ..clustering.parts import PartPrices
 from ..regions.edit import CREASE_SCALE, BorderCosts
 from ..regions.smooth import SmoothOptions
 from .arrays import is_among, rows

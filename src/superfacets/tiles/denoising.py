@@ -10,10 +10,11 @@ import numpy as np
 from .. import _core
 from .._types import Array, Floats, Longs
 from ..batches.mapping import Run
+from ..cells.face_graph import arcs_of_faces
 from ..io.readers.pieces import Pieces
 from ..io.tables import Rows
 from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, sampled_faces, slack_of
-from ..mesh.faces import VertexGraph, arcs_of_faces, vertex_graph
+from ..mesh.faces import VertexGraph, vertex_graph
 from ..workers.scratch import Scratch
 from .arrays import index_in, rows
 from .chunks import BlockRows, Chunks

@@ -12,9 +12,10 @@ from .. import _core
 from .._types import Array, Ints, Longs
 from .._validate import freeze
 from ..cells.cell_graph import box_diagonal
+from ..cells.face_graph import FoundArcs, surface_of_faces
 from ..cells.surface import Surface
 from ..cells.weights import NO_NORMALS
-from ..mesh.faces import FaceMesh, FoundArcs, surface_of_faces
+from ..mesh.faces import FaceMesh
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from ..workers.scratch import Scratch

@@ -19,14 +19,14 @@ from .._types import Viewpoint
 from .._validate import checked_choice, checked_count, checked_flag
 from ..batches.mapping import OnDone, Run, open_run
 from ..cells.cell_graph import box_diagonal
-from ..cells.parts import PART_CREASE_SCALE, SPARE
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
-from ..clustering.graph_segmentation import coarsened, segment_cells
-from ..clustering.graphs import AnyGraph, can_be_coarse, has_small_regions
+from ..clustering.levels import AnyGraph, can_be_coarse, coarsened, has_small_regions
+from ..clustering.parts import PART_CREASE_SCALE, SPARE
 from ..clustering.plan import Plan
-from ..clustering.segmentation import Segmentation
+from ..clustering.result import Segmentation
+from ..clustering.run import segment_cells
 from ..errors import MeshError, SliverWarning
 from ..export.label_files import label_files, ranges_of, save_labels
 from ..io.atomic import StrPath

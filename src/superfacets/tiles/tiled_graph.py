@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from ..batches.mapping import Run
-from ..cells.parts import NO_GROUPS
+from ..clustering.parts import NO_GROUPS
 from .arrays import rows
 from .part import Lists, Part
 from .store import TileStore, find_cells
@@ -52,7 +52,7 @@ class TiledGraph:
         graph.barrier = self.barrier
         return TiledCoarseGraph(graph, self, firsts)
 
-    def regions(
+    def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> TiledRegions:
         """Return the regions around the cells `centers`. Halted expansion is not supported."""

@@ -19,7 +19,7 @@ from ...cells.kinds import graph_and_surface
 from ...cells.size import DEFAULT_N_SEGMENTS
 from ...cells.surface import Surface
 from ...cells.weights import WEIGHTS
-from ...clustering.segmentation import Segmentation
+from ...clustering.result import Segmentation
 from ...errors import IslandWarning, SliverWarning
 from ...io.guards import counted
 from ...mesh.cells import Cells

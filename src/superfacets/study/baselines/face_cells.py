@@ -17,7 +17,7 @@ from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.size import checked_n_segments, radius_of
 from ...cells.surface import Surface
 from ...cells.weights import WeightOptions, arc_weights
-from ...clustering.segmentation import Segmentation
+from ...clustering.result import Segmentation
 from ...clustering.update import update_centers
 from ...mesh.faces import FaceMesh
 

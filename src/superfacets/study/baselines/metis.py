@@ -12,7 +12,7 @@ from ..._types import Floats, Longs
 from ..._validate import checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.weights import WeightName, WeightOptions, Weights
-from ...clustering.segmentation import Segmentation
+from ...clustering.result import Segmentation
 from ...errors import import_extra
 from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells

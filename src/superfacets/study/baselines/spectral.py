@@ -14,7 +14,7 @@ from ..._validate import checked_count, checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.cell_graph import CellGraph
 from ...cells.weights import WeightName, WeightOptions, Weights
-from ...clustering.segmentation import Segmentation
+from ...clustering.result import Segmentation
 from ...errors import import_extra
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 

@@ -21,7 +21,7 @@ from ..._validate import (
 from ...adapters.convert import MeshLike, as_triangles
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.size import checked_n_segments
-from ...clustering.segmentation import Segmentation, StopReason
+from ...clustering.result import Segmentation, StopReason
 from ...mesh.triangle_mesh import Mesh
 
 METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}  # names of the error metrics

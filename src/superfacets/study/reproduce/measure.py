@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import __version__
 from ..._types import Ints
-from ...clustering.segmentation import Segmentation
+from ...clustering.result import Segmentation
 from ...metrics import evaluate
 from ..sources import Source, load
 from ..tasks import Piece, Record

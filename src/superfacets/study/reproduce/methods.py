@@ -11,7 +11,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Literal
 
-from ...clustering.segmentation import Segmentation
+from ...clustering.result import Segmentation
 from ...mesh.faces import FaceMesh
 from ...pipeline import PAPER, segment
 

@@ -16,11 +16,11 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
-from .graphs import AnyGraph, Levels, can_be_coarse, in_memory, join_islands
-from .iteration import Iteration
+from .levels import AnyGraph, Levels, coarsened, in_memory, join_islands
+from .loop import Loop
 from .plan import Plan, Start
+from .result import Segmentation
 from .seeding import run_seeding
-from .segmentation import Segmentation
 
 
 def segment_graph(
@@ -123,14 +123,6 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
     )
 
 
-def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
-    """Build the coarse graphs for the loop, and add the time to `timings`."""
-    if not can_be_coarse(graph.is_symmetric, plan, loop):
-        return Levels([])
-    with timed(timings, "coarsen", loop.on_stage):
-        return Levels.of(graph, plan, loop.n_threads)
-
-
 def segment_cells(
     graph: AnyGraph,
     levels: Levels,
@@ -157,7 +149,7 @@ def segment_cells(
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # otherwise the loop could not free this graph after its last use
     is_short = levels.is_short and bool(loop.relocate)
-    run = Iteration(size.radius, loop, timings, balancer=balancer, is_short=is_short)
+    run = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
     labels, centers = run.run(levels, graph, seeds)
     n_unreached = max(0, len(centers) - len(seeds))  # the balancer may have removed centers
     if join_pieces is not None and loop.radius_factor is None:

@@ -13,11 +13,11 @@ from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
-from ..cells.parts import LEAST_GROUPED
 from .balance import Balancer
-from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
+from .levels import AnyGraph, Assignment, CoarseCells, Levels, assignment_of, is_straight
+from .parts import LEAST_GROUPED
+from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
-from .segmentation import Level, StopReason
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
 """Maximum fraction of centers that move in each round of relocation, but at least one center."""
@@ -37,7 +37,7 @@ fewer far arcs raise the undersegmentation error from 0.0193 to 0.0194, and comp
 
 
 @dataclass
-class Iteration:
+class Loop:
     """State of the clustering loop."""
 
     radius: float  # expected radius of a region
@@ -81,7 +81,7 @@ class Iteration:
         del level, clustering  # otherwise `_spread` could not free the graph after its last use
         return self._spread(coarse, paths, centers)
 
-    def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
+    def _balanced(self, graph: AnyGraph, clustering: Assignment, level: int) -> Assignment:
         """Balance the sizes of regions if there is a balancer."""
         if self.balancer is None:
             return clustering
@@ -126,7 +126,7 @@ class Iteration:
 
     def _run_level(
         self, graph: AnyGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
-    ) -> Regions:
+    ) -> Assignment:
         """Run the loop on one level, starting from the given centers."""
         start = time.perf_counter()
         reach = math.inf
@@ -134,7 +134,7 @@ class Iteration:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = regions_of(graph, centers, reach, n_threads, islands)
+            clustering = assignment_of(graph, centers, reach, n_threads, islands)
         relocates = self.options.relocate and not self.levels
         most = self.options.max_num_iter
         if self.is_short:
@@ -182,7 +182,7 @@ class Iteration:
     def _iterate(
         self,
         graph: AnyGraph,
-        clustering: Regions,
+        clustering: Assignment,
         *,
         must_stay: bool = False,
         max_num_iter: int | None = None,
@@ -228,7 +228,7 @@ class Iteration:
             self.is_cancelled = True
 
 
-def _labels_and_centers(clustering: Regions) -> tuple[Ints, Ints]:
+def _labels_and_centers(clustering: Assignment) -> tuple[Ints, Ints]:
     """Return labels and centers of a clustering, with each center in its own region.
 
     With offsets, a center may be in another region. This center becomes a region of one cell.

@@ -17,9 +17,9 @@ from .. import _core
 from .._types import ArcLists, Floats, Ints, Singles
 from .._validate import checked_count, checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells
-from .kinds import kind_of
-from .size import DEFAULT_N_SEGMENTS, radius_of
-from .weights import WeightOptions
+from ..cells.kinds import kind_of
+from ..cells.size import DEFAULT_N_SEGMENTS, radius_of
+from ..cells.weights import WeightOptions
 
 PART_CREASE_SCALE = 7.0
 """Value of `regions.edit.CREASE_SCALE` for weights ``"parts"``. With 6, compactness is higher by

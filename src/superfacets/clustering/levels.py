@@ -8,12 +8,13 @@ from typing import Protocol, TypeAlias
 from .. import _core
 from .._core import OrderedGraph
 from .._options import LoopOptions
+from .._timing import timed
 from .._types import Array, Ints
 from .plan import Plan
 
 
-class Regions(Protocol):
-    """Regions around centers, implemented for example by `_core.Clustering`."""
+class Assignment(Protocol):
+    """Assignment of cells to centers, implemented for example by `_core.Clustering`."""
 
     def centers(self) -> Ints:
         """Return the given centers, followed by unreached cells that became centers."""
@@ -59,9 +60,9 @@ class LargeGraph(Protocol):
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Group about `cell_size` cells into each coarse cell."""
 
-    def regions(
+    def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-    ) -> Regions:
+    ) -> Assignment:
         """Label all cells with their nearest center."""
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
@@ -106,7 +107,12 @@ MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
 
 
+<<<<<<< HEAD:src/superfacets/clustering/graphs.py
 def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
+=======
+def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
+    """Group about `cell_size` cells into each coarse cell."""
+>>>>>>> hback:src/superfacets/clustering/levels.py
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)
@@ -117,13 +123,13 @@ def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
     return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
 
 
-def regions_of(
+def assignment_of(
     graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-) -> Regions:
+) -> Assignment:
     """Label all cells with their nearest center."""
     if isinstance(graph, OrderedGraph):
         return _core.Clustering(graph, centers, reach, n_threads, islands)
-    return graph.regions(centers, reach, n_threads, islands)
+    return graph.assignment(centers, reach, n_threads, islands)
 
 
 def join_islands(
@@ -182,6 +188,14 @@ class Levels:
         return cls(coarse, max(n_fine - 1, 0), on_all=not coarse)
 
 
+def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
+    """Build the coarse graphs for the loop, and add the time to `timings`."""
+    if not can_be_coarse(graph.is_symmetric, plan, loop):
+        return Levels([])
+    with timed(timings, "coarsen", loop.on_stage):
+        return Levels.of(graph, plan, loop.n_threads)
+
+
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
     """Return whether regions have too few cells to determine labels by paths on coarse cells."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
@@ -207,7 +221,7 @@ def _coarser(
     coarse: list[CoarseCells] = []
     n_enough, n_next = enough
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
-        larger = _coarsened(graph, fitting[0], n_threads)
+        larger = _coarse_cells(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # most cells have no neighbors, as in triangle soup
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
