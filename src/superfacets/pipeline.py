@@ -552,13 +552,8 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
 
 
 def _plan(work: _Work) -> _Work:
-<<<<<<< HEAD
     """Determine the cells to segment, the size of regions, and the initial centers."""
-    options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
-=======
-    """Determine the kept cells, the size of regions, and the start of the loop."""
     options, prepared, n_threads = work.options, work.prepared, work.options.loop.n_threads
->>>>>>> hback
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
             prepared.smooth,

@@ -150,7 +150,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     lists = corners.offsets, corners.vertices
     try:
         return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
-    except ValueError as error:  # std::length_error
+    except ValueError as error:  # std::length_error from the C++ core
         raise MeshError(str(error)) from None
 
 
@@ -158,14 +158,14 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
     """Like `arcs_of_faces`, but for an array of triangles, shape (F, 3)."""
     try:
         return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
-    except ValueError as error:  # std::length_error
+    except ValueError as error:  # std::length_error from the C++ core
         raise MeshError(str(error)) from None
 
 
 def surface_of_faces(
     mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the surface object of the core from a mesh and the arcs between its faces.
+    """Make the C++ surface object from a mesh and the arcs between its faces.
 
     `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
     the faces of the mesh do not have.

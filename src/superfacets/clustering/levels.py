@@ -107,12 +107,8 @@ MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
 
 
-<<<<<<< HEAD:src/superfacets/clustering/graphs.py
-def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
-=======
 def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
     """Group about `cell_size` cells into each coarse cell."""
->>>>>>> hback:src/superfacets/clustering/levels.py
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)

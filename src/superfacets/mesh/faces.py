@@ -243,63 +243,6 @@ def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
 
 
-<<<<<<< HEAD
-class FoundArcs(NamedTuple):
-    """Arcs between faces that share an edge, in CSR form."""
-
-    offsets: Longs  # (F + 1,) index of the first arc of each face
-    neighbors: Ints  # (M,) face at the end of each arc
-    sides: Array  # (M,) side of the start face that each arc crosses
-    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction
-    counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
-
-
-def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the arcs between the faces of a mesh; `lowest` is the result of `lowest_vertices`.
-
-    Raises a MeshError if there are too many arcs.
-    """
-    if isinstance(mesh, Mesh):
-        return arcs_of_triangles(mesh.faces, lowest, n_threads)
-    try:
-        return FoundArcs(*_core.build_polygon_graph(mesh.offsets, mesh.indices, lowest, n_threads))
-    except ValueError as error:  # std::length_error from the C++ core
-        raise MeshError(str(error)) from None
-
-
-def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Like `arcs_of_faces`, but for an array of triangles, shape (F, 3)."""
-    try:
-        return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
-    except ValueError as error:  # std::length_error from the C++ core
-        raise MeshError(str(error)) from None
-
-
-def surface_of_faces(
-    mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
-) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the C++ surface object from a mesh and the arcs between its faces.
-
-    `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
-    the faces of the mesh do not have.
-    """
-    is_of_triangles = arcs.sides.dtype == np.uint8
-    if isinstance(mesh, Mesh):
-        if not is_of_triangles:
-            raise ValueError("the graph was built for polygons, but the mesh has triangles")
-        same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
-        return _core.TriangleSurface(mesh.vertices, mesh.faces, *arcs[:3], same_turn, is_inside_out)
-    if is_of_triangles:
-        raise ValueError("the graph was built for triangles, but the mesh has polygons")
-    if np.any(arcs.sides >= np.repeat(mesh.sizes, np.diff(arcs.offsets))):
-        raise ValueError("the graph was built for another mesh: its faces have more sides")
-    return _core.PolygonSurface(
-        mesh.vertices, mesh.offsets, mesh.indices, *arcs[:4], is_inside_out, n_threads
-    )
-
-
-=======
->>>>>>> hback
 GOLDEN = 0.6180339887498949
 """Golden ratio. Its multiples modulo 1 are spread evenly and do not align with patterns."""
 
