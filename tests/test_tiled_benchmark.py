@@ -73,4 +73,4 @@ def test_both_ways_are_timed_in_turns_and_their_labels_compared(tmp_path):
     assert done.exit_code == 0, done.output
     first, second = done.output.splitlines()
     assert re.fullmatch(r"in memory \d+\.\d\d s, in tiles \d+\.\d\d s \(medians\)", first)
-    assert re.fullmatch(r"ratio \d+\.\d\d, in each turn \d+\.\d\d \d+\.\d\d", second)
+    assert re.fullmatch(r"ratio \d+\.\d\d, in each round \d+\.\d\d \d+\.\d\d", second)

@@ -446,7 +446,7 @@ class _Work:
     steps: FeatureSteps | None = None
     lengths: Any = None  # one int per arc: the weight as a multiple of `unit`
     unit: float = 0.0  # quantization step of the weights
-    arcs: Any = None  # ArcLengths of the kept cells
+    arcs: Any = None  # ArcLengths of the kept cells, which are the cells to segment
     ordered: Any = None  # OrderedGraph of the kept cells
     levels: Any = None  # Levels: coarser versions of the ordered graph
     of_machine_part: bool = False  # whether the weights are the ones for machine parts

@@ -98,7 +98,7 @@ def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_verte
 def test_labels_of_vertices_that_a_format_cannot_store_are_refused(run, folder):
     np.save("v.npy", np.r_[np.zeros(48, int), -1])
     status, _, err = run("convert", "a.ply", "v.npy", "-o", "b.segs.json")
-    assert (status, "labels[48] is -1: .segs.json needs labels of 0 or more" in err) == (1, True)
+    assert (status, "labels[48] must be >= 0 in .segs.json, got -1" in err) == (1, True)
 
 
 def test_labels_of_vertices_of_another_mesh_are_refused(run, folder):

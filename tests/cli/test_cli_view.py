@@ -80,7 +80,7 @@ def test_features_have_different_names(run, sheet, tmp_path):
     [
         ("--labels", "l.npz", b"PK damaged", "is not a .npz of superfacets levels, or is damaged"),
         ("--labels", "l.npz", None, "l.npz: no such file"),
-        ("--labels", "l.txt", b"1\n2\n", "there are 2 labels"),
+        ("--labels", "l.txt", b"1\n2\n", "labels must have 1152 values, one per cell, got 2"),
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
         ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
         ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, got .csv"),

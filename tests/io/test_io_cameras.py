@@ -201,7 +201,7 @@ def test_counts_that_lie_do_not_take_memory(tmp_path):
         ("[]", "expected a JSON object with a list of frames"),
         ('{"frames": [1]}', "expected a JSON object with a list of frames"),
         ('{"frames": []}', "there is no image"),
-        ('{"frames": [{}], "w": 4, "h": 4}', r"frames\[0\]: fl_x or camera_angle_x is required"),
+        ('{"frames": [{}], "w": 4, "h": 4}', r"frames\[0\]: fl_x and camera_angle_x are missing"),
         ('{"frames": [{}], "w": 4, "h": 4, "fl_x": 4}', r"frames\[0\]: file_path is missing"),
         (
             '{"frames": [{}], "w": null, "h": 4}',

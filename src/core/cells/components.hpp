@@ -8,7 +8,7 @@
 namespace superfacets {
 
 struct Components {
-  Buffer<Cell> of;  // (N,) component of each cell, numbered 0..C-1 by their lowest cells
+  Buffer<Cell> of;  // (N,) component of each cell, 0..C-1, sorted by lowest cell index
   Cell n_components = 0;
 };
 

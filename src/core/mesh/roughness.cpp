@@ -97,7 +97,8 @@ class Surroundings {
 
  private:
   // Adds all vertices of the faces around the first n_inner vertices. Afterwards, faces_ contains
-  // these faces first, followed by their neighbors.
+  // these faces first, followed by their neighbors. Returns false if there are too many vertices or
+  // faces.
   bool gather_ring(int n_inner) {
     const bool is_first = n_inner == 1;
     if (is_first) normal_ = {0.0, 0.0, 0.0};

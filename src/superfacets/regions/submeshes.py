@@ -170,7 +170,7 @@ class Splitter:
         """Return the mesh of the given cells; messages of errors contain the region."""
         try:
             return self.part(cells)
-        except MeshError as error:  # all vertices have the same position
+        except MeshError as error:  # raised if all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:

@@ -275,7 +275,7 @@ UNREACHED = np.iinfo(np.uint64).max
 
 
 class TiledRegions:
-    """Tiled replacement of `_core.Clustering`, for one classification.
+    """Replaces `_core.Clustering` for tiles: assigns all cells to their nearest centers, once.
 
     Each tile computes the shortest paths within the tile. A path that leaves the tile is proposed
     to the tile in which it ends. When no proposals are left, no arc can shorten a path. Each cell

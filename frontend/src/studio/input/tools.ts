@@ -58,7 +58,7 @@ abstract class Brush extends Tool {
   protected paint = 0;
   protected strokeId = "";
   protected readonly touched = new Set<number>();
-  protected readonly replaced = new Map<number, number>(); // number of repainted regions, indexed by the class and object that they lose
+  protected readonly replaced = new Map<number, number>(); // number of repainted regions, keyed by their previous class and object
   private last: Place = { x: 0, y: 0 };
 
   /** Distance in pixels between the points of a stroke at which cells are looked up. */

@@ -11,7 +11,7 @@ const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 export class ClassesPanel {
   private readonly box = element("classes");
-  private readonly shares = new Map<number, HTMLOutputElement>(); // elements with the area percentage of each class or object, indexed by paint
+  private readonly shares = new Map<number, HTMLOutputElement>(); // elements that show the area percentage of each class or object; the key is class and object as one number
   private readonly removers = new Map<number, HTMLButtonElement>(); // delete buttons by class id
   private readonly lists = new Map<number, HTMLElement>(); // lists of objects by class id
   private shown = ""; // JSON of the objects that are listed

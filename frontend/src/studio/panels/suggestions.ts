@@ -12,7 +12,7 @@ const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class
 
 export class Suggestions {
   private order: number[] = []; // 1-based indices of the suggestions, by decreasing score
-  private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by 1-based index
+  private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by the 1-based index of the suggestion
   private chosen = 0; // 1-based index of the chosen suggestion; 0 if there is none
   private readonly list = element("suggestions");
   private readonly least = element<HTMLInputElement>("least-score");

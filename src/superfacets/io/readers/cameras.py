@@ -154,7 +154,7 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
         fx = _focal_length(values, "x", width)
         fy = _focal_length(values, "y", height) or fx
         if fx is None or fy is None:
-            raise MeshError("fl_x or camera_angle_x is required, but both are missing")
+            raise MeshError("fl_x and camera_angle_x are missing: one of them is required")
         center = float(values.get("cx", width / 2)), float(values.get("cy", height / 2))
         name, pose = str(values["file_path"]), np.array(values["transform_matrix"], np.float64)
     except KeyError as error:

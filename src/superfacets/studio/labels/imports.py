@@ -43,7 +43,7 @@ class Imported:
 
     cells: CellNumbers  # indices of all labeled cells, ascending
     classes: npt.NDArray[np.uint16]  # class of each labeled cell
-    objects: npt.NDArray[np.uint16]  # object of each labeled cell, from 1 in each class; 0: none
+    objects: npt.NDArray[np.uint16]  # object of each labeled cell within its class; 0 if none
     class_list: ClassList
     names: Mapping[tuple[int, int], str] = field(default_factory=dict)
     scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidences, 0 to 1
