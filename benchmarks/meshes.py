@@ -22,7 +22,7 @@ import superfacets as sf
 from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.triangle_mesh import split_in_four
 
-NOISE = 0.05
+NOISE = 0.001
 """Maximum shift of a vertex along an axis, in mean edge lengths. Neighboring triangles are then not
 coplanar, and no triangle folds over."""
 

@@ -27,6 +27,7 @@ def test_many_small_regions_have_seeds_along_the_curve_and_few_iterations(bear):
     assert (result.n_segments, result.n_unreached) == (K, 0)
     assert 4 <= result.n_iter <= 6
     assert [level.n_cells for level in result.levels] == [bear.n_faces]
+    assert np.array_equal(segment(bear, K, init="curve").labels, result.labels)
 
 
 @pytest.mark.parametrize(
