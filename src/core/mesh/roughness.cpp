@@ -237,7 +237,8 @@ struct Frame {
     for (const Point& p : around.near()) distance += norm(p - around.center());
     distance /= static_cast<double>(around.near().size());
     const double length = norm(around.normal());
-    if (!(distance > 0.0 && length > 0.0)) return;
+    const bool has_axes = distance > 0.0 && length > 0.0;  // false for NaN
+    if (!has_axes) return;
     const Point unit = (1.0 / length) * around.normal();
     const Point axis = std::abs(unit.x) < 0.6 ? Point{1.0, 0.0, 0.0} : Point{0.0, 1.0, 0.0};
     const Point side = cross(unit, axis);

@@ -59,7 +59,7 @@ class Material:
     color : tuple of three floats
         Red, green and blue in linear light, 0 to 1.
     image : TextureImage, optional
-        Image whose colors are multiplied by `color`.
+        Image whose colors are multiplied by ``color``.
     wrap : tuple of two str
         How the image continues for u and for v outside [0, 1]: ``"repeat"``, ``"clamp"`` or
         ``"mirror"``.

@@ -234,7 +234,7 @@ def affinity_embedding(
     Notes
     -----
     Time is O(F^2 log F) for paths and O(k F^2) for vectors. Memory is 4 bytes for each pair of
-    faces and 52 k bytes for each face. With `reach`, the number of pairs is about F^2 `reach`^2 / k
+    faces and 52 k bytes for each face. With `reach`, the number of pairs is about (F reach)^2 / k
     instead of F^2.
 
     Examples
