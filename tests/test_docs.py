@@ -104,8 +104,8 @@ def write_obj(path, mesh):
 
 def export_labels(path):
     """Label a few cells in the studio, and write the files that the studio exports."""
+    from superfacets.studio.documents.document import Document
     from superfacets.studio.export.write import export
-    from superfacets.studio.work.document import Document
 
     document = Document.open(Path(path))
     document.paint(np.arange(50, dtype=np.uint32), 1, objects=1)

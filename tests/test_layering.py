@@ -43,7 +43,7 @@ PYTHON_LAYERS = [
     "studio",
     "studio.labels",
     "studio.regions",
-    "studio.work",
+    "studio.documents",
     "studio.export",
     "studio.web",
     "tiles",

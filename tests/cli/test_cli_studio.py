@@ -138,7 +138,7 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
 
 
 def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served):
-    from superfacets.studio.work.document import Document
+    from superfacets.studio.documents.document import Document
 
     document = Document.open(Path(sheet))
     document.paint(np.arange(document.n_cells, dtype=np.uint32), 1)

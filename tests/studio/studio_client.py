@@ -12,8 +12,8 @@ import httpx
 import numpy as np
 from front_end_arrays import decode_arrays
 
+from superfacets.studio.documents.folder import Files
 from superfacets.studio.web.app import Studio, studio_app
-from superfacets.studio.work.folder import Files
 
 TOKEN, PORT = "a-token-of-the-tests", 8765
 COMMAND = "from superfacets.cli.main import main; main()"

@@ -231,7 +231,7 @@ def test_json_of_another_shape_is_one_line(name, data, message):
 @pytest.fixture
 def textured(tmp_path):
     """The work on a wall with an image, of which the left half has class 1."""
-    from superfacets.studio.work.document import Document
+    from superfacets.studio.documents.document import Document
 
     mesh, pairs = grid(6, 6, 1, 1)
     save_png(tmp_path / "wall.png", np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3))

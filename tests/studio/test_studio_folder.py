@@ -12,6 +12,8 @@ import shapes
 from studio_client import encoded
 
 from superfacets import write_mesh
+from superfacets.studio.documents.folder import MAX_OPEN, Files
+from superfacets.studio.documents.journal import _coded
 from superfacets.studio.labels.classes import (
     CLASSES_FILE,
     MAX_CLASS,
@@ -19,8 +21,6 @@ from superfacets.studio.labels.classes import (
     read_classes,
     with_missing,
 )
-from superfacets.studio.work.folder import MAX_OPEN, Files
-from superfacets.studio.work.journal import _coded
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import pytest
 from labeler import Labeler
 
 from superfacets.metrics import undersegmentation_error
+from superfacets.studio.documents.document import Document
 from superfacets.studio.labels.classes import default_classes
-from superfacets.studio.work.document import Document
 from superfacets.study.princeton import Benchmark
 
 NUMBERS = (182, 181)

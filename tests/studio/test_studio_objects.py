@@ -12,11 +12,11 @@ import pytest
 import superfacets
 from superfacets import write_mesh
 from superfacets.regions.vertices import vertex_labels
+from superfacets.studio.documents.document import Document
+from superfacets.studio.documents.journal import _coded
 from superfacets.studio.export.write import export, export_bytes
 from superfacets.studio.labels.coding import base64_of
 from superfacets.studio.labels.imports import read_import
-from superfacets.studio.work.document import Document
-from superfacets.studio.work.journal import _coded
 
 CLASSES = [
     {"id": 1, "name": "chair"},
@@ -461,7 +461,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
     document.paint(_range(110, 112), 1, objects=999)
     with pytest.raises(ValueError, match="a class of both works has 1000 objects or more"):
         document.compare("theirs", theirs.read_bytes())
-    monkeypatch.setattr("superfacets.studio.work.document.MAX_OBJECT", 9)
+    monkeypatch.setattr("superfacets.studio.documents.document.MAX_OBJECT", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
     with pytest.raises(ValueError, match="41 pieces are too many: objects end at 9"):
         document.split_object(1, 1)

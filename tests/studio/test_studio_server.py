@@ -11,9 +11,9 @@ import httpx
 import pytest
 from studio_client import TOKEN, Server
 
+from superfacets.studio.documents.folder import Files
 from superfacets.studio.web.address import TOKEN_VARIABLE, open_again
 from superfacets.studio.web.server import MAX_CONNECTIONS, serve
-from superfacets.studio.work.folder import Files
 
 WAIT = 30
 HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"

@@ -14,9 +14,9 @@ from studio_client import decoded, encoded, unpacked
 from superfacets import write_mesh
 from superfacets.errors import MeshError
 from superfacets.io.readers.read import read_mesh
+from superfacets.studio.documents.document import Document
+from superfacets.studio.documents.journal import JournalError
 from superfacets.studio.labels.imports import read_import
-from superfacets.studio.work.document import Document
-from superfacets.studio.work.journal import JournalError
 
 SCORES = {10: 0.9, 11: 0.5, 12: 0.7, 13: None}
 CLASSES = {10: "chair", 11: "class 2", 12: "object", 13: "wall"}
@@ -126,7 +126,7 @@ def test_work_with_a_damaged_suggestion_is_refused(suggested):
         line = json.loads(lines[-1])
         line["suggestions"][0] |= damage
         del line["crc"]
-        from superfacets.studio.work.journal import _coded
+        from superfacets.studio.documents.journal import _coded
 
         work.write_bytes(b"".join([*lines[:-1], _coded(line)]))
         with pytest.raises(JournalError, match="is not valid"):

@@ -41,10 +41,10 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
+    from ..studio.documents.folder import Files
     from ..studio.labels.classes import read_classes
     from ..studio.web.address import address_file, kept_address, open_again, redirection
     from ..studio.web.server import serve
-    from ..studio.work.folder import Files
 
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)
@@ -100,7 +100,7 @@ def agree_command(
     The merged work keeps labels of cells that only one person has labeled.
     """
     _check_extra()
-    from ..studio.work.document import merged_work
+    from ..studio.documents.document import merged_work
 
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")

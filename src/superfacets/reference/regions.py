@@ -190,22 +190,16 @@ def merge_tree(
     areas, positions, borders = list(areas), list(positions), dict(borders)
     features = None if features is None else list(features)
 
-    def ward_factor(a: int, b: int) -> float:
-        area = areas[a] + areas[b]
-        return areas[a] / area * areas[b] if area > 0 else 0.0
-
     def cost_of(a: int, b: int) -> float:
         """Return the cost of a merge without features."""
-        factor = ward_factor(a, b)
+        factor = _ward_factor(areas[a], areas[b])
         if not factor > 0:
             return 0.0
         length, cost = borders[a, b]
-        area = areas[a] + areas[b]
-        is_flat = dimension == 2
-        radius = math.sqrt(area / math.pi) if is_flat else math.cbrt(0.75 * area / math.pi)
+        radius = _radius_of(areas[a] + areas[b], dimension)
         openness = cost / length if length > 0 else 0.0
         if not length > 0:  # the pair is connected across a gap
-            length = radius if is_flat else radius * radius
+            length = radius if dimension == 2 else radius * radius
         distance = float(norm(positions[a] - positions[b]))
         return factor * (distance + crease_weight * radius * (1.0 - openness)) / length
 
@@ -216,7 +210,7 @@ def merge_tree(
         squared = 0.0
         for step in features[pair[0]] - features[pair[1]]:
             squared += float(step) * float(step)
-        return ward_factor(*pair) * squared, cost_of(*pair)
+        return _ward_factor(*(areas[node] for node in pair)) * squared, cost_of(*pair)
 
     children, costs = [], []
     while borders:
@@ -231,6 +225,19 @@ def merge_tree(
         borders = _merged(borders, (a, b), len(areas))
         areas.append(area)
     return children, costs
+
+
+def _ward_factor(a: float, b: float) -> float:
+    """Return a b / (a + b) for two areas, or 0 if both are 0."""
+    area = a + b
+    return a / area * b if area > 0 else 0.0
+
+
+def _radius_of(measure: float, dimension: int) -> float:
+    """Return the radius of the disk or ball with this area or volume."""
+    if dimension == 2:
+        return math.sqrt(measure / math.pi)
+    return math.cbrt(0.75 * measure / math.pi)
 
 
 def _merged(

@@ -22,8 +22,8 @@ from ...export.write import write_mesh
 from ...io.atomic import atomic_outputs
 from ...regions.submeshes import split_regions
 from ...regions.vertices import vertex_labels
+from ..documents.document import Document
 from ..labels.classes import INSTANCES, stuff_of
-from ..work.document import Document
 
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 

@@ -23,9 +23,9 @@ from ...export.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ...io.atomic import atomic_outputs, checked_targets
 from ...io.attributes import MeshAttributes
 from ...regions.vertices import vertex_labels
+from ..documents.document import Document
 from ..labels.classes import names_of
 from ..regions.revisions import Revision
-from ..work.document import Document
 from .objects import FORMATS, PAIRED, vertex_instances, write_objects
 
 _GRAY = (190, 190, 190)

@@ -18,10 +18,10 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from ...errors import RenderError
+from ..documents.document import Document
+from ..documents.folder import Files
 from ..regions.revisions import Partition
 from ..regions.segmenting import Cancelled, Turn, checked_parameters
-from ..work.document import Document
-from ..work.folder import Files
 from .messages import Body, JsonReply, answered, body_of, failure, message_of
 from .operations import OPERATIONS, READS, Operation, counts_of
 from .security import Guard

@@ -12,10 +12,10 @@ from starlette.responses import JSONResponse, Response
 
 from ...errors import MeshError, MissingExtraError, RenderError
 from ...io.attributes import is_encodable
+from ..documents.history import NothingError
+from ..documents.journal import JournalError, WriteError
+from ..documents.source import ChangedError
 from ..regions.revisions import GoneError
-from ..work.history import NothingError
-from ..work.journal import JournalError, WriteError
-from ..work.source import ChangedError
 
 Body = dict[str, Any]
 

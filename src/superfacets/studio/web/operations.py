@@ -17,15 +17,15 @@ from ...pictures.camera import View
 from ...pictures.colors import PALETTE
 from ...pictures.page.shape import shape_of, view_facts
 from ...pictures.page.texture import texture_parts
+from ..documents.agreement import Side
+from ..documents.changes import Change
+from ..documents.document import Document
 from ..export.write import export, export_bytes, names_of_exports
 from ..labels.classes import checked_object
 from ..labels.coding import base64_of, bytes_from, cells_from, packet, unpack_cells
 from ..labels.imports import read_import
 from ..regions.revisions import similar_regions
 from ..regions.segmenting import levels_of, ranges
-from ..work.agreement import Side
-from ..work.changes import Change
-from ..work.document import Document
 from .messages import BYTES, Body
 
 Operation = Callable[[Document, Body], Any]
