@@ -404,6 +404,7 @@ def test_a_matrix_of_scipy():
     pytest.importorskip("scipy")
     graph = region_graph(L_SHAPE, [0, 1, 2])
     assert graph.to_scipy().toarray().tolist() == [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
+    assert graph.to_scipy().indices.dtype == graph.to_scipy().indptr.dtype == np.int32
     signed = graph.to_scipy("concavity")
     assert signed.toarray() == pytest.approx(
         QUARTER * np.array([[0, 1, 0], [1, 0, -1], [0, -1, 0]])

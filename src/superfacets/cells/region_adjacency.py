@@ -273,7 +273,8 @@ class RegionGraph:
         sparse = import_extra("scipy.sparse", "a sparse matrix of regions", "graph")
         offsets, targets, arcs = self._both_ways
         shape = (self.n_regions, self.n_regions)
-        return sparse.csr_array((values[arcs], targets, offsets), shape=shape)
+        # SciPy 1.11 does not find the connected components of graphs with int64 offsets.
+        return sparse.csr_array((values[arcs], targets, offsets.astype(np.int32)), shape=shape)
 
     def to_pyg(self) -> dict[str, Array]:
         """Return the arrays of a PyTorch Geometric graph.
