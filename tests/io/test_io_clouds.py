@@ -410,8 +410,8 @@ def test_the_coordinate_reference_system_goes_back_into_las(
     laspy, tmp_path, point_format, ending, records, scale
 ):
     header = laspy.LasHeader(point_format=point_format, version="1.4")
-    if point_format == 1:
-        header.global_encoding.value &= ~header.global_encoding.WKT_MASK
+    if point_format == 7:
+        header.global_encoding.wkt = True
     for number, content in records.items():
         header.vlrs.append(laspy.VLR("LASF_Projection", number, record_data=content))
     header.vlrs.append(laspy.VLR("someone else", 5, record_data=b"?"))

@@ -44,8 +44,8 @@ def write_las(file: IO[bytes], content: Content) -> None:
     frame = _frame_of(cloud, None if attributes is None else attributes.las)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
     header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
-    encoding = header.global_encoding  # laspy before 2.7 does not clear the bit in `encoding.wkt`
-    encoding.value = encoding.value & ~encoding.WKT_MASK | frame.is_wkt * encoding.WKT_MASK
+    if frame.is_wkt:  # laspy 2.5 also sets this flag if the assigned value is False
+        header.global_encoding.wkt = True
     for number, record in frame.projection:
         header.vlrs.append(laspy.VLR(PROJECTION, number, record_data=record))
     las = laspy.LasData(header)
