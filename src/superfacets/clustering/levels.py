@@ -177,7 +177,7 @@ class Levels:
         if has_small_regions(graph, n_segments):
             enough = (CELLS_PER_REGION * n_segments, coarsest)
             coarse = _coarser(graph, (NEXT_CELL_SIZE,), enough, n_segments, n_threads)
-            is_default = plan.init is None or str(plan.init) == "curve"
+            is_default = not plan.has_seeds and plan.init in (None, "curve")
             return cls(coarse, is_short=not coarse and n_segments >= MANY_REGIONS and is_default)
         coarse = _coarser(graph, CELL_SIZES, (finest, coarsest), n_segments, n_threads)
         n_fine = sum(level.graph.n_cells >= finest for level in coarse)

@@ -17,6 +17,7 @@ from .. import _core
 from .._types import ArcLists, Floats, Ints, Singles
 from .._validate import checked_count, checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells
+from ..cells.constraints import NO_GROUPS
 from ..cells.kinds import kind_of
 from ..cells.size import DEFAULT_N_SEGMENTS, radius_of
 from ..cells.weights import WeightOptions
@@ -83,9 +84,6 @@ FAR_STEPS, SHORT_STEPS = 3, 2
 between these faces, counted in arcs: in a normal loop, and in a short loop or a graph with groups.
 With the smaller maximum, there are 9 far arcs per face instead of 20. The regions are then 0.2 % to
 0.4 % more compact, but 5 % longer on regular grids."""
-
-NO_GROUPS = np.empty(0, np.int32)
-"""Value of `PartPrices.group_of` if there are no groups."""
 
 
 @dataclass(frozen=True, eq=False)

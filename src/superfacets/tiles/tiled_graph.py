@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from ..batches.mapping import Run
-from ..clustering.parts import NO_GROUPS
+from ..cells.constraints import NO_GROUPS
 from .arrays import rows
 from .part import Lists, Part
 from .store import TileStore, find_cells
