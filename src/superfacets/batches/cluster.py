@@ -131,7 +131,7 @@ def _check_sees(client: Any, folder: str) -> None:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the numbers of threads and of bytes of a worker; Dask runs this on the worker."""
+    """Return the number of threads and the memory limit of a worker; called on the worker."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 

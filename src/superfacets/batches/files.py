@@ -89,7 +89,7 @@ class FileOptions:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Options as keyword arguments of `batch`, with lists for tuples, as in JSON."""
+        """Options as keyword arguments of `batch`, with tuples as lists, as in JSON."""
         own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
         return {
             name: list(value) if isinstance(value, tuple) else value
@@ -200,7 +200,7 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
 
 
 def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint, or raise a MeshError if the viewpoint is useless."""
+    """Return the cloud with this viewpoint, or raise a MeshError if it would have no effect."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))

@@ -113,7 +113,7 @@ def run_job(job: BatchJob) -> Record:
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Process the file, and return entries of its record; set ``sha256`` in `record` early."""
+    """Process the file, and return entries of its record; ``sha256`` is set in `record`."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

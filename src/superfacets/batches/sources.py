@@ -137,7 +137,7 @@ def _shown_by(path: Path, above: str) -> Iterator[Source]:
 
 
 def refuse_tileset(file: Path) -> None:
-    """If the file is a tileset, it could not be read before: raise the error again."""
+    """If the file is a tileset, raise the error that prevents reading it."""
     if file.suffix.lower() == ".json":
         _models_of(file)
 

@@ -57,7 +57,7 @@ Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
 
 
 def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:
-    """Return the corners of each cell, replaced by the first vertex at their position if `weld`."""
+    """Return the corners of each cell; with `weld`, the first vertex at their position."""
     first: dict[tuple[float, ...], int] = {}
     lists = [cell.tolist() for cell in cells]
     if not weld:

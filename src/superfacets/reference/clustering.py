@@ -14,7 +14,7 @@ from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
 
 Path = tuple[int, int]
-"""Length of a path, and label of its center. Shorter paths are less, then lower labels."""
+"""Length of a path, and label of its center. As tuples, shorter paths compare as less."""
 
 
 def classify_exact(
@@ -219,7 +219,7 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the arcs between coarse cells, as long as the shortest path across one border."""
+    """Return the length of each arc between coarse cells: shortest path across a single border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

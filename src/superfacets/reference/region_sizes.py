@@ -12,7 +12,7 @@ from ..mesh.triangle_mesh import Mesh
 from .smooth import MovingRegions
 
 MOST_STUCK = 4
-"""Moving stops after this number of failed attempts, times the number of regions."""
+"""Moves of cells stop after this number of failed attempts per region."""
 
 
 def move_cells(

@@ -362,7 +362,7 @@ class Patches:
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Return whether all `others` are in the patch of `region` or in other colors."""
+        """Return whether `region` and each of `others` are in one patch or in different colors."""
         own = self.sort_key(region)
         keys = [self.sort_key(other) for other in others]
         return all(key == own or key[0] != own[0] for key in keys)

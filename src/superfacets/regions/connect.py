@@ -108,5 +108,5 @@ def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Int
     """Return the piece with the largest area of each region; of equal areas, the lowest piece."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the last assignment is the largest
+    largest[region_of_piece[order]] = order  # the last value, the largest, remains
     return largest

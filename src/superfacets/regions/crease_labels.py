@@ -17,7 +17,7 @@ from ..mesh.faces import Corners, mean_normals, vertex_graph
 
 
 class VertexEdges(NamedTuple):
-    """Vertices of a mesh, or points, and their edges as a CSR graph with both directions."""
+    """Vertices of a mesh, or points, and their edges in CSR form, each edge in both directions."""
 
     offsets: Longs  # (V + 1,) index of the first edge of each vertex
     neighbors: Ints  # (M,) vertex at the other end of each edge
@@ -206,7 +206,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return, for each piece of a divided region, a connected part of its cells at the piece."""
+    """Return, for each piece of vertices of a divided region, the connected part of cells there."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

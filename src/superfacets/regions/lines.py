@@ -213,7 +213,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
 
 
 def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Return whether a line continues at each vertex, which has two edges with the same regions."""
+    """Return whether each vertex has exactly two border edges, which separate the same regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)

@@ -268,7 +268,7 @@ def _members_of(
 def _means(table: Array, members: _Members) -> Floats:
     means = np.empty((members.n_regions, table.shape[1]))
     weights = _positive_weights(members)
-    with np.errstate(invalid="ignore", over="ignore"):  # for infinite values
+    with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
         for regions, inside, starts in members.blocks():
             part = table[members.rows[inside]].astype(np.float64, copy=False)
             # Only differences from the first value are averaged, so the mean of equal values is

@@ -41,7 +41,7 @@ class Goals(NamedTuple):
 
     @classmethod
     def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Return the target sizes of a balancer; regions that it does not know keep their sizes."""
+        """Return the target sizes of a balancer; for regions added later, their current sizes."""
         rules = balancer.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])

@@ -38,8 +38,9 @@ instead of 1.19."""
 SmoothArgs: TypeAlias = tuple[
     _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
 ]
-"""Arguments of the C++ function: the four values of `BorderCosts.args`, labels, fixed cells,
-`max_distance`, `max_chain`, number of sweeps, stiffness, roundness and number of threads."""
+"""Arguments of the C++ function ``smooth_borders``: four values of `BorderCosts.args`, labels,
+fixed cells, `max_distance`, `max_chain`, number of sweeps, stiffness, roundness and number of
+threads."""
 
 
 class SmoothOptions(NamedTuple):

@@ -31,7 +31,7 @@ file ``stiffness.cpp``, so that sums are equal to the last bit."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Return the names of all arrays of cells that smoothing needs, and of these arrays of arcs."""
+    """Return the names of the cell arrays that smoothing needs, and of the given arrays of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -191,7 +191,7 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark those of `cells` that are in a tile, and cells near them; return marks of its ghosts."""
+    """Mark the cells of `cells` in a tile, and cells near them; return the marks of its ghosts."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
@@ -237,7 +237,7 @@ def _write_band(
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
-    if firsts is not None:  # unique numbers among all tiles
+    if firsts is not None:  # so that numbers are unique among all tiles
         part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]

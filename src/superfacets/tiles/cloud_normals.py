@@ -97,7 +97,7 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
-    for tile in tiles:  # sums of 3 x the volumes of cones with apex at the centroid
+    for tile in tiles:  # sum up 3 x the volume of cones with apex at the centroid
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T

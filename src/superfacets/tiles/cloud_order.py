@@ -200,7 +200,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order, with ``cells`` (final for copies, others start at 0)."""
+    """Write points in final order; ``cells`` are final for copies, and start at 0 for others."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -228,7 +228,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # if there are only copies
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box if all points are copies
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 

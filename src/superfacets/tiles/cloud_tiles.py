@@ -193,7 +193,7 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return the area of each point from squared distances of neighbors, exactly as `area_around`.
+    """Return each point's area from squared distances of neighbors, exactly as C++ `area_around`.
 
     Each row of distances must be ascending. Missing neighbors have an infinite distance.
     """

@@ -231,7 +231,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
     kept = np.flatnonzero(at >= 0)
     sources = np.repeat(np.arange(len(part), dtype=np.int32), np.diff(arcs.offsets))[kept]
     neighbors = ranks[at[kept]]
-    if sorts and np.any(ranks[1:] < ranks[:-1]):  # false without copies
+    if sorts and np.any(ranks[1:] < ranks[:-1]):  # ranks descend only if the cloud has copies
         order = np.lexsort((neighbors, sources))
         kept, neighbors = kept[order], neighbors[order]
     offsets = np.searchsorted(sources, np.arange(len(part) + 1)).astype(np.int64)

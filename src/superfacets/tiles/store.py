@@ -105,7 +105,7 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the numbers of a tile's cells, then of its ghosts; arc targets are its indices."""
+        """Return the cell numbers of a tile and of its ghosts, which arc targets index."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:

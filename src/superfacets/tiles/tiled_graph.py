@@ -119,7 +119,7 @@ class TiledGraph:
         return labels
 
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the same graph in memory."""
+        """Return this graph as a `_core.OrderedGraph`, with all cells in memory."""
         store, tiles = self.store, range(self.store.n_tiles)
         cells = [store.read(tile, "cells") for tile in tiles]
         positions, measures = np.empty((store.n_cells, 3)), np.empty(store.n_cells)
@@ -266,7 +266,7 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Return for each region the cell of a tile nearest to `means`, after its squared distance."""
+    """Return the cell of a tile nearest to the mean of each region, after its squared distance."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
@@ -308,7 +308,7 @@ class TiledRegions:
         return labels
 
     def adopt_orphans(self) -> None:
-        """Make the lowest cell of each island (component without a center) a center, ascending."""
+        """Make the lowest cell of each island a center; islands are components without a center."""
         labels = self.labels()
         if labels.min() < 0:
             cells, _, islands = _find_islands(self._store, labels, self._graph.run)
@@ -413,9 +413,9 @@ def _components(pairs: Longs, n_nodes: int) -> Ints:
 def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
     """Split the regions into pieces that are connected within a tile; return their number."""
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
-    offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # no arcs from ghosts
+    offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
     pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
-    n_own = int(pieces[: len(labels)].max()) + 1  # pieces of ghosts only come last
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces with only ghosts come last
     store.write(tile, "pieces", pieces)
     return n_own
 

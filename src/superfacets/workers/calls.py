@@ -12,7 +12,7 @@ from .. import __version__
 from ..io.guards import counted
 
 ALLOWED_KILLS = 3
-"""A call is not repeated again if more than this number of workers have died during the call."""
+"""A call is not repeated again if more than this number of workers have died during it."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
 """A function of a module and its arguments, which are pickled."""

@@ -32,7 +32,7 @@ class Theirs:
     class_list: ClassList  # my classes, followed by new classes from their file
 
     def differs(self, mine: Paint) -> Bools:
-        """Return whether each cell has classes in both files, but a different class or object."""
+        """Return which cells are labeled in both files, but with different classes or objects."""
         return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
 
 
@@ -43,7 +43,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     """
     journal = parsed_work(Path(name), data)
     source.check_work(journal)
-    is_shared = journal.header["classes"] is None  # the folder's list is used
+    is_shared = journal.header["classes"] is None  # None: the classes are in the folder
     state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
@@ -53,7 +53,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """Return my number of each of their classes, and my list of classes extended by new classes."""
+    """Return my number for each of their classes, and my list extended by their new classes."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
@@ -62,7 +62,7 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
 
 
 def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
-    """Return my number of the object that each cell has in their file, or 0 if it has none.
+    """Return my number for the object of each cell in their file, or 0 for cells in no object.
 
     Objects of one class are matched greedily, starting with the pair of largest IoU. Other objects
     of theirs get numbers above my objects. `mine` and `theirs` are ``class * 1000 + object``.

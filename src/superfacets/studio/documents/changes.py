@@ -1,4 +1,4 @@
-"""Represent the state of a document, and changes that can be undone, of about a byte per cell."""
+"""Represent the state of a document and its changes, which can be undone and are compressed."""
 
 from __future__ import annotations
 

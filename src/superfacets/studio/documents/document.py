@@ -60,7 +60,7 @@ OTHER_VERSION = (
 
 @dataclass
 class Document:
-    """A mesh that is being labeled; its state equals the changes that the journal stores."""
+    """A mesh that is being labeled; every change of its state is also written to the journal."""
 
     source: Source
     journal: Journal
@@ -147,7 +147,7 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """List of classes, including missing entries for classes of cells and suggestions."""
+        """List of classes, extended by missing classes that cells or suggestions have."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         suggested = {one.class_id for one in self.state.suggestions}
         return with_missing(self.state.class_list, suggested.union(used))
@@ -304,7 +304,7 @@ class Document:
             return change
 
     def suggest(self, imported: Imported) -> int:
-        """Replace all suggestions by at least one imported object, and return their number."""
+        """Replace all suggestions by imported objects, and return their number, at least 1."""
         with self.lock:
             suggestions, classes = suggestions_of(imported, self.class_list)
             if not suggestions:
@@ -365,14 +365,14 @@ class Document:
         return agreement(self.state, self._compared(), self.areas)
 
     def differing(self) -> CellNumbers:
-        """Return cells with classes in both work files, but with different classes or objects."""
+        """Return the cells that are labeled in both files, but with different labels."""
         with self.lock:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Use their labels in these cells, or keep mine, so that labels no longer differ.
+        """Use the other file's labels in these cells ("theirs"), or ignore them there ("mine").
 
-        If `side` is "theirs", cells without a class in my document also get their labels.
+        With "theirs", cells without a class in this document are also labeled.
         """
         with self.lock:
             theirs = self._compared()

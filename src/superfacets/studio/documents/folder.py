@@ -92,7 +92,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # without `_lock`, for which threads with a document may wait
+        for document in documents:  # without `_lock`, as users of documents may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:

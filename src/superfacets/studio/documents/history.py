@@ -114,7 +114,7 @@ class History:
         self.seq += 1
 
     def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
-        """Return whether the labels, after changes of these kinds, may differ from the last review.
+        """Return whether the labels, after changes of these kinds, may differ from reviewed labels.
 
         If undo of a review restores an older review, the result is True, because it is unknown
         whether the document has changed since the older review.

@@ -133,7 +133,7 @@ class Journal:
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
-    """Return a journal with the lines in the content of a work file; it cannot be appended to.
+    """Return a read-only journal with the lines in the content of a work file.
 
     Raises JournalError if the data is not a work file, or if a line before the last is damaged.
     """

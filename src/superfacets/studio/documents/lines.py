@@ -35,7 +35,7 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
-        own = header["classes"]  # None if a folder was open
+        own = header["classes"]  # None: the classes are in the folder
         classes = default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 

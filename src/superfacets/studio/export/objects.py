@@ -97,7 +97,7 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _runs(is_in: Bools) -> list[int]:
-    """Return lengths of runs of equal values in a mask; the first run is outside, maybe empty."""
+    """Return lengths of runs of equal values in a mask; the first run is False and may be empty."""
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
     return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 
@@ -130,7 +130,7 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
-    """Return the segment and instance of each vertex; a segment is a region in one object."""
+    """Return the segment and instance of each vertex; segments are regions, split by objects."""
     instances = vertex_instances(document)
     regions = vertex_labels(document.cells, document.revision.labels)
     pairs = np.stack([regions, instances], axis=1)

@@ -132,7 +132,7 @@ def _write(document: Document, what: str, format: str, folder: Path) -> list[Pat
     """Write the file of an export, and its second file if the format consists of two files."""
     pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
     paths = [folder / _name_of(document, what, one) for one in pair]
-    with document.lock:  # no change between labels and names
+    with document.lock:  # prevents changes between labels and names
         for one, path in zip(pair, paths, strict=True):
             _WRITERS[what](document, one, path)
     return paths

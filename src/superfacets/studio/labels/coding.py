@@ -18,7 +18,7 @@ MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]
 
-_MAX_BYTES = 5  # maximum length of a 32-bit number with 7 bits per byte
+_MAX_BYTES = 5  # maximum number of bytes for a 32-bit number, with 7 bits per byte
 
 
 def pack_cells(cells: CellNumbers) -> bytes:

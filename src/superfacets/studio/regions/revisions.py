@@ -50,7 +50,7 @@ class Revision:
 
     @cached_property
     def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
-        """Cells sorted by region, ascending within each region, after the offset of each region."""
+        """Index of the first cell of each region, and cells sorted by region, then by number."""
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)

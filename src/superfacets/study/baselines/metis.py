@@ -114,7 +114,7 @@ def metis_partition(
 
 
 def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
-    """Partition each connected component, and return the label of each face, maybe with gaps."""
+    """Partition each component, and return the label of each face; labels may have gaps."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
     components = cells.components()
