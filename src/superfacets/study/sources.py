@@ -46,7 +46,7 @@ class Sources:
 
 
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
-    """Return the models of a benchmark, or those in `numbers`, with a readable ground truth.
+    """Return all models, or the models in `numbers`, of a benchmark that have ground truths.
 
     Raises MeshError if no model can be used, and ValueError if a model in `numbers` does not exist.
     """

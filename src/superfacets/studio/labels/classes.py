@@ -118,7 +118,7 @@ def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
 
 
 def checked_class_list(value: object) -> ClassList:
-    """Return a checked list of classes; a ValueError names the first invalid entry."""
+    """Check a list of classes; raise a ValueError that names the first invalid entry."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))

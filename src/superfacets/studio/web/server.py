@@ -88,7 +88,7 @@ class Connection(H11Protocol):
         return self.cycle is None or self.cycle.response_complete
 
     def _awaited(self) -> tuple[object, ...] | None:
-        """Return a value that changes if the client makes progress; None if the server is busy."""
+        """Return a value that changes with the client's progress, or None if the server is busy."""
         n_unsent = self.transport.get_write_buffer_size()
         if n_unsent:
             return "reply", self.cycle, n_unsent
