@@ -179,7 +179,7 @@ class _Run:
         path = Path(job.input)
         if self.labels is not None:
             return cells, given_labels(cells, self.labels, self.labels_named), attributes
-        # The reader of labels relies on the ending of IN, which is wrong if a format is given.
+        # Labels are read according to the ending of IN, which is wrong if a format is given.
         if self.format is not None or not has_labels(path, name=self.labels_named):
             return cells, None, attributes
         labels = read_labels(path, cells.n_cells, name=self.labels_named)

@@ -21,7 +21,7 @@ from .options import INPUT, format_option, json_option
 Info = MeshInfo | TetInfo | CloudInfo
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Maximum size of a file whose attributes are read, to report properties that are constant."""
+"""Maximum size, in bytes, of files whose attributes are read to report constant properties."""
 
 
 @click.command("info")

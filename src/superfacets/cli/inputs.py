@@ -140,8 +140,8 @@ def labels_beside(
 ) -> Ints | None:
     """Read labels from a label file if given, else from the mesh file; return None if none exist.
 
-    `name` is the name of the labels in files that also contain other data. `is_quiet` is as for
-    `labels_for`.
+    `name` is the name of the labels in files that also contain other data. `is_quiet` is the same
+    as for `labels_of_cells`.
     """
     if labels is None and not has_labels(mesh, name=name):
         return None

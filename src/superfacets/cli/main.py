@@ -62,7 +62,7 @@ def main() -> NoReturn:
         names = {word.partition("=")[0] for word in sys.argv}  # options without their values
         if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
             with contextlib.suppress(OSError):  # if this fails, workers start later
-                prepare()  # workers import packages at the same time as this process
+                prepare()  # workers and this process import packages in parallel
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()

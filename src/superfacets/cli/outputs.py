@@ -333,7 +333,7 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
 
 
 def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Iterable[str]) -> None:
-    """Raise a usage error if a file with these endings cannot store cells without a label.
+    """Raise a usage error if a mask is given, but a format needs a label for every cell.
 
     Also raise a usage error if `values` are given without a mask.
     """

@@ -37,7 +37,7 @@ NAMES = {
 ITERATIONS = 8.0
 """The bar shows a fraction of 1 - exp(-n / 8) of the loop as finished after n iterations, because
 the number of iterations is not known in advance, and later iterations are shorter. On the meshes
-above, the loop ran for 13 to 18 iterations, and half of its time was spent after 6 to 8."""
+for `SHARES`, the loop ran for 13 to 18 iterations, and half of its time was spent after 6 to 8."""
 
 NEARLY = 0.95
 """Largest fraction of a stage, except the loop, that the bar shows before the stage ends."""

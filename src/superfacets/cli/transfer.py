@@ -53,7 +53,7 @@ def transfer_command(
             str(target), target_format, keep=run.keeps_attributes
         )
         check_fit(goal, None, run.job.endings, run.form)
-        with warnings.catch_warnings(record=True) as caught:  # printed as notes
+        with warnings.catch_warnings(record=True) as caught:  # warnings become notes
             carried = transfer(
                 cells, of_source, goal, max_distance=max_distance, n_threads=run.n_threads
             )

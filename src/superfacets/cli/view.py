@@ -80,7 +80,7 @@ def view_command(
             print_note(f"the texture is not shown: {error}")
     try:
         page = page or show()
-    except (ValueError, TypeError) as error:  # caused by the content of input files
+    except (ValueError, TypeError) as error:  # an input file has wrong values
         raise MeshError(f"{mesh}: {error}") from None
     if target is not None:
         page.save(target)

@@ -60,7 +60,7 @@ class Gltf:
         return item
 
     def take(self, n_bytes: int, name: str) -> None:
-        """Add to the number of decompressed bytes. Raise a MeshError if the sum is too large."""
+        """Count decompressed bytes, and raise a MeshError if their sum exceeds the limit."""
         self.n_unpacked += n_bytes
         if self.n_unpacked > most_bytes_of(self.n_bytes):
             raise MeshError(

@@ -112,7 +112,7 @@ class _Reader:
         return parts
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
-        """Return the index of an accessor's first coordinates among all coordinates."""
+        """Add the coordinates of an accessor, but only once, and return the index of the first."""
         key = (whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
@@ -202,7 +202,7 @@ class _SourceReader:
     """Converter of materials that replaces textures by indices into `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # coordinates of the color texture
+    use: _Use  # texture coordinates of the color, which other textures must use, too
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

@@ -201,7 +201,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
 
 
 def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
-    """Read a mesh, or a point cloud if the file has no faces; `placement` is for 3D Tiles."""
+    """Read a mesh, or a cloud if the file has no faces; `placement` moves models of 3D Tiles."""
     parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
     return _read(path, CELL_ENDINGS, parse)[0]
 

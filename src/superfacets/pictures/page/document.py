@@ -164,7 +164,7 @@ def view(
 
 
 def checked_page_path(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a page; an error if its ending is wrong or its folder does not exist."""
+    """Return the path of a page; raise an error if its ending is wrong or its folder is missing."""
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"the name of a page must end in .html or .htm, got {target.name!r}")

@@ -55,7 +55,7 @@ class Labeling:
         }
 
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
-        """Add labels, colors, cell counts and sizes of the regions to `arrays`.
+        """Add labels, colors, cell counts, and areas or volumes of the regions to `arrays`.
 
         If each region of `finer` is inside a single region, the region that contains each finer
         region is stored instead of a label per cell.
