@@ -37,7 +37,7 @@ from .inputs import (
 )
 from .interrupts import run_in_background
 from .options import FILE, numbers, option, options
-from .outputs import check_mask, output_option, plan_jobs
+from .outputs import Job, check_mask, output_option, plan_jobs
 from .report import notes_on_written
 
 ARRAYS = ".npz"
@@ -92,15 +92,8 @@ def levels_command(
         raise click.UsageError(
             "give --labels or --mask, not both: cells with label -1 are left out already"
         )
-    named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
-    streams = [text for text in outputs if text == opts.STANDARD_STREAM]
-    paths = [str(path) for output in named for path in _paths_of_levels(output, counts)]
-    format_of_stream = format_of_stream or ("npz" if streams else None)
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
-    (job,) = plan_jobs(
-        (input,), [*paths, *streams], [format_of_stream] if format_of_stream else [], ascii=False,
-        also_read=also_read,
-    )  # fmt: skip
+    job = _plan(input, outputs, counts, format_of_stream, also_read)
     check_mask(mask, mask_values, job.endings)
     checked_targets(job.files)
     keeps = job.holds_attributes and not drop_attributes
@@ -122,14 +115,7 @@ def levels_command(
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    with atomic_outputs(job.files) as temporaries:
-        writers = _writers(named, cells, attributes, nested)
-        for temporary, write in zip(temporaries, writers, strict=True):
-            with temporary.open("wb") as file:
-                write(file)
-        if job.stream is not None:
-            _write_all(sys.stdout.buffer, job.stream, nested)
-            sys.stdout.buffer.flush()
+    _write(job, outputs, cells, attributes, nested)
     if not is_quiet:
         print_notes(notes_on_written(cells, attributes, job.endings, 0))
     facts = {
@@ -139,6 +125,26 @@ def levels_command(
     size = counted(cells.n_cells, kind_of(cells).noun)
     text = f"{job.name}: {size}, levels of {listed} regions"
     job.report(facts, text, kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
+
+
+def _plan(
+    input: str, outputs: tuple[str, ...], counts: tuple[int, ...], format: str | None,
+    also_read: list[str],
+) -> Job:  # fmt: skip
+    """Return the input and its outputs; `format` is the format of standard output."""
+    paths = [
+        str(path) for output in _files_of(outputs) for path in _paths_of_levels(output, counts)
+    ]
+    streams = [text for text in outputs if text == opts.STANDARD_STREAM]
+    format = format or ("npz" if streams else None)
+    formats = [] if format is None else [format]
+    (job,) = plan_jobs((input,), [*paths, *streams], formats, ascii=False, also_read=also_read)
+    return job
+
+
+def _files_of(outputs: tuple[str, ...]) -> list[Path]:
+    """Return the outputs that are files, not standard output."""
+    return [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
 
 
 def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
@@ -151,6 +157,21 @@ def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
         return [output]
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
     return [output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True)]
+
+
+def _write(
+    job: Job, outputs: tuple[str, ...], cells: Cells, attributes: MeshAttributes | None,
+    nested: Hierarchy,
+) -> None:  # fmt: skip
+    """Write all outputs of the job, or none."""
+    with atomic_outputs(job.files) as temporaries:
+        writers = _writers(_files_of(outputs), cells, attributes, nested)
+        for temporary, write in zip(temporaries, writers, strict=True):
+            with temporary.open("wb") as file:
+                write(file)
+        if job.stream is not None:
+            _write_all(sys.stdout.buffer, job.stream, nested)
+            sys.stdout.buffer.flush()
 
 
 def _writers(

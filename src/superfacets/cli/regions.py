@@ -6,12 +6,12 @@ import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
 
-from .._types import Floats, Ints
+from .._types import Array, Floats, Ints
 from .._validate import ranked_labels
 from ..batches.files import seen_from
 from ..cells.kinds import kind_of
@@ -27,16 +27,30 @@ from ..export.tables import (
 )
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
-from ..io.readers.labels import read_labels
+from ..mesh.cells import Cells
 from ..regions.lines import BorderLines, border_lines
 from . import options as opts
-from .inputs import check_inputs, labels_beside, load_cells, name_of
+from .inputs import check_inputs, labels_beside, name_of, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
 
-_Drawn = tuple[Floats, list[tuple[str, Ints]]]
-"""Vertices of a mesh, and a list of (name, vertex indices along the line)."""
+
+class _Labeled(NamedTuple):
+    """Cells of the input, with their labels and the properties of ``--majority``."""
+
+    cells: Cells
+    labels: Ints  # (N,) label of each cell, or -1
+    integers: dict[str, Ints]  # (N,) integer properties of the cells, by name
+
+
+class _Measured(NamedTuple):
+    """Regions of the input, their table, and their borders."""
+
+    graph: RegionGraph
+    names: Ints  # (K,) label of each region in the input
+    regions: dict[str, Array]  # columns of the table, by name
+    borders: tuple[Floats, list[tuple[str, Ints]]] | None  # vertices, and lines as (name, path)
 
 
 @click.command("regions")
@@ -70,60 +84,75 @@ def regions_command(
     a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
     """
     check_inputs((cells,))
-    if majority and cells == opts.STANDARD_STREAM:
-        raise click.UsageError("--majority needs a file, not standard input")
     output = None if str(output) == opts.STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, Ints, dict[str, Ints], _Drawn | None]:
-        whole: Any = load_cells(cells, format)
-        given = labels_beside(Path(cells), labels, whole, labels_named, is_quiet=is_quiet)
-        if given is None:
-            raise MeshError(f"{name_of(cells)} has no labels: give a label file as LABELS")
-        if borders is not None and not kind_of(whole).has_faces:
+    def compute() -> _Measured:
+        given = _read(cells, format, labels, labels_named, majority, is_quiet=is_quiet)
+        if borders is not None and not kind_of(given.cells).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
-            whole = seen_from(viewpoint, whole)
-        compact, names = ranked_labels(given)  # label numbers in a file may have gaps
+            given = given._replace(cells=seen_from(viewpoint, given.cells))
+        compact, names = ranked_labels(given.labels)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
-        graph = region_graph(whole, compact)
-        majorities = {
-            f"majority_{name}": _most_frequent(
-                compact, read_labels(cells, whole.n_cells, name=name), len(names)
-            )
-            for name in majority
-        }
-        drawn: _Drawn | None = None
-        if borders is not None:
-            drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
-        return graph, names, majorities, drawn
+        return _measured(given, compact, names, has_borders=borders is not None)
 
-    graph, names, majorities, drawn = run_in_background(compute)
-    regions = graph.table() | {"region": names} | majorities
-    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
-    of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
-    tables = [(output, regions), (arcs, of_arcs)]
-    write_tables([(path, table) for path, table in tables if path is not None])
-    if borders is not None and drawn is not None:
-        write_lines(borders, *drawn)
-    if output is None and sys.stdout is None:
-        raise OSError("standard output is closed")
-    if output is None:
-        print_csv(sys.stdout, regions)
+    found = run_in_background(compute)
+    _write(found, output, arcs, borders)
+    graph = found.graph
     if as_json:
         names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
-        return
-    found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} of neighbors"
-    if is_quiet:
-        return
-    for path in files:
-        click.echo(f"wrote {path}", err=output is None)
-    click.echo(f"{cells}: {found}", err=output is None)
+    elif not is_quiet:
+        pairs = f"{counted(graph.n_arcs, 'pair')} of neighbors"
+        lines = [f"wrote {path}" for path in files]
+        lines.append(f"{cells}: {counted(graph.n_regions, 'region')}, {pairs}")
+        click.echo("\n".join(lines), err=output is None)
+
+
+def _read(
+    text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...], *,
+    is_quiet: bool,
+) -> _Labeled:  # fmt: skip
+    """Read the cells, their labels with this name, and the integer properties `majority`."""
+    source = read_input(text, format)
+    cells = source.cells()
+    given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
+    if given is None:
+        raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
+    return _Labeled(cells, given, {name: source.integers(cells.n_cells, name) for name in majority})
+
+
+def _measured(given: _Labeled, labels: Ints, names: Ints, *, has_borders: bool) -> _Measured:
+    """Measure regions with the labels 0 to K - 1, whose labels in the input are `names`."""
+    cells: Any = given.cells
+    graph = region_graph(cells, labels)
+    majorities = {
+        f"majority_{name}": _most_frequent(labels, values, len(names))
+        for name, values in given.integers.items()
+    }
+    lines = list(_named(border_lines(cells, labels), names)) if has_borders else []
+    columns = graph.table() | {"region": names} | majorities
+    return _Measured(graph, names, columns, (cells.vertices, lines) if has_borders else None)
+
+
+def _write(found: _Measured, output: Path | None, arcs: Path | None, borders: Path | None) -> None:
+    """Write the tables and the borders; print the table of regions if `output` is None."""
+    graph, names = found.graph, found.names
+    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
+    of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    tables = [(output, found.regions), (arcs, of_arcs)]
+    write_tables([(path, table) for path, table in tables if path is not None])
+    if borders is not None and found.borders is not None:
+        write_lines(borders, *found.borders)
+    if output is None and sys.stdout is None:
+        raise OSError("standard output is closed")
+    if output is None:
+        print_csv(sys.stdout, found.regions)
 
 
 def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
