@@ -81,6 +81,5 @@ def _surface_of(source: Input) -> FaceMesh:
     cells = source.cells()
     kind = kind_of(cells)
     if not kind.has_faces:
-        contents = f"{source.text}: contains {kind.plural}"
-        raise MeshError(f"{contents}, but only a mesh of faces can be cut")
+        raise MeshError(f"{source.text}: expected a mesh of faces to cut, got {kind.plural}")
     return as_mesh(cells)

@@ -43,7 +43,7 @@ class GivenLabels(NamedTuple):
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
-    """Raise a usage error if an input is not a file name, or inputs cannot be combined."""
+    """Raise a usage error if an input is not a file name, or if ``-`` is not the only input."""
     for text in inputs:
         if text != STANDARD_STREAM and not Path(text).name:
             raise click.UsageError(f"{text or repr(text)} is not a file name")
@@ -82,26 +82,14 @@ class Input(NamedTuple):
             )
 
     def labels(self, n_cells: int, name: str) -> Ints | None:
-        """Return the labels of the cells with this name, or None if there are no such labels."""
+        """Return the labels called `name`, one per cell, or None if the input has none."""
         with named_errors(name_of(self.text)):
             return find_labels(self.data, self.ending, n_cells, name)
 
     def integers(self, n_cells: int, name: str) -> Ints:
-        """Return an integer property of the cells, or raise a MeshError if it is missing."""
+        """Return the integer property `name`, one value per cell; if missing, raise a MeshError."""
         with named_errors(name_of(self.text)):
             return parse_labels(self.data, self.ending, n_cells, name)
-
-
-def load_cells(text: str, format: str | None) -> Cells:
-    """Return the mesh or point cloud in a file, or on standard input for ``-``."""
-    return read_input(text, format).cells()
-
-
-def load_cells_and_attributes(
-    text: str, format: str | None, *, keep: bool = True
-) -> tuple[Cells, MeshAttributes | None]:
-    """Return the mesh or point cloud of an input, and its attributes, or None unless `keep`."""
-    return read_input(text, format).cells_and_attributes(keep=keep)
 
 
 def labels_for(cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
@@ -150,7 +138,7 @@ def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
 
 
 def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
-    """Raise a MeshError if the cells of a labeled file differ from `cells`, or in their order."""
+    """Raise a MeshError if a labeled file has other cells than `cells`, or in another order."""
     expected, given = (kind_of(some).positions(some) for some in (cells, labeled))
     tolerance = 1e-4 * np.ptp(expected, axis=0).max()
     if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:

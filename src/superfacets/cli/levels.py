@@ -28,13 +28,7 @@ from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
 from . import options as opts
 from .failures import print_notes
-from .inputs import (
-    check_inputs,
-    constraint_options,
-    constraints_of,
-    labels_for,
-    load_cells_and_attributes,
-)
+from .inputs import check_inputs, constraint_options, constraints_of, labels_for, read_input
 from .interrupts import run_in_background
 from .options import FILE, numbers, option, options
 from .outputs import Job, check_mask, output_option, plan_jobs
@@ -99,7 +93,8 @@ def levels_command(
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
-        cells, attributes = load_cells_and_attributes(input, format, keep=keeps or bool(features))
+        source = read_input(input, format)
+        cells, attributes = source.cells_and_attributes(keep=keeps or bool(features))
         given = None
         if labels is not None:  # label numbers in a file may have gaps
             given, _ = ranked_labels(labels_for(cells, labels, labels_named, is_quiet=is_quiet))

@@ -56,7 +56,7 @@ _NO_WORKERS = {"-h", "--help", "--scheduler"}
 
 
 def main() -> NoReturn:
-    """Run the command line. An error is one line on stderr, and an exit status."""
+    """Run the command line. An error is reported by one line on stderr and by the exit status."""
     hear_signals()
     try:
         names = {word.partition("=")[0] for word in sys.argv}  # options without their values

@@ -18,13 +18,7 @@ from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
-from ..export.tables import (
-    LINE_ENDINGS,
-    TABLE_ENDINGS,
-    print_csv,
-    write_lines,
-    write_tables,
-)
+from ..export.tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_lines, write_tables
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
 from ..mesh.cells import Cells

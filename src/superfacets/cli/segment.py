@@ -27,8 +27,8 @@ from .inputs import (
     check_inputs,
     constraint_options,
     constraints_of,
-    load_cells_and_attributes,
     name_of,
+    read_input,
 )
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
@@ -180,7 +180,7 @@ class _Run:
 
     def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
         """Read the input; raise an error if an output format cannot store this kind of cells."""
-        cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        cells, attributes = read_input(job.input, self.format).cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes

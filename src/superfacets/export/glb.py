@@ -162,13 +162,8 @@ def _split_vertices(
         vertex_keys = np.unique(corners, return_inverse=True)[1].astype(np.int64)
         corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
     _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
-    return _Split(
-        vertices.ravel()[firsts].astype(np.int64),
-        faces[firsts // 3],
-        pairs[firsts],
-        numbers.reshape(-1, 3),
-        faces,
-    )
+    used = vertices.ravel()[firsts].astype(np.int64)
+    return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
 
 
 def _feature_ids(n_regions: int, labels: npt.NDArray[np.int32]) -> dict[str, Any]:

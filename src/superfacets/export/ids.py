@@ -107,7 +107,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions that files of vertex labels omit, because they contain no vertex."""
+        """Number of regions without a vertex, which files of vertex labels therefore omit."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 

@@ -165,6 +165,6 @@ def is_encodable(text: str) -> bool:
     """Return whether a text can be encoded as UTF-8."""
     try:
         text.encode()
-    except UnicodeEncodeError:  # a lone surrogate
+    except UnicodeEncodeError:  # the text has a lone surrogate
         return False
     return True

@@ -113,12 +113,12 @@ def check_regular(path: Path) -> None:
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Allocate memory, in huge pages if possible, which is filled 5 times as fast as bytes."""
+    """Allocate memory, in huge pages if possible. Filling a bytes object is 5 times as slow."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     if hasattr(mmap, "MADV_HUGEPAGE"):
-        with contextlib.suppress(OSError):  # madvise is only a hint
+        with contextlib.suppress(OSError):  # harmless, because madvise is only a hint
             memory.madvise(mmap.MADV_HUGEPAGE)
     return memory
 

@@ -161,7 +161,7 @@ def scene_of(
     *,
     is_smooth: bool = False,
 ) -> Scene:
-    """Build the scene for cells of any kind."""
+    """Build the scene of cells, which are faces, tetrahedra or points."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     outside = kind.outside(cells, keep)

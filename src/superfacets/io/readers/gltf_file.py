@@ -194,7 +194,7 @@ def view_content(gltf: Gltf, index: int) -> memoryview:
 
 
 def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the meshopt extension of a buffer or buffer view, or None."""
+    """Return the meshopt extension of a buffer or buffer view, or None if it is missing."""
     extensions = item.get("extensions")
     named = extensions if isinstance(extensions, dict) else {}
     return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)

@@ -33,7 +33,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or in `left_out` the reason why it cannot be read."""
+    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
@@ -187,7 +187,7 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # a small file could fill memory
+            if self.n_image_bytes > self.gltf.n_bytes:  # else a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"

@@ -14,14 +14,7 @@ import numpy as np
 from ..._types import Array, Ints
 from ..._validate import hint_at_vertices, refuse_first, refuse_mask
 from ...errors import MeshError
-from ..guards import (
-    Content,
-    counted,
-    hint_at_integers,
-    known_ending,
-    named_errors,
-    read_content,
-)
+from ..guards import Content, counted, hint_at_integers, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header

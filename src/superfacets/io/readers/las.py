@@ -143,17 +143,9 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     return _Header(
-        minor,
-        bool(data[6] & 16),
-        n_points,
-        point_format,
-        size,
-        begin,
-        is_compressed,
-        numbers[:3],
-        numbers[3:],
-        records,
-    )
+        minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
+        numbers[3:], records,
+    )  # fmt: skip
 
 
 def _size_of(fields: tuple[_Field, ...]) -> int:

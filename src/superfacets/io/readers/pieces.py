@@ -68,7 +68,7 @@ class Pieces:
 
 
 class SourceFile(NamedTuple):
-    """A file of a source, its name in the source, and its placement in a tileset."""
+    """A file of a folder or tileset, its name in the folder, and its placement in the tileset."""
 
     path: Path
     name: str
@@ -76,7 +76,7 @@ class SourceFile(NamedTuple):
 
 
 def holds_files(path: Path) -> bool:
-    """Return whether a source is a folder or a tileset, which may have several files."""
+    """Return whether a path is a folder or a tileset, which may have several files."""
     return path.is_dir() or tileset_at(path) is not None
 
 

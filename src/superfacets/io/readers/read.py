@@ -62,7 +62,7 @@ CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES",
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
-"""Endings, keyed by the first bytes of the file."""
+"""Endings of mesh formats, keyed by the first bytes of their files."""
 
 _RASTER = (
     "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"

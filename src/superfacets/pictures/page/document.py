@@ -20,7 +20,14 @@ from ...io.textures import Texture
 from ..camera import View
 from ..colors import scale_colors
 from .coding import Arrays
-from .groups import Feature, Labeling, LabelsLike, checked_features, checked_levels, checked_truth
+from .groups import (
+    Feature,
+    Labeling,
+    LabelsLike,
+    checked_features,
+    checked_labeling,
+    checked_levels,
+)
 from .shape import STEPS, Shape, shape_of, view_facts
 from .texture import texture_parts
 
@@ -137,7 +144,7 @@ def view(
     kind, n_cells = kind_of(cells), cells.n_cells
     n_vertices = getattr(cells, "n_vertices", None)
     levels = checked_levels(labels, n_cells, n_vertices)
-    truth = checked_truth(ground_truth, n_cells, n_vertices)
+    truth = None if ground_truth is None else checked_labeling(ground_truth, n_cells, n_vertices)
     values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
     if camera is not None and not isinstance(camera, View):
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
