@@ -37,8 +37,8 @@ from .report import notes_on_numbers, notes_on_written
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
 @options(
     output_option(
-        "Output file in any format that segment -o writes; may be given several times. Or a folder"
-        " (results/), or - for standard output."),
+        "Output file in any format that segment -o writes, a folder (results/), or - for standard"
+        " output; may be given several times."),
     option("--split folder DIR", opts.FOLDER,
            "Write each region to a separate file in this folder, such as DIR/region_17.ply."),
     to_option("Format of outputs whose file name is not given"),

@@ -36,7 +36,7 @@ from .outputs import OneRun, one_output_options
     "--labels L", FILE,
     "Label file with the regions of IN, instead of -n: .npy, .seg, .txt, or labeled .ply or .vtp.",
 )  # fmt: skip
-@one_output_options("The cut mesh with its labels, or the labels of its faces alone", "IN")
+@one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
 @format_option("IN")
 def cut_command(
     mesh: Path, n_segments: int | None, labels: Path | None, format: str | None, **given: Any

@@ -205,7 +205,7 @@ constraint_options = options(
            "Label file with one whole number per face or point. Cells with different numbers never"
            " share a region."),
 )  # fmt: skip
-"""Adds the options ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
+"""Decorator that adds ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
 
 barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),

@@ -45,9 +45,9 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            "Number of regions on each level, such as 2000,500,100.", callback=numbers,
            required=True),
     output_option(
-        "A .npz or .sstk.json file for all levels. In any other format that segment writes, each"
-        " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. May be"
-        " given several times. Or - for standard output.", required=True),
+        "A .npz or .sstk.json file for all levels, or - for standard output. In any other format"
+        " that segment writes, each level is a separate file: OUT.ply becomes OUT.2000.ply,"
+        " OUT.500.ply and so on. May be given several times.", required=True),
     option("--to format_of_stream", tuple(ending.lstrip(".") for ending in ALL_LEVELS),
            "Format of standard output.  [default: npz]"),
     option("--labels L", FILE,
@@ -87,6 +87,7 @@ def levels_command(
             "give --labels or --mask, not both: cells with label -1 are left out already"
         )
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
+    named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
     job = _plan(input, outputs, counts, format_of_stream, also_read)
     check_mask(mask, mask_values, job.endings)
     checked_targets(job.files)
@@ -110,7 +111,7 @@ def levels_command(
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    _write(job, outputs, cells, attributes, nested)
+    _write(job, named, cells, attributes, nested)
     if not is_quiet:
         print_notes(notes_on_written(cells, attributes, job.endings, 0))
     facts = {
@@ -127,40 +128,34 @@ def _plan(
     also_read: list[str],
 ) -> Job:  # fmt: skip
     """Return the input and its outputs; `format` is the format of standard output."""
-    paths = [
-        str(path) for output in _files_of(outputs) for path in _paths_of_levels(output, counts)
-    ]
-    streams = [text for text in outputs if text == opts.STANDARD_STREAM]
-    format = format or ("npz" if streams else None)
+    paths = [path for output in outputs for path in _paths_of_levels(output, counts)]
+    format = format or ("npz" if opts.STANDARD_STREAM in outputs else None)
     formats = [] if format is None else [format]
-    (job,) = plan_jobs((input,), [*paths, *streams], formats, ascii=False, also_read=also_read)
+    (job,) = plan_jobs((input,), paths, formats, ascii=False, also_read=also_read)
     return job
 
 
-def _files_of(outputs: tuple[str, ...]) -> list[Path]:
-    """Return the outputs that are files, not standard output."""
-    return [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
-
-
-def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
+def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
     """Return the path of a file for all levels, or one path per level, finest level first."""
+    if text == opts.STANDARD_STREAM:
+        return [text]
+    output = Path(text)
     try:
         ending = known_ending(output, OUTPUT_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     if ending in ALL_LEVELS:
-        return [output]
+        return [text]
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
-    return [output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True)]
+    return [str(output.with_name(f"{stem}.{n}{given}")) for n in sorted(counts, reverse=True)]
 
 
 def _write(
-    job: Job, outputs: tuple[str, ...], cells: Cells, attributes: MeshAttributes | None,
-    nested: Hierarchy,
-) -> None:  # fmt: skip
-    """Write all outputs of the job, or none."""
+    job: Job, named: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
+) -> None:
+    """Write all outputs of the job, or none of them if one fails."""
     with atomic_outputs(job.files) as temporaries:
-        writers = _writers(_files_of(outputs), cells, attributes, nested)
+        writers = _writers(named, cells, attributes, nested)
         for temporary, write in zip(temporaries, writers, strict=True):
             with temporary.open("wb") as file:
                 write(file)

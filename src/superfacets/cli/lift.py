@@ -35,7 +35,7 @@ from .outputs import OneRun, one_output_options
 @click.argument("cameras", metavar="CAMERAS", type=FILE)
 @options(
     option("--consistent-ids is_consistent", FLAG,
-           "A mask id means the same in all images, like a class id, and becomes the label."
+           "Mask ids mean the same in all images, like class ids, and become the labels."
            "  [default: join masks that cover the same regions into objects, numbered from 0]"),
     option("--agreement", Real(0, 1, min_open=True),
            "Probability that two points of the same object are in the same mask of an image, given"

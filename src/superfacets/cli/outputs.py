@@ -63,8 +63,8 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
     """Add the options that `OneRun` needs to a command that processes a single input."""
     return options(
         output_option(
-            f"{what}, in any format that segment writes; may be given several times. Or a folder"
-            " (results/), or - for standard output."
+            f"Output file ({what}, in any format that segment writes), a folder (results/), or -"
+            " for standard output; may be given several times."
             f"  [default: {name}.superfacets.ply beside {name}]"
         ),
         to_option(),

@@ -66,7 +66,7 @@ class Estimate:
         self._n_iterations = n_iterations
 
     def fraction(self, now: float) -> float:
-        """Return the finished fraction, 0 to 1, which never decreases unless the clock does."""
+        """Return the finished fraction, 0 to 1. It never decreases unless the clock is set back."""
         done = 0.0
         for stage, share in SHARES.items():
             if stage == self.stage:
@@ -101,7 +101,7 @@ class Bar:
             self._bar.close()
 
     def show(self, text: str, n_done: float, n_all: float) -> None:
-        """Draw the bar with this text and state."""
+        """Draw the bar with this text, and with `n_done` of `n_all` units of work finished."""
         if not self._is_shown:
             return
         if self._bar is None:

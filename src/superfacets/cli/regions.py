@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 import numpy as np
@@ -21,7 +21,6 @@ from ..errors import MeshError
 from ..export.tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_lines, write_tables
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
-from ..mesh.cells import Cells
 from ..regions.lines import BorderLines, border_lines
 from . import options as opts
 from .inputs import check_inputs, labels_beside, name_of, read_input
@@ -29,22 +28,8 @@ from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
 
-
-class _Labeled(NamedTuple):
-    """Cells of the input, with their labels and the properties of ``--majority``."""
-
-    cells: Cells
-    labels: Ints  # (N,) label of each cell, or -1
-    integers: dict[str, Ints]  # (N,) integer properties of the cells, by name
-
-
-class _Measured(NamedTuple):
-    """Regions of the input, their table, and their borders."""
-
-    graph: RegionGraph
-    names: Ints  # (K,) label of each region in the input
-    regions: dict[str, Array]  # columns of the table, by name
-    borders: tuple[Floats, list[tuple[str, Ints]]] | None  # vertices, and lines as (name, path)
+Drawn = tuple[Floats, list[tuple[str, Ints]]]
+"""Vertices of a mesh, and the name and the vertex indices of each border line."""
 
 
 @click.command("regions")
@@ -83,20 +68,27 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     checked_targets(files)
 
-    def compute() -> _Measured:
-        given = _read(cells, format, labels, labels_named, majority, is_quiet=is_quiet)
-        if borders is not None and not kind_of(given.cells).has_faces:
+    def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
+        whole, given, integers = _read(
+            cells, format, labels, labels_named, majority, is_quiet=is_quiet
+        )
+        if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
-            given = given._replace(cells=seen_from(viewpoint, given.cells))
-        compact, names = ranked_labels(given.labels)  # label numbers in a file may have gaps
+            whole = seen_from(viewpoint, whole)
+        compact, names = ranked_labels(given)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
-        return _measured(given, compact, names, has_borders=borders is not None)
+        graph = region_graph(whole, compact)
+        columns = graph.table() | {"region": names}
+        for name, values in integers.items():
+            columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
+        if borders is None:
+            return graph, columns, None
+        return graph, columns, (whole.vertices, [*_named(border_lines(whole, compact), names)])
 
-    found = run_in_background(compute)
-    _write(found, output, arcs, borders)
-    graph = found.graph
+    graph, columns, drawn = run_in_background(compute)
+    _write(graph, columns, drawn, output, arcs, borders)
     if as_json:
         names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
@@ -111,42 +103,32 @@ def regions_command(
 def _read(
     text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...], *,
     is_quiet: bool,
-) -> _Labeled:  # fmt: skip
+) -> tuple[Any, Ints, dict[str, Ints]]:  # fmt: skip
     """Read the cells, their labels with this name, and the integer properties `majority`."""
     source = read_input(text, format)
     cells = source.cells()
     given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
     if given is None:
         raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
-    return _Labeled(cells, given, {name: source.integers(cells.n_cells, name) for name in majority})
+    return cells, given, {name: source.integers(cells.n_cells, name) for name in majority}
 
 
-def _measured(given: _Labeled, labels: Ints, names: Ints, *, has_borders: bool) -> _Measured:
-    """Measure regions with the labels 0 to K - 1, whose labels in the input are `names`."""
-    cells: Any = given.cells
-    graph = region_graph(cells, labels)
-    majorities = {
-        f"majority_{name}": _most_frequent(labels, values, len(names))
-        for name, values in given.integers.items()
-    }
-    lines = list(_named(border_lines(cells, labels), names)) if has_borders else []
-    columns = graph.table() | {"region": names} | majorities
-    return _Measured(graph, names, columns, (cells.vertices, lines) if has_borders else None)
-
-
-def _write(found: _Measured, output: Path | None, arcs: Path | None, borders: Path | None) -> None:
+def _write(
+    graph: RegionGraph, columns: dict[str, Array], drawn: Drawn | None, output: Path | None,
+    arcs: Path | None, borders: Path | None,
+) -> None:  # fmt: skip
     """Write the tables and the borders; print the table of regions if `output` is None."""
-    graph, names = found.graph, found.names
-    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
-    of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
-    tables = [(output, found.regions), (arcs, of_arcs)]
+    low, high = columns["region"][graph.edge_index]
+    of_arcs = {"low": low, "high": high}
+    of_arcs |= {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
-    if borders is not None and found.borders is not None:
-        write_lines(borders, *found.borders)
-    if output is None and sys.stdout is None:
-        raise OSError("standard output is closed")
+    if borders is not None and drawn is not None:
+        write_lines(borders, *drawn)
     if output is None:
-        print_csv(sys.stdout, found.regions)
+        if sys.stdout is None:
+            raise OSError("standard output is closed")
+        print_csv(sys.stdout, columns)
 
 
 def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:

@@ -28,7 +28,7 @@ _MAX_SIDE = 8192
 def _checked_size(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, int] | None:
-    """Option callback: parse a text such as 1200x900 into width and height in pixels."""
+    """Parse a text such as 1200x900 into width and height in pixels (a callback of click)."""
     if text is None:
         return None
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)

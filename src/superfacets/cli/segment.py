@@ -47,11 +47,12 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     barrier_angle_option,
     labels_named_option,
     output_option(
-        "A mesh with labels (.ply, .vtp, .obj, .stl, .off or .glb; .vtu or .vtk for tetrahedra), a"
-        " point cloud with labels (.ply, .csv, .pcd, .las or .laz), labels alone (.npy, .seg or"
-        " .txt), vertex labels (.segs.json, .bin, _sp_label.npy or .pth), annotations (.sstk.json"
-        " or .aggregation.json), or a region graph (.npz); may be given several times. Or a folder"
-        " (results/) for the files of all inputs, or - for standard output."
+        "Output file, a folder (results/) for the files of all inputs, or - for standard output;"
+        " may be given several times. A file can be a mesh with labels (.ply, .vtp, .obj, .stl,"
+        " .off or .glb; .vtu or .vtk for tetrahedra), a point cloud with labels (.ply, .csv, .pcd,"
+        " .las or .laz), labels alone (.npy, .seg or .txt), vertex labels (.segs.json, .bin,"
+        " _sp_label.npy or .pth), annotations (.sstk.json or .aggregation.json), or a region graph"
+        " (.npz)."
         "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
     format_option("the inputs", of_stream=True),

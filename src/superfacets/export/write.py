@@ -220,7 +220,7 @@ def write_regions(
     ending: str | None = None,
     ascii: bool = False,
 ) -> list[Path]:
-    """Write the cells of each region to a separate file. Writes all files, or none.
+    """Write the cells of each region to a separate file: either all files, or none.
 
     Parameters
     ----------
@@ -299,7 +299,7 @@ def write_outputs(
     listed_mesh: Any = None,
     of_vertices: Ints | None = None,
 ) -> int:
-    """Write several files in the formats of their endings. Writes all files, or none.
+    """Write several files in the formats of their endings: either all files, or none.
 
     Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
     binary files, which need not be seekable. Streams are written after all files of `paths` are

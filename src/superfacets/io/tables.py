@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """Table that can be read in ranges of rows. All classes except `ArrayRows` can be pickled."""
+    """Interface of tables that are read in ranges of rows; all but `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:

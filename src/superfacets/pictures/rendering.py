@@ -138,7 +138,7 @@ class Style:
 
     @property
     def aspect(self) -> float:
-        """Width / height."""
+        """Width of the picture divided by its height."""
         return self.frame[0] / self.frame[1]
 
 

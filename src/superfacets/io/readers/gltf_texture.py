@@ -199,7 +199,7 @@ class _Reader:
 
 @dataclass
 class _SourceReader:
-    """Converter of materials that replaces textures by indices into `images` and `samplers`."""
+    """Replaces the textures of a material by indices into `images` and `samplers`."""
 
     reader: _Reader
     use: _Use  # texture coordinates of the color, which other textures must use, too
