@@ -14,14 +14,14 @@ from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
 from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
 from ..io.attributes import MeshAttributes
 from .failures import EXIT_DATA, count_failures, print_note
-from .inputs import check_inputs, load_cells_and_attributes, name_of
+from .inputs import check_inputs, name_of, read_input
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option
 
 Info = MeshInfo | TetInfo | CloudInfo
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Maximum size of a file whose attributes are read, to report properties that are constant."""
+"""Maximum size, in bytes, of files whose attributes are read to report constant properties."""
 
 
 @click.command("info")
@@ -65,7 +65,7 @@ def info_command(
 def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
     path = Path(text)
     keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
-    cells, attributes = load_cells_and_attributes(text, format, keep=keep)
+    cells, attributes = read_input(text, format).cells_and_attributes(keep=keep)
     return facts_of(cells), attributes
 
 

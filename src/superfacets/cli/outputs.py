@@ -63,8 +63,8 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
     """Add the options that `OneRun` needs to a command that processes a single input."""
     return options(
         output_option(
-            f"{what}, in any format that segment writes; may be given several times. Or a folder"
-            " (results/), or - for standard output."
+            f"Output file ({what}, in any format that segment writes), a folder (results/), or -"
+            " for standard output; may be given several times."
             f"  [default: {name}.superfacets.ply beside {name}]"
         ),
         to_option(),
@@ -333,7 +333,7 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
 
 
 def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Iterable[str]) -> None:
-    """Raise a usage error if a file with these endings cannot store cells without a label.
+    """Raise a usage error if a mask is given, but a format needs a label for every cell.
 
     Also raise a usage error if `values` are given without a mask.
     """

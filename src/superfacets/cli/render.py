@@ -11,12 +11,11 @@ import click
 from .._options import CLIPS
 from .._types import Array
 from ..errors import MeshError
-from ..io.readers.read import read_cells
 from ..mesh.cells import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, labels_beside, labels_for, read_values
+from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
 from .options import FILE, FLAG, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ _MAX_SIDE = 8192
 def _checked_size(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, int] | None:
-    """Option callback: parse a text such as 1200x900 into width and height in pixels."""
+    """Parse a text such as 1200x900 into width and height in pixels (a callback of click)."""
     if text is None:
         return None
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
@@ -113,8 +112,9 @@ def render_command(
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output} must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
-    cells = read_cells(mesh)
-    shown, others, titles = _series_of(mesh, labels, compare, cells, labels_named)
+    source = read_input(str(mesh))
+    cells = source.cells()
+    shown, others, titles = _series_of(source, labels, compare, cells, labels_named)
     values = _values_named(color_by)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
@@ -132,14 +132,15 @@ def render_command(
 
 
 def _series_of(
-    mesh: Path, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
+    source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
 ) -> tuple[Array | None, list[Array], list[str] | None]:
     """Return labels of the first picture or None, labels of further pictures, and titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
         return first, others, [path.stem for path in paths] if compare else None
-    shown = labels_beside(mesh, None, cells, name, is_quiet=True)
+    shown = source.labels(cells.n_cells, name)
     if shown is None:
-        print_note(f"{mesh} has no labels, so no regions are drawn: give labels with --labels")
+        note = "has no labels, so no regions are drawn: give labels with --labels"
+        print_note(f"{source.text} {note}")
     return shown, [], None

@@ -27,8 +27,8 @@ from .inputs import (
     check_inputs,
     constraint_options,
     constraints_of,
-    load_cells_and_attributes,
     name_of,
+    read_input,
 )
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
@@ -47,11 +47,12 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     barrier_angle_option,
     labels_named_option,
     output_option(
-        "A mesh with labels (.ply, .vtp, .obj, .stl, .off or .glb; .vtu or .vtk for tetrahedra), a"
-        " point cloud with labels (.ply, .csv, .pcd, .las or .laz), labels alone (.npy, .seg or"
-        " .txt), vertex labels (.segs.json, .bin, _sp_label.npy or .pth), annotations (.sstk.json"
-        " or .aggregation.json), or a region graph (.npz); may be given several times. Or a folder"
-        " (results/) for the files of all inputs, or - for standard output."
+        "Output file, a folder (results/) for the files of all inputs, or - for standard output;"
+        " may be given several times. A file can be a mesh with labels (.ply, .vtp, .obj, .stl,"
+        " .off or .glb; .vtu or .vtk for tetrahedra), a point cloud with labels (.ply, .csv, .pcd,"
+        " .las or .laz), labels alone (.npy, .seg or .txt), vertex labels (.segs.json, .bin,"
+        " _sp_label.npy or .pth), annotations (.sstk.json or .aggregation.json), or a region graph"
+        " (.npz)."
         "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
     format_option("the inputs", of_stream=True),
@@ -180,7 +181,7 @@ class _Run:
 
     def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
         """Read the input; raise an error if an output format cannot store this kind of cells."""
-        cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        cells, attributes = read_input(job.input, self.format).cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes

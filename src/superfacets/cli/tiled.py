@@ -39,7 +39,7 @@ tile_options = options(
            "Address of a Dask scheduler whose workers process the tiles, such as"
            " tcp://10.0.0.1:8786."),
 )  # fmt: skip
-"""Adds the options of tiles to a command."""
+"""Decorator that adds the options of tiles to a command."""
 
 _NOT_OF_TILES = {
     "--paper": "radius_factor",

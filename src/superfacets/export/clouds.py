@@ -37,7 +37,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
     Version, point format, quantization and coordinate reference system are copied if the attributes
     come from a LAS file. A new quantization is computed if the copied one cannot represent the
-    points. For other attributes, the file is LAS 1.4 with point format 6, or 7 if there are colors.
+    points. Otherwise the file is LAS 1.4 with point format 6, or 7 if there are colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -73,7 +73,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return `given`, changed as necessary to store the points, or a new `LasFrame`."""
+    """Return `given`, adapted so that it can store the points, or a new frame if it is None."""
     low, high = cloud.bounds
     scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))

@@ -57,7 +57,7 @@ def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = 
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255, with clipping."""
+    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255; other values are clipped."""
     return srgb_of_linear(linear_of_oklab(places))
 
 
@@ -188,7 +188,7 @@ def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Lon
 
 
 def _color_greedily(order: list[int], starts: list[int], touching: list[int]) -> list[int]:
-    """Return the index into `_choices` for each region. Sets of colors are bit masks."""
+    """Return the index of each region's color in `_choices`. Sets of colors are bit masks."""
     near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
     colors = [-1] * len(order)  # -1: not yet colored
     n_uses = [0] * len(PALETTE)
@@ -212,7 +212,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 
 @cache
 def _choices() -> Bytes:
-    """Return the palette followed by additional colors, (C, 3), not dark, white or nearly gray."""
+    """Return the palette and additional colors, (C, 3), none of them dark, white or nearly gray."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]

@@ -212,7 +212,7 @@ def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
 
 
 def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
-    """Return the path of the output; an error if it cannot store this number of pictures."""
+    """Return the path of the output; raise an error if it cannot store `n_frames` pictures."""
     path = checked_picture_path(output, _ENDINGS)
     is_moving = path.suffix.lower() in MOVING_ENDINGS
     if is_moving and n_frames == 1:

@@ -33,7 +33,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or in `left_out` the reason why it cannot be read."""
+    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
@@ -112,7 +112,7 @@ class _Reader:
         return parts
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
-        """Return the index of an accessor's first coordinates among all coordinates."""
+        """Add the coordinates of an accessor, but only once, and return the index of the first."""
         key = (whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
@@ -187,7 +187,7 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # a small file could fill memory
+            if self.n_image_bytes > self.gltf.n_bytes:  # else a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"
@@ -199,10 +199,10 @@ class _Reader:
 
 @dataclass
 class _SourceReader:
-    """Converter of materials that replaces textures by indices into `images` and `samplers`."""
+    """Replaces the textures of a material by indices into `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # coordinates of the color texture
+    use: _Use  # texture coordinates of the color, which other textures must use, too
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

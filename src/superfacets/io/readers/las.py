@@ -52,7 +52,7 @@ _WAVE: tuple[_Field, ...] = (("V29", {}),)  # reference to a wave packet, which 
 
 
 class _Part(NamedTuple):
-    """An item of LAZ: fields that are compressed together, and their number of layers."""
+    """An item of a LAZ record: fields that are compressed together, in `n_layers` layers."""
 
     fields: tuple[_Field, ...]
     n_layers: int
@@ -143,17 +143,9 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     return _Header(
-        minor,
-        bool(data[6] & 16),
-        n_points,
-        point_format,
-        size,
-        begin,
-        is_compressed,
-        numbers[:3],
-        numbers[3:],
-        records,
-    )
+        minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
+        numbers[3:], records,
+    )  # fmt: skip
 
 
 def _size_of(fields: tuple[_Field, ...]) -> int:
@@ -311,7 +303,7 @@ def _chunks(
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    place = 0  # offset of a chunk, which has a point, the number of points, layer sizes and layers
+    place = 0  # offset of a chunk: a point, the number of points, sizes of layers, and layers
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:

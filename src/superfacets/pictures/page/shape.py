@@ -62,7 +62,7 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """Scene without colors, from which the up axis is guessed; one triangle per point."""
+        """Scene without colors, for guessing the up axis; points of clouds become triangles."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
             points = hexagons_of(self.graph)  # one triangle per hexagon is enough
