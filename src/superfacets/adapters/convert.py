@@ -117,7 +117,7 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
     if isinstance(cells, TetMesh):
-        raise MeshError("expected a surface mesh, got a TetMesh: call TetMesh.boundary() first")
+        raise MeshError("expected a surface mesh, got a TetMesh: use TetMesh.boundary()")
     raise MeshError(f"expected a surface mesh, got a {type(cells).__name__}, which has no faces")
 
 

@@ -129,7 +129,7 @@ def _given_seeds(options: SizeOptions, n_cells: int) -> Ints:
     if options.n_segments is not None and options.n_segments != len(array):
         raise ValueError(
             f"n_segments must be the number of seeds in init, {len(array)}, got"
-            f" {options.n_segments}: omit n_segments"
+            f" {options.n_segments}: leave n_segments out"
         )
     return array
 
