@@ -1,4 +1,4 @@
-"""Stages 1 and 2 for tetrahedral meshes: the graph of tetrahedra that share a triangle."""
+"""The graph of the tetrahedra of a mesh, with arcs between tetrahedra that share a triangle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .surface import Surface
 
 
 class TriangleCounts(NamedTuple):
-    """Numbers of triangles of a tetrahedral mesh."""
+    """Numbers of triangles of a tetrahedral mesh, where a shared triangle is counted once."""
 
     triangles: int
     """Number of all triangles."""
@@ -78,9 +78,9 @@ class TetGraph(Arcs):
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
     """Return the graph of a tetrahedral mesh, where arcs join tetrahedra that share a triangle.
 
-    All pairs of tetrahedra at a triangle are neighbors. Therefore a tetrahedron and its duplicate
-    have four arcs in each direction. Triangles with a repeated vertex are ignored. Time and memory
-    are linear in the number of tetrahedra and arcs.
+    All pairs of tetrahedra that share a triangle are neighbors. A tetrahedron and its duplicate
+    share four triangles, so they have four arcs in each direction. Triangles with a repeated vertex
+    are ignored. Time and memory are linear in the number of tetrahedra and arcs.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
         offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
             cells.vertices, cells.tets, lowest, threads
         )
-    except ValueError as error:  # std::length_error from the C++ core
+    except ValueError as error:  # std::length_error from `_core`
         raise MeshError(str(error)) from None
     borders, steps, open_areas = measures
     arcs = ArcMeasures(borders, steps, None, sides, open_areas)
@@ -127,7 +127,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a tetrahedral mesh and its graph."""
+    """Return the `Surface` of a tetrahedral mesh, given its graph."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

@@ -1,4 +1,4 @@
-"""Base classes of meshes and point clouds."""
+"""Base classes of the mesh classes and the point cloud class."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .._validate import restored
 
 
 class Cells:
-    """Base class of the meshes and point clouds that `segment` accepts; arrays are checked.
+    """Base class of meshes and point clouds, which consist of cells: faces, tetrahedra or points.
 
-    To add a kind of cells, derive a dataclass with `n_cells` and `bounds`, and register it with
-    `cells.kinds.register`.
+    To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and
+    register the dataclass with `cells.kinds.register`.
     """
 
     bounds: Floats
@@ -24,17 +24,17 @@ class Cells:
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, N."""
+        """Number of cells (faces, tetrahedra or points), N."""
         raise NotImplementedError
 
     def __setstate__(self, state: Any) -> None:
-        """Restore a copied or pickled object, and check its arrays again."""
+        """Restore a copied or pickled object, and check the arrays of the object again."""
         names = [each.name for each in fields(self) if each.init]  # type: ignore[arg-type]
         self.__init__(*restored(state, names))  # type: ignore[misc]
 
 
 class CellsOfVertices(Cells):
-    """Base class of meshes, whose cells have corners at vertices."""
+    """Base class of meshes, whose cells (faces or tetrahedra) have vertices as corners."""
 
     vertices: Floats
 
@@ -45,9 +45,9 @@ class CellsOfVertices(Cells):
 
 
 def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
-    """For each vertex, return the lowest index of the vertices at the same position.
+    """Return, for each vertex, the lowest index of all vertices at the same position.
 
-    Without `weld`, each vertex gets its own index.
+    If `weld` is false, return the index of each vertex itself.
     """
     if weld:
         return _core.weld_vertices(vertices, n_threads)

@@ -1,4 +1,4 @@
-"""Stage 0: polygon meshes, stored as three checked arrays."""
+"""Meshes of polygons, stored as checked arrays of vertices, offsets and corners."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh from new arrays, which are not copied. They must not be changed later."""
+        """Make a mesh from arrays that no one else uses, so that they need not be copied."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
@@ -107,7 +107,7 @@ class PolygonMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which are the faces."""
+        """Number of cells, which is the number of faces."""
         return len(self.offsets) - 1
 
     @property
@@ -123,7 +123,7 @@ class PolygonMesh(CellsOfVertices):
     def face(self, i: int) -> Ints:
         """Return the vertices at the corners of face i, where i is from 0 to F - 1."""
         if not 0 <= i < self.n_faces:
-            raise IndexError(f"the face must be 0 to {self.n_faces - 1}, got {i}")
+            raise IndexError(f"the face index must be 0 to {self.n_faces - 1}, got {i}")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
 
     def triangulate(self) -> Triangulation:
