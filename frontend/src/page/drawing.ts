@@ -14,7 +14,7 @@ import { BORDER, CELLS, INK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
 const SLOW_MS = 40; // frame time in milliseconds above which a moving view is drawn at low resolution
-const COARSE = 0.5; // low resolution, relative to the resolution of the screen
+const COARSE = 0.5; // low resolution as a fraction of the screen resolution
 const REST_MS = 150; // time in milliseconds after the last movement until the view is drawn at full resolution
 
 export type Rgb = readonly [number, number, number];

@@ -264,7 +264,7 @@ export class Workbench {
     this.sayPainted(list, paint, replaced);
   }
 
-  /** Count the regions whose main class or object is replaced by `paint`, for each replaced paint. */
+  /** Count the regions whose main paint (class and object) is replaced by `paint`, and add the counts to `replaced`. */
   noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
     const { session: { paints, regions: all, isLocked } } = this;
     if (isLocked || !paint) return;

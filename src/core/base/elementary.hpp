@@ -26,7 +26,7 @@ inline constexpr std::array<double, 13> kSeries{
 };
 
 // pi / 4 as a sum of two doubles. The first is the double nearest to pi / 4. It ends in three zero
-// bits, so its products with 0 to 4 are exact. The second is the remainder.
+// bits, so its products with the integers 0 to 4 are exact. The second is the remainder.
 inline constexpr double kEighthTurn = 0x1.921fb54442d18p-1;
 inline constexpr double kEighthTurnRest = 0x1.1a62633145c07p-55;
 
@@ -46,17 +46,17 @@ SUPERFACETS_ALWAYS_INLINE double round_to_whole(double x) {
 
 // The angle from the positive x axis to (x, y), for y >= 0: atan2(y, x), in [0, pi]. The error is
 // below 1.6 ulp (1.5 is measured in tests/base). The result is exact or correctly rounded at the
-// ends: 0 for y = 0 and x > 0, pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both are 0,
-// of either sign, the result is 0. Arguments are at most 2^1022 in magnitude. The function only
-// adds, multiplies, divides and selects, so the result has the same bits on all platforms where
-// these operations follow IEEE 754 and are not fused.
+// ends: 0 for y = 0 and x > 0, pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both
+// arguments are 0 (with either sign), the result is 0. Arguments are at most 2^1022 in magnitude.
+// The function only adds, multiplies, divides and selects, so the result has the same bits on all
+// platforms where these operations follow IEEE 754 and are not fused.
 SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   using namespace elementary_parts;
   const bool is_left = x < 0.0;
   const double width = std::abs(x);
-  // The angle of (width, y) is measured from the x axis, the diagonal or the y axis: it is 0, pi /
-  // 4 or pi / 2, plus atan(q) with |q| <= 1/2. For the diagonal, the subtraction is exact
-  // (Sterbenz). Selections between a number and 0 are single instructions, and adding 0 is exact.
+  // The angle of (width, y) is computed as 0, pi / 4 or pi / 2 plus atan(q), where |q| <= 1/2. If
+  // pi / 4 is added, the subtraction below is exact (Sterbenz lemma). Selecting between a number
+  // and 0 takes a single instruction, and adding 0 is exact.
   const bool is_flat = y + y <= width;
   const bool is_steep = y > width + width;
   const double top = (is_steep ? 0.0 : y) - (is_flat ? 0.0 : width);
@@ -103,7 +103,8 @@ constexpr std::array<double, 14> inverse_factorials() {
 inline double exponential(double x) {
   using namespace elementary_parts;
   constexpr double kLowest = -708.0;
-  constexpr double kWhole = 0x1.8p52;  // adding and subtracting it rounds to a whole number
+  // Adding and then subtracting this number rounds to an integer.
+  constexpr double kWhole = 0x1.8p52;
   if (!(x >= kLowest)) return 0.0;
   const double n = (x * std::numbers::log2e + kWhole) - kWhole;
   const double high = x - n * kLn2;  // exact

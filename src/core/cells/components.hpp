@@ -8,7 +8,8 @@
 namespace superfacets {
 
 struct Components {
-  Buffer<Cell> of;  // (N,) component of each cell, 0..C-1, sorted by lowest cell index
+  // (N,) component of each cell; components 0..C-1 are numbered by their lowest cells.
+  Buffer<Cell> of;
   Cell n_components = 0;
 };
 

@@ -15,7 +15,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // the direction, one of two, in which the cell traverses the side
+  bool ascending;  // in which of two directions the cell traverses the side
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -38,7 +38,9 @@ struct SharedSides {
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() +
-                            1);  // sides per vertex, then write cursors, then list ends
+                            // Number of sides per vertex, later write cursors, finally the ends of
+                            // the lists.
+                            1);
   team.fill(ends.span(), std::int64_t{0});
   const auto for_all = [&](const auto& visit) {
     team.for_each_index(cells.n_cells(), [&](Cell cell) {

@@ -107,7 +107,7 @@ void turn_consistently(const NeighborRows& neighbors, std::span<const Point> pos
   TurnedSets sets = join_neighbors(neighbors, points, normals);
   struct Sums {
     double area = 0.0;
-    Point moment{0.0, 0.0, 0.0};  // area times position
+    Point moment{0.0, 0.0, 0.0};  // sum of area times position
     double volume = 0.0;          // three times the volume
   };
   std::vector<Sums> sums(points.size());  // sums of each set, stored at the index of its root

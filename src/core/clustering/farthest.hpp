@@ -35,7 +35,7 @@ class FarthestPoints {
 
   struct Summary {
     double farthest_squared;  // maximum squared distance of the cells of a node
-    Place farthest;           // the cell at that distance, the lowest if there are several
+    Place farthest;           // the cell at this distance; the lowest if there are several
   };
 
   bool can_change(std::size_t level, std::size_t index, Point center) const;

@@ -22,7 +22,7 @@ struct Candidate {
 };
 
 // A box tree of the labeled cells only. A search in the tree of all cells would also visit the
-// cells of other islands, and there may be thousands of these near an island.
+// cells of other islands, and there may be thousands of such cells near an island.
 class LabeledCells {
  public:
   // `labels` is in the sorted order of the graph. `groups` is in the order of the input, or empty.

@@ -64,7 +64,7 @@ struct Size {
 
 std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& components) {
   std::vector<Size> sizes(components.n_components);
-  for (const Place place : graph.place_of) {  // in the order of the input
+  for (const Place place : graph.place_of) {  // visits cells in the order of the input
     sizes[components.of[place]].measure += graph.measures[place];
     ++sizes[components.of[place]].n_cells;
   }
@@ -220,7 +220,7 @@ class SeededComponents {
   std::vector<Cell> seeded_;     // components that get seeds, the largest first
 };
 
-// The cell at which the flood of each component starts. The component of `first` is the first.
+// The cell at which the flood of each component starts. The component of `first` comes first.
 std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponents& components,
                                 Place first) {
   std::vector<Place> starts{first};

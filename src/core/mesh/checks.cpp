@@ -63,7 +63,7 @@ NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team) 
     bool all_valid = true;
     double largest = 0.0;
     for (std::int64_t i = begin; i < end; ++i) {
-      all_valid &= numbers[i] >= 0.0;  // false for NaN
+      all_valid &= numbers[i] >= 0.0;  // the comparison is false for NaN
       largest = std::max(largest, numbers[i]);
     }
     const std::scoped_lock lock(mutex);

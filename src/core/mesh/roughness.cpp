@@ -237,7 +237,7 @@ struct Frame {
     for (const Point& p : around.near()) distance += norm(p - around.center());
     distance /= static_cast<double>(around.near().size());
     const double length = norm(around.normal());
-    const bool has_axes = distance > 0.0 && length > 0.0;  // false for NaN
+    const bool has_axes = distance > 0.0 && length > 0.0;  // the comparison is false for NaN
     if (!has_axes) return;
     const Point unit = (1.0 / length) * around.normal();
     const Point axis = std::abs(unit.x) < 0.6 ? Point{1.0, 0.0, 0.0} : Point{0.0, 1.0, 0.0};
@@ -278,7 +278,7 @@ struct Plane {
 
 Plane plane_of(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point& first = vertices[corners[0]];
-  Point sum{0.0, 0.0, 0.0};  // relative to the first corner
+  Point sum{0.0, 0.0, 0.0};  // sum of the positions of the corners, relative to the first corner
   Point normal{0.0, 0.0, 0.0};
   for (std::size_t i = 1; i < corners.size(); ++i) {
     const Point step = vertices[corners[i]] - first;

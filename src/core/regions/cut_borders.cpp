@@ -163,7 +163,7 @@ class Cutter {
     }
   }
 
-  // Writes the six parts of a face with three cut sides. They meet at the junction.
+  // Writes the six parts of a face with three cut sides. The parts meet at the junction.
   void write_three(Face face, const FaceCut& cut, Parts& parts) {
     const Vertex crossings[] = {crossing_vertex(face, 0), crossing_vertex(face, 1),
                                 crossing_vertex(face, 2)};

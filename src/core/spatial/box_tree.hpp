@@ -144,7 +144,9 @@ class BoxTree {
   std::size_t n_cells_ = 0;
   std::size_t leaf_size_ = kLeaf;
   std::vector<Place>
-      starts_;  // first cell of each leaf, and the end; empty for leaves of fixed size
+      // First cell of each leaf, followed by the number of cells; empty if all leaves have the same
+      // size.
+      starts_;
   std::vector<std::vector<Box>> levels_;
 };
 

@@ -13,8 +13,8 @@ constexpr std::size_t kTrianglesPerLeaf = 4;
 constexpr std::int64_t kStartsPerTask = 32;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-constexpr double kCosHalfAngle = 0.5;    // cosine of the half-angle of the cone of rays, 60 degrees
-constexpr double kSoftening = 0.2;       // radians; the weight of a ray is 1 / (angle + kSoftening)
+constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone of rays, 60 degrees
+constexpr double kSoftening = 0.2;  // in radians; the weight of a ray is 1 / (angle + kSoftening)
 constexpr double kLeastFraction = 0.25;  // minimum fraction of rays that must leave the solid
 
 struct Ray {
@@ -76,7 +76,7 @@ struct Target {
     const double determinant = dot(first, p);  // the negative dot product of normal and ray
     if (determinant == 0.0) return;
     const double sign = determinant < 0.0 ? -1.0 : 1.0;
-    const double size = sign * determinant;  // scale of u, v and the distance
+    const double size = sign * determinant;  // common denominator of u, v and the distance
     const Point to_start = ray.from - corner;
     const double u = sign * dot(to_start, p);
     if (u < -kEdge * size || u > (1.0 + kEdge) * size) return;
@@ -220,7 +220,8 @@ class RayTree {
 
   Buffer<Target> targets_;  // triangles sorted along the curve
   BoxTree tree_;
-  std::vector<std::vector<std::unique_ptr<OrientedBox>>> oriented_;  // [level][node]
+  // [level][node] box of each tree node, or null.
+  std::vector<std::vector<std::unique_ptr<OrientedBox>>> oriented_;
 };
 
 struct Spoke {
@@ -228,8 +229,8 @@ struct Spoke {
   double weight;
 };
 
-// Returns directions distributed evenly over the cone. They have equal steps in height, and each is
-// rotated by the golden angle relative to the previous direction.
+// Returns directions distributed evenly over the cone. The directions have equal steps in height,
+// and each direction is rotated by the golden angle relative to the previous one.
 std::vector<Spoke> make_spokes(int n_rays) {
   constexpr double kCosGolden = -0.7373688780783197;
   constexpr double kSinGolden = 0.6754902942615237;

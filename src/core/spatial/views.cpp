@@ -131,7 +131,7 @@ class Picture {
     for (std::size_t face = 0; face < triangles_.size(); ++face) draw(static_cast<Face>(face));
   }
 
-  // Converts the depth of each pixel to the area of surface in the pixel.
+  // Replaces the depth of each pixel by the surface area in the pixel.
   void measure() {
     for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
       areas_[pixel] = faces_[pixel] == kNoFace ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
@@ -214,7 +214,7 @@ class Picture {
     // This early exit saves most divisions.
     if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;
     const double u = sum.x / sum.z, v = sum.y / sum.z;
-    const bool is_inside = u < view_.width && v < view_.height;  // false for NaN
+    const bool is_inside = u < view_.width && v < view_.height;  // the comparison is false for NaN
     if (!is_inside) return false;
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);

@@ -87,7 +87,8 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
-// Sets `value` to the integer with the index kIndex of the token, or to 0 if it is missing.
+// Sets `value` to the integer with the index kIndex of the token, or to 0 if this integer is
+// missing.
 template <int kIndex, typename Integer>
 const char* parse_index(const char* begin, const char* end, Integer& value) {
   value = 0;

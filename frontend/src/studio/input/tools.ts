@@ -43,7 +43,10 @@ export abstract class Tool {
     this.workbench.drawing.camera.orbit(TURN * x, -TURN * y);
   }
 
-  /** Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions, or remove their outer ring. */
+  /**
+   * Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions to the selection, or remove
+   * the outer ring of the selection.
+   */
   resize(isUp: boolean): void {
     if (isUp) this.workbench.grow();
     else this.workbench.shrink();

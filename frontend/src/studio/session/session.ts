@@ -41,7 +41,8 @@ const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(c
 
 const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
 const BEAT_MS = 5000; // interval between checks for changes made by other pages
-// If the last preview took longer than this, a new preview aborts the running preview; otherwise it waits.
+// If the last preview took longer than this number of seconds, a new preview aborts the running preview; otherwise it
+// waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -342,7 +343,8 @@ export class Session {
   async setClasses(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
     const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes: edit(this.state.classes) });
-      this.savedAt = new Date(); // `reload` does not set this for the class list of a folder, which is not saved as a step
+      // `reload` does not set `savedAt` for the class list of a folder, which is not saved as a step.
+      this.savedAt = new Date();
       await this.reload();
     });
     if (!isDone) this.events.emit("classes", this.state.classes);
@@ -374,7 +376,10 @@ export class Session {
     this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.");
   }
 
-  /** Compare with another work file or, without `files`, with the one compared last. Returns null on failure. */
+  /**
+   * Compare with the given work file or, without `files`, with the file of the last comparison. Returns null on
+   * failure.
+   */
   async compare(files?: { name: string; data: string }[]): Promise<CompareReply | null> {
     return this.compared("compare", files ? { files } : {});
   }
