@@ -166,7 +166,7 @@ void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept)
 #else
 
 namespace {
-constexpr std::align_val_t kAlignment{64};  // a cache line
+constexpr std::align_val_t kAlignment{64};  // size of a cache line in bytes
 }
 
 void* take_memory(std::size_t n_bytes) {

@@ -84,7 +84,7 @@ class Buffer {
   std::span<const T> span() const { return {data_, size_}; }
 
  private:
-  static constexpr std::align_val_t kAlignment{64};  // a cache line
+  static constexpr std::align_val_t kAlignment{64};  // size of a cache line in bytes
 
   static std::size_t bytes(std::size_t size) {
     // Allocates at least one element, because numpy requires a valid pointer even for an empty

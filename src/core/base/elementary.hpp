@@ -17,7 +17,8 @@ namespace superfacets {
 namespace elementary_parts {
 
 // Coefficients of P in ascending order, for atan(q) = q + q z P(z) with z = q^2. P is computed with
-// the Remez algorithm. It minimizes the maximum error of z P(z) on 0 <= z <= 1/4, which is 2^-62.
+// the Remez algorithm, which minimizes the maximum error of z P(z) on 0 <= z <= 1/4. This maximum
+// error is 2^-62.
 inline constexpr std::array<double, 13> kSeries{
     -0.33333333333333315,  0.19999999999993445, -0.14285714284977744,  0.11111111069363067,
     -0.09090907692059402,  0.07692277476441967, -0.06666223702917291,  0.05877809365040213,
@@ -25,8 +26,9 @@ inline constexpr std::array<double, 13> kSeries{
     -0.008368794178450841,
 };
 
-// pi / 4 as a sum of two doubles. The first is the double nearest to pi / 4. It ends in three zero
-// bits, so its products with the integers 0 to 4 are exact. The second is the remainder.
+// pi / 4 as a sum of two doubles. The first one is the double nearest to pi / 4. The first double
+// ends in three zero bits, so its products with the integers 0 to 4 are exact. The second double is
+// the remainder.
 inline constexpr double kEighthTurn = 0x1.921fb54442d18p-1;
 inline constexpr double kEighthTurnRest = 0x1.1a62633145c07p-55;
 
@@ -98,8 +100,8 @@ constexpr std::array<double, 14> inverse_factorials() {
 }
 
 // exp(x) for x <= 0, in [0, 1]. The error is below 1 ulp (0.87 is measured in tests/base). The
-// result is exactly 1 for x = 0. It is 0 for NaN and for x < -708, where exp(x) is less than
-// 2^-1021.
+// result is exactly 1 for x = 0. The result is 0 for NaN and for x < -708, where exp(x) is less
+// than 2^-1021.
 inline double exponential(double x) {
   using namespace elementary_parts;
   constexpr double kLowest = -708.0;

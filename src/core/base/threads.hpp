@@ -47,8 +47,8 @@ class JoiningThread {
   std::thread thread_;
 };
 
-// A team consists of the calling thread and n_threads - 1 helpers. It has fewer helpers if the
-// system cannot start more threads.
+// A team consists of the calling thread and n_threads - 1 helpers. The team has fewer helpers if
+// the system cannot start more threads.
 class ThreadTeam {
  public:
   explicit ThreadTeam(int n_threads) {
@@ -199,8 +199,8 @@ class ThreadTeam {
     }
   }
 
-  // The body of the current loop. It is written before generation_ increases, and helpers read it
-  // afterwards.
+  // The body of the current loop. The loop body is set before generation_ increases, and helpers
+  // read it afterwards.
   const void* work_ = nullptr;
   void (*call_)(const void*, std::int64_t, int) = nullptr;
   std::int64_t n_tasks_ = 0;

@@ -55,7 +55,7 @@ struct Flat {
 Flat fit(std::span<const Point> positions, std::span<const Point> normals,
          std::span<const Cell> neighbors, Cell point, const Tangents& t) {
   double xx = 0.0, xy = 0.0, yy = 0.0;
-  double a = 0.0, b = 0.0, c = 0.0;  // right-hand sides for uu, uv and vv
+  double a = 0.0, b = 0.0, c = 0.0;  // right-hand sides of the normal equations for uu, uv and vv
   for (const Cell neighbor : neighbors) {
     const Point step = positions[neighbor] - positions[point];
     const Point change = normals[point] - normals[neighbor];

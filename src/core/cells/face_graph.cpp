@@ -282,7 +282,7 @@ class Linker {
   // Links any number of sides with the same lower vertex, after sorting them by their higher
   // vertex.
   void link_edges(std::span<const Side> sides, const Vertex* highs) {
-    constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
+    constexpr int kPlaceBits = 33;  // bits of a side index, for three sides of each of 2^31 faces
     order_.resize(sides.size());
     for (std::size_t i = 0; i < sides.size(); ++i) {
       order_[i] = static_cast<std::uint64_t>(highs[i]) << kPlaceBits | i;

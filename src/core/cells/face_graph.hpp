@@ -16,9 +16,10 @@ inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 // Number of edges of each type.
 struct EdgeCounts {
   std::int64_t edges = 0;
-  std::int64_t boundary = 0;      // edges with one face
-  std::int64_t non_manifold = 0;  // edges with at least three faces
-  std::int64_t inconsistent = 0;  // edges whose two faces traverse them in the same direction
+  std::int64_t boundary = 0;      // number of edges with one face
+  std::int64_t non_manifold = 0;  // number of edges with at least three faces
+  // Number of edges whose two faces traverse them in the same direction.
+  std::int64_t inconsistent = 0;
 };
 
 // Numbers of edges and arcs of a mesh.

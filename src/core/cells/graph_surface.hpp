@@ -19,7 +19,8 @@ struct GivenMeasures {
   std::span<const double> open_lengths;
 };
 
-// Surface of a graph. It has no corners, because a graph does not define the cells around a corner.
+// Surface of a graph. The surface has no corners, because a graph does not define the cells around
+// a corner.
 class GraphSurface : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {

@@ -41,7 +41,7 @@ struct PlacedCells {
   PlacedCells() = default;  // creates an object without cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
-  // Constructor for cells that are already in a spatial order, which is kept.
+  // This constructor keeps the order of the cells, which must already be a spatial order.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }

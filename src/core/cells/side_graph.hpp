@@ -71,7 +71,7 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
 }
 
 // Finds the cells on each side with the given lowest vertex, from the sorted list of sides. If a
-// cell has several sides with the same vertices, only the first is kept.
+// cell has several sides with the same vertices, only the first of these sides is kept.
 template <typename Cells>
 void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
                     EdgeTally& tally) {
@@ -99,7 +99,7 @@ template <typename Cells>
 EdgeTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
   team.fill(shared.sizes.span(), 0);
   EdgeTally total;
-  std::mutex mutex;  // guards total
+  std::mutex mutex;  // protects `total`
   team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
     EdgeTally tally;
     for (auto vertex = static_cast<Vertex>(begin); vertex < end; ++vertex) {

@@ -84,9 +84,9 @@ class Surface {
     }
   }
 
-  // The angle between the normals of the two cells that an arc joins, from -pi to pi. It is 0 where
-  // the surface is flat, and positive where the surface is concave. It is 0 if a cell has no
-  // normal.
+  // The angle between the normals of the two cells that an arc joins, from -pi to pi. The angle is
+  // positive where the surface is concave, and 0 where the surface is flat or one of the cells has
+  // no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
   // Index of the side that an arc crosses when it leaves its cell. The arcs of a cell are sorted by
@@ -129,8 +129,8 @@ class Surface {
     return kNoCorner;
   }
 
-  // The cell that follows after `before` and `here` in a walk around a corner; kNoCell if there is
-  // no such cell or more than one.
+  // The cell that follows after `before` and `here` in a walk around a corner; kNoCell if the next
+  // cell does not exist or is not unique.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
   // Whether a walk around a corner reaches the cell `goal`. The walk begins with the step from

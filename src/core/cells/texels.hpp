@@ -22,7 +22,7 @@ struct TexelGrid {
 // each the index of a pair (u, v), or -1 if the corner has no coordinates. v = 1 is the upper side
 // of the image.
 struct TexturedTriangles {
-  std::span<const double> coordinates;    // (2 T,) pairs (u, v)
+  std::span<const double> coordinates;    // (2 P,) pairs (u, v) of texture coordinates
   std::span<const std::int32_t> corners;  // (3 N,) index of a pair for each corner, or -1
 };
 

@@ -51,8 +51,8 @@ class LabeledCells {
   // belongs to `group`. `best` is the best candidate found so far, and is replaced by a nearer
   // cell.
   void search(Point target, Place place, Label group, Candidate& best) const {
-    // The first candidates are the nearest labeled cells along the space-filling curve. They are
-    // usually near in space, so that most boxes are farther away and skipped.
+    // The first candidates are the nearest labeled cells along the space-filling curve. These cells
+    // are usually near in space, so that most boxes are farther away and skipped.
     const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), group, best);

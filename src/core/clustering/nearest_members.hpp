@@ -9,9 +9,9 @@ namespace superfacets {
 // cell if several are equally near. `regions` contains labels in ascending order. On entry,
 // `places` contains any cell of each region; the search is fast if this cell is near the target. On
 // return, `places` contains the nearest cells. label_of(place) is called on several threads. The
-// search in the box tree is limited to kVisitFactor times (number of leaves / number of regions).
-// It stops early if, for example, the target is far from the region or many cells are equally near.
-// If searches of some regions have stopped early, a single pass over all cells then finds the
+// search in the box tree is limited to kVisitFactor times (number of leaves / number of regions). A
+// search stops early if, for example, the target is far from the region or many cells are equally
+// near. If searches of some regions have stopped early, a single pass over all cells then finds the
 // results for these regions. If regions have few cells on average, only the pass is used, because
 // it is faster. Time O(N + R log N).
 template <typename LabelOf>

@@ -8,8 +8,8 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
-// Value of kGain for graphs with barriers (see OrderedGraph::barrier). It is lower, because one
-// region per side of a machine part matters more than regions of equal size.
+// Value of kGain for graphs with barriers (see OrderedGraph::barrier). This value is lower than
+// kGain, because one region per side of a machine part matters more than regions of equal size.
 constexpr double kGainWithBarriers = 0.25;
 
 struct Need {

@@ -223,7 +223,8 @@ class Quadric {
 
  private:
   static constexpr int kN = 6;
-  std::array<std::array<double, kN + 1>, kN> sums_{};  // upper triangle, and the right-hand side
+  // Upper triangle and right-hand side of the normal equations.
+  std::array<std::array<double, kN + 1>, kN> sums_{};
 };
 
 // Axes of a coordinate system whose z axis is the normal at the center. The unit of length is the
@@ -273,7 +274,7 @@ Heights heights_of(const Surroundings& around) {
 
 struct Plane {
   Point center;
-  Point normal;  // not normalized
+  Point normal;  // not scaled to length 1
 };
 
 Plane plane_of(std::span<const Point> vertices, std::span<const Vertex> corners) {

@@ -120,7 +120,7 @@ class TetShape {
            sign * volume(a_, b_, c_, p) >= 0.0;
   }
 
-  // Six times the signed volume.
+  // Six times the signed volume of the tetrahedron with these corners.
   static double volume(const Point& a, const Point& b, const Point& c, const Point& d) {
     return dot(cross(b - a, c - a), d - a);
   }

@@ -7,7 +7,8 @@
 namespace superfacets {
 namespace {
 
-// Number of source cells per task. It is large enough that few lists have to be concatenated.
+// Number of source cells per task. The number is large enough that few lists have to be
+// concatenated.
 constexpr std::int64_t kBlock = 64;
 
 // Calls work(first, last, paths) for blocks of 0..n_sources-1, on any thread.

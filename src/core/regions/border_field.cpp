@@ -18,8 +18,8 @@ constexpr float kLeastFraction = 0.02F;
 constexpr double kLeastCotangent = 0.05;
 constexpr double kMostCotangent = 3.0;
 
-// Number of rings of vertices around borders in which labels diffuse. This is twice the standard
-// deviation of the diffusion kernel after six steps.
+// Number of rings of vertices around borders in which labels diffuse. This number is twice the
+// standard deviation of the diffusion kernel after six steps.
 constexpr int kRings = 4;
 
 // Change of a region's offset per relative area error. A border moves by (change of the offset) /

@@ -84,8 +84,8 @@ struct FaceCut {
         static_cast<float>(crossings[odd] * (1.0 - crossings[next_corner(uncut)]));
     return {{labels[odd], labels[uncut], kNoLabel}, {fraction, 1.0F - fraction, 0.0F}};
   }
-  // The part at each corner is a quadrilateral. It is the sum of two triangles, whose areas are
-  // computed from barycentric coordinates.
+  // The part at each corner is a quadrilateral. The quadrilateral is the sum of two triangles,
+  // whose areas are computed from barycentric coordinates.
   FaceFractions fractions_of_three() const {
     FaceFractions found;
     const std::array<double, 3> middle = junction();

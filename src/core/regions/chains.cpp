@@ -96,7 +96,7 @@ bool stays_connected_without(const Surface& surface, std::span<const Label> labe
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
   const auto n_same = std::ranges::count_if(
       neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
-  if (n_same <= 1) return n_same == 1;  // decides for most cells at borders
+  if (n_same <= 1) return n_same == 1;  // this test suffices for most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 

@@ -23,8 +23,8 @@ class MovingRegions {
   bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
   bool may_leave(Cell cell);
 
-  // Costs of the borders that the arcs of a cell cross. They are computed at the first call,
-  // because few arcs are near a border.
+  // Costs of the borders that the arcs of a cell cross. The costs are computed at the first call
+  // for a cell, because few arcs are near a border.
   std::span<const float> costs_of(Cell cell);
 
   // Whether a move of the cell was tried. If so, the result of smoothing depends on the cells

@@ -231,7 +231,7 @@ void NearestFinder::rank_candidates() {
   for (std::size_t i = 0; i < n_candidates_; ++i) {
     if (std::cmp_greater_equal(ranks[i], list_.size())) continue;
     Neighbor neighbor{squared_[i], search_.point_at(places_[i]), places_[i]};
-    // Equally near points have the same rank. They fill the list from this rank onwards, in
+    // Equally near points have the same rank. These points fill the list from this rank onwards, in
     // ascending order of index.
     for (auto slot = static_cast<std::size_t>(ranks[i]); slot < list_.size(); ++slot) {
       const bool is_free = list_[slot].place == kNoPlace;

@@ -93,9 +93,9 @@ double surface_of(const Point& extent) {
   return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
 }
 
-// An oriented bounding box, aligned with the longest edge and the normal of a triangle. It is used
-// for long thin triangles that are not parallel to an axis. Axis-aligned boxes of these triangles
-// overlap: in a fan of n triangles, a ray would hit most of the n boxes.
+// An oriented bounding box, aligned with the longest edge and the normal of a triangle. The box is
+// used for long thin triangles that are not parallel to an axis. Axis-aligned boxes of these
+// triangles overlap: in a fan of n triangles, a ray would hit most of the n boxes.
 class OrientedBox {
  public:
   // Builds a box around triangles, aligned with the largest triangle. If all triangles have zero
@@ -283,7 +283,8 @@ double deviation_of(std::span<const Length> lengths) {
 double typical_length(std::vector<Length>& lengths) {
   std::ranges::sort(lengths, [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
-  const double limit = deviation_of(lengths) + 1e-9 * median;  // tolerates rounding errors
+  // The second term tolerates rounding errors.
+  const double limit = deviation_of(lengths) + 1e-9 * median;
   double sum = 0.0;
   double weights = 0.0;
   for (const Length& ray : lengths) {

@@ -1,6 +1,6 @@
 // Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004), an alternative to
-// stages 3 and 4. It is a k-means method with planes: each region has a proxy, a plane that
-// approximates the region. Labels are assigned by region growing (flooding) from seeds.
+// stages 3 and 4. The method is a variant of k-means with planes: each region has a proxy, a plane
+// that approximates the region. Labels are assigned by region growing (flooding) from seeds.
 #pragma once
 
 #include "base/buffer.hpp"

@@ -12,7 +12,7 @@ std::int64_t read_count(const std::uint8_t* bytes, const ColumnLayout& column, b
   for (int i = 0; i < size; ++i) value = value << 8 | bytes[is_big_endian ? i : size - 1 - i];
   const int unused = 64 - 8 * size;
   if (!column.is_count_signed) return static_cast<std::int64_t>(value);
-  return static_cast<std::int64_t>(value << unused) >> unused;  // extends the sign
+  return static_cast<std::int64_t>(value << unused) >> unused;  // the right shift extends the sign
 }
 
 }  // namespace

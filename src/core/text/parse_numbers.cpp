@@ -71,8 +71,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// The functions from here to parse_index parse the token at `begin`, which has at least one
-// byte. They return the end of the parsed part, or null if the token cannot be parsed.
+// The functions from here to parse_index parse the token at `begin`, which has at least one byte.
+// These functions return the end of the parsed part, or null if the token cannot be parsed.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
