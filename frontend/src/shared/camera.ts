@@ -148,8 +148,8 @@ export class Camera {
   }
 
   /**
-   * Zoom in (factor > 1) or out. The screen position (x, y) stays fixed; it is relative to the middle
-   * of the canvas and in units of the canvas height.
+   * Zoom in (factor > 1) or out. The screen position (x, y) stays fixed. The position is relative to the middle of the
+   * canvas, in units of the canvas height.
    */
   zoomBy(factor: number, x = 0, y = 0): void {
     this.pan(-x, -y);

@@ -118,7 +118,7 @@ export class Workbench {
     return classNameIn(this.session.state, id);
   }
 
-  /** Name of the object of a paint or, if the paint has no object, of its class. */
+  /** Name of the object of a paint (class and object) or, if the paint has no object, of its class. */
   paintName(paint: number): string {
     return paintNameIn(this.session.state, paint);
   }

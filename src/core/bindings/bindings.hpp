@@ -99,7 +99,7 @@ auto to_numpy(List&& list) {
   using Element = std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
-    owned->reserve(1);  // numpy requires a valid pointer, also for an empty array
+    owned->reserve(1);  // numpy requires a valid pointer, even for an empty array
   }
   const nb::capsule owner(owned,
                           [](void* p) noexcept { delete static_cast<std::decay_t<List>*>(p); });

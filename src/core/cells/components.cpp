@@ -40,8 +40,8 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
     }
   }
   Components components = std::move(sets).number();
-  // Until here, components are numbered in the order of the space-filling curve. Here the
-  // components are renumbered in the order of their lowest cells.
+  // So far, components are numbered in the order of the space-filling curve. The following loop
+  // renumbers them in the order of their lowest cells.
   std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
   for (const Place place : graph.place_of) {

@@ -24,7 +24,7 @@ void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std
       std::memcpy(copy + i * size, rows.first + i * rows.stride, size);
     });
   };
-  switch (rows.size) {  // because a memcpy of constant size compiles to a few instructions
+  switch (rows.size) {  // a memcpy of constant size compiles to a few instructions
     case 4:
       return copy_all(std::integral_constant<std::int64_t, 4>{});
     case 12:

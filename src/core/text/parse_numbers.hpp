@@ -17,7 +17,7 @@ struct LineSpans {
   std::span<const std::int32_t> counts;
 };
 
-// The values of all tokens of all lines, in their order.
+// The values of all tokens of all lines, in the order of the text.
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;

@@ -41,8 +41,8 @@ const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(c
 
 const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
 const BEAT_MS = 5000; // interval between checks for changes made by other pages
-// If the last preview took longer than this number of seconds, a new preview aborts the running preview; otherwise it
-// waits.
+// If the last preview took longer than this number of seconds, a new preview aborts the running preview; otherwise the
+// new preview waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -55,7 +55,8 @@ export class Session {
   state!: State;
   suggested = NOTHING_SUGGESTED;
   online = true;
-  savedAt: Date | null = null; // when the server saved the latest step; null if nothing was saved since the file was opened
+  // Time at which the server saved the latest step; null if nothing was saved since the file was opened.
+  savedAt: Date | null = null;
   isLocked = false; // whether strokes leave cells that already have a class unchanged
   private saver!: Saver;
   private segmentation: AbortController | null = null;
@@ -67,7 +68,8 @@ export class Session {
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
-    window.addEventListener("focus", () => void this.beat()); // another tab may have changed the labels meanwhile
+    // Another tab may have changed the labels while this page was in the background.
+    window.addEventListener("focus", () => void this.beat());
   }
 
   get path(): string {
