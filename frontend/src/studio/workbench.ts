@@ -227,8 +227,8 @@ export class Workbench {
   }
 
   /**
-   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells.
-   * Returns false if all cells are inside the body, where they cannot be seen.
+   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells. Returns false if
+   * all cells are inside a tetrahedral mesh, where they cannot be seen.
    */
   fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;

@@ -239,7 +239,10 @@ export class Session {
     }
   }
 
-  /** Copy of the current lists and of the current paint of some cells; later steps do not change the copy. */
+  /**
+   * Copy of the current lists, and of the current paint (class and object) of some cells; later steps do not change the
+   * copy.
+   */
   private side(cells: Uint32Array): Side {
     const { classes, object_names } = this.state;
     return { lists: { classes, object_names }, paint: cells.map((cell) => this.paints.of[cell]) };
