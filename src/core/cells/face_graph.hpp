@@ -7,26 +7,23 @@
 
 namespace superfacets {
 
-// The maximum number of arcs is 2^24 (half a gigabyte) or 16 per face, whichever is larger. This
-// limit accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few
-// edges.
+// The limit of the number of arcs is the larger of 2^24 (half a gigabyte) and 16 per face. It
+// accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
 // Number of edges of each type.
 struct EdgeCounts {
   std::int64_t edges = 0;
-  std::int64_t boundary = 0;      // number of edges with one face
-  std::int64_t non_manifold = 0;  // number of edges with at least three faces
-  // Number of edges whose two faces traverse them in the same direction.
-  std::int64_t inconsistent = 0;
+  std::int64_t boundary = 0;      // edges with one face
+  std::int64_t non_manifold = 0;  // edges with at least three faces
+  std::int64_t inconsistent = 0;  // edges whose two faces traverse them in the same direction
 };
 
 // Numbers of edges and arcs of a mesh.
 struct EdgeTally {
   EdgeCounts edges;
-  // Sum of n (n - 1) over edges with n faces; cannot overflow, because n < 2^31.
-  std::uint64_t arcs = 0;
+  std::uint64_t arcs = 0;  // sum of n (n - 1) over edges with n faces; no overflow, as n < 2^31
   std::int64_t most_faces = 0;  // maximum number of faces on one edge
 
   void add(const EdgeTally& other);

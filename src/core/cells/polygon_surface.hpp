@@ -51,8 +51,7 @@ class PolygonSurface final : public Surface {
     return {p.x, p.y, p.z};
   }
 
-  // Up to this number of corners, linear search is faster.
-  static constexpr std::size_t kMostInARow = 32;
+  static constexpr std::size_t kMostInARow = 32;  // up to this size, a linear search is faster
 
   // The corners of a face, sorted by vertex and sorted by position. Equal keys are sorted by
   // corner.
@@ -63,9 +62,8 @@ class PolygonSurface final : public Surface {
 
   const std::span<const Point> vertices_;
   const Polygons faces_;
-  const std::span<const std::int32_t> sides_;  // (M,) side of the face that each arc crosses
-  // (M,) 1 if both faces traverse the edge in the same direction.
-  const std::span<const std::uint8_t> same_turn_;
+  const std::span<const std::int32_t> sides_;      // (M,) see PolygonGraph
+  const std::span<const std::uint8_t> same_turn_;  // (M,) see PolygonGraph
   const bool inside_out_;
   const PolygonShapes shapes_;
   std::unordered_map<Face, SortedCorners>

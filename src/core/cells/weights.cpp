@@ -88,7 +88,7 @@ Formula formula_of(const WeightOptions& options) {
   return options.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
 }
 
-// Calls run(formula), where `formula` is a std::integral_constant chosen from the options.
+// Calls run with the formula of the options as a std::integral_constant.
 template <typename Run>
 auto with_formula(const WeightOptions& options, const Run& run) {
   switch (formula_of(options)) {
@@ -437,8 +437,8 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
 }
 
 double unit_of_lengths(double total_weight) {
-  // The unit is a power of two, so rounding only cuts the last bits of a weight. A sum computed in
-  // another order of the arcs may differ in its last bits, but gives the same unit.
+  // The unit is a power of two, so rounding only cuts the last bits of a weight. Sums in another
+  // order of the arcs may differ in the last bits, but give the same unit.
   return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
 }
 
