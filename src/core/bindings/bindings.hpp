@@ -99,7 +99,7 @@ auto to_numpy(List&& list) {
   using Element = std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
-    owned->reserve(1);  // numpy requires a valid pointer, also for an empty array
+    owned->reserve(1);  // numpy requires a valid pointer, even for an empty array
   }
   const nb::capsule owner(owned,
                           [](void* p) noexcept { delete static_cast<std::decay_t<List>*>(p); });
@@ -201,8 +201,8 @@ auto on_team(std::size_t n, int n_threads, const Work& work,
   });
 }
 
-// Number of elements of an argument, from which the number of threads is chosen. It is 0 for a
-// scalar.
+// Number of elements of an argument, from which the number of threads is chosen. The number is 0
+// for a scalar.
 template <typename Argument>
 std::size_t size_of(const Argument& argument) {
   if constexpr (requires { argument.n_cells(); }) {

@@ -191,7 +191,7 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {
   std::vector<double> costs;
-  // (P, 4) `lower`, `higher`, `from` and `to` of each NormalPair
+  // Array of shape (P, 4): the members lower, higher, from and to of each NormalPair.
   std::vector<Cell> numbers;
   std::vector<std::uint8_t> opposite;
   for (const NormalPair& pair : pairs_apart(sets, normal_tile(rows, places, cells, normals))) {

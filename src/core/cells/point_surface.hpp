@@ -8,8 +8,8 @@
 
 namespace superfacets {
 
-// Surface of a point cloud and its graph, with arcs in both directions. It has no corners, because
-// the neighbors around a point are not ordered.
+// Surface of a point cloud and its graph, with arcs in both directions. The surface has no corners,
+// because the neighbors around a point are not ordered.
 class PointSurface final : public Surface {
  public:
   // Normals have length 1, or are zero where undefined. `normals` is empty if no kernel needs them.

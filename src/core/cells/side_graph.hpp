@@ -15,7 +15,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // the direction, one of two, in which the cell traverses the side
+  bool ascending;  // in which of two directions the cell traverses the side
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -38,7 +38,9 @@ struct SharedSides {
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() +
-                            1);  // sides per vertex, then write cursors, then list ends
+                            // Number of sides per vertex, later write cursors, finally the ends of
+                            // the lists.
+                            1);
   team.fill(ends.span(), std::int64_t{0});
   const auto for_all = [&](const auto& visit) {
     team.for_each_index(cells.n_cells(), [&](Cell cell) {
@@ -69,7 +71,7 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
 }
 
 // Finds the cells on each side with the given lowest vertex, from the sorted list of sides. If a
-// cell has several sides with the same vertices, only the first is kept.
+// cell has several sides with the same vertices, only the first of these sides is kept.
 template <typename Cells>
 void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
                     EdgeTally& tally) {
@@ -97,7 +99,7 @@ template <typename Cells>
 EdgeTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
   team.fill(shared.sizes.span(), 0);
   EdgeTally total;
-  std::mutex mutex;  // guards total
+  std::mutex mutex;  // protects `total`
   team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
     EdgeTally tally;
     for (auto vertex = static_cast<Vertex>(begin); vertex < end; ++vertex) {

@@ -71,7 +71,7 @@ EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, options);
   EdgeSums total;
-  std::mutex adding;  // guards `total`; sums of integers do not depend on the order
+  std::mutex adding;  // protects `total`; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     SurfaceWeigher weigher(surface, options, net_turn, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {

@@ -28,7 +28,7 @@ struct TetSides {
       std::ranges::sort(v);
       if (v[0] == v[1] || v[1] == v[2]) continue;
       const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
-      visit(side, v[0], key, side % 2 == 0);  // the direction has no meaning in a volume
+      visit(side, v[0], key, side % 2 == 0);  // the direction has no meaning for tetrahedra
     }
   }
 };

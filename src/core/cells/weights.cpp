@@ -7,8 +7,8 @@
 namespace superfacets {
 namespace {
 
-// If a face has more arcs than this, its arcs are not searched for a reverse arc, because computing
-// the weight twice is faster.
+// If a face has more arcs than this number, its arcs are not searched for a reverse arc, because
+// computing the weight twice is faster.
 constexpr std::int64_t kFewArcs = 8;
 
 // Number of faces per block. The data of a block and of its neighbors fits into the first-level
@@ -27,7 +27,7 @@ Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
   return normals;
 }
 
-// The data of a mesh that eq. 1-3 need.
+// The data of a mesh from which eq. 1-3 compute weights.
 struct Geometry {
   const TriangleSurface& surface;
   const FaceMeasures& faces;
@@ -147,7 +147,7 @@ struct FaceBends {
 SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
-  if (neighbors.size() == 3) {  // nearly all faces
+  if (neighbors.size() == 3) {  // true for nearly all faces
     const auto is_second = static_cast<std::int64_t>(neighbors[1] == to);
     const auto is_third = static_cast<std::int64_t>(neighbors[2] == to);
     const std::int64_t n_found =
@@ -167,7 +167,7 @@ SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Fac
 
 struct RisingArc {
   Face from;
-  Face to;  // higher than `from`
+  Face to;  // target face; its index is higher than `from`
   std::int64_t arc;
 };
 
@@ -185,7 +185,7 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     for (const auto [arc, neighbor] : arcs.steps(static_cast<Face>(face))) {
       rising[n_rising] = {static_cast<Face>(face), neighbor, arc};
       n_rising += static_cast<std::size_t>(
-          face < neighbor);  // without a branch, because it is unpredictable
+          face < neighbor);  // no branch, because the comparison is unpredictable
     }
   }
   rising.resize(n_rising);
@@ -243,7 +243,8 @@ struct Weigh {
   }
 };
 
-// Whether an arc and its reverse are the only arcs between two faces; `back` is the reverse, or -1.
+// Whether an arc and its reverse are the only arcs between two faces. Sets `back` to the reverse
+// arc, or to -1 if only_arc finds none.
 bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
   back = only_arc(arcs, step.to, step.from);
   return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
@@ -401,7 +402,7 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
   std::atomic<std::int64_t> n_weighed = 0;
   EdgeSums total;
-  std::mutex adding;  // guards the sums; sums of integers do not depend on the order
+  std::mutex adding;  // protects the sums; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     Weigher weigher(geometry, options, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);

@@ -66,8 +66,8 @@ struct WeightOptions {
 struct EdgeSums {
   std::int64_t turn = 0;     // net turn, in the units of class NetTurn
   std::int64_t n_edges = 0;  // number of all edges
-  std::int64_t n_soft = 0;   // edges with an angle from kSoftAngle to below kSharpAngle
-  std::int64_t n_sharp = 0;  // convex edges with an angle of at least kSharpAngle
+  std::int64_t n_soft = 0;   // number of edges with an angle from kSoftAngle to below kSharpAngle
+  std::int64_t n_sharp = 0;  // number of convex edges with an angle of at least kSharpAngle
 
   void add(const EdgeSums& other) {
     turn += other.turn;
@@ -104,8 +104,9 @@ class NetTurn {
  private:
   static constexpr int kTurnBits = 31;
 
-  double units_ = 1.0;                        // number of units per radian and unit of length
-  std::span<const std::uint8_t> is_counted_;  // (N,) or empty if all faces are counted
+  double units_ = 1.0;  // number of units per radian and unit of length
+  // (N,) 1 if a face is counted; empty if all faces are counted.
+  std::span<const std::uint8_t> is_counted_;
 };
 
 // Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs
@@ -116,7 +117,8 @@ struct FaceMeasures {
   std::span<const Point> normals;
 };
 
-// The weight of an arc, computed with eq. 6. A normal is zero if undefined.
+// The weight of an arc, computed with eq. 6 of Shlafman, Tal and Katz 2002. A normal is zero if
+// undefined.
 inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
                            double alpha) {
   const double cosine = dot(normal_from, normal_to);

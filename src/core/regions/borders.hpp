@@ -37,7 +37,7 @@ void sort_crossings(Buffer<Crossing>& crossings) {
 
 struct RegionBorder {
   Label low;    // the lower label of the two regions
-  Label high;   // the higher label
+  Label high;   // the higher label of the two regions
   double cost;  // sum of the costs of the arcs between the regions
 };
 

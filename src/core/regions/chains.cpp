@@ -9,13 +9,13 @@ namespace {
 // a rounding error, and two opposite moves could then alternate forever.
 constexpr double kLeastGain = 1e-9;
 
-// A chain ends when its loss exceeds this fraction of the cost of the sides of its first cell.
-// Without this limit, compactness on the benchmark models would improve by only 0.007, and the run
-// time would be 1.5 times as long.
+// A chain ends when it has increased the border cost by this fraction of the cost of the sides of
+// its first cell. Without this limit, compactness on the benchmark models would improve by only
+// 0.007, and the run time would be 1.5 times as long.
 constexpr double kDeepest = 0.5;
 
-// Maximum number of neighbors in the region that are examined. A cell with more neighbors does not
-// move.
+// Maximum number of neighbors of a cell in its region that are examined. A cell with more neighbors
+// in its region does not move.
 constexpr int kMostNeighbors = 16;
 
 class Neighborhood {
@@ -33,7 +33,8 @@ class Neighborhood {
 
   bool is_joined() const {
     if (n_steps_ == 0 || n_steps_ > limit_) return false;
-    // Starts with the first neighbor, and adds joined neighbors until no more can be added.
+    // The search starts with the first neighbor, and repeatedly adds neighbors that are joined to a
+    // reached neighbor.
     std::array<bool, kMostNeighbors> is_reached{true};
     int n_reached = 1;
     for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
@@ -95,7 +96,7 @@ bool stays_connected_without(const Surface& surface, std::span<const Label> labe
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
   const auto n_same = std::ranges::count_if(
       neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
-  if (n_same <= 1) return n_same == 1;  // decides for most cells at borders
+  if (n_same <= 1) return n_same == 1;  // this test suffices for most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 
@@ -177,7 +178,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
 std::span<const Cell> ChainMover::try_moves(Cell cell) {
   chain_.clear();
   // Every chain begins with this cell, so may_leave is called once, before the loop over regions.
-  // Otherwise it would dominate the run time where hundreds of cells are mutual neighbors.
+  // Otherwise these calls would dominate the run time where hundreds of cells are mutual neighbors.
   if (!regions_.may_leave(cell)) return {};
   const double cost = regions_.cost_of_sides(cell);
   const Label from = regions_.label(cell);

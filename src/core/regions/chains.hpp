@@ -23,11 +23,12 @@ class MovingRegions {
   bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
   bool may_leave(Cell cell);
 
-  // Costs of the borders that the arcs of a cell cross. They are computed at the first call,
-  // because few arcs are near a border.
+  // Costs of the borders that the arcs of a cell cross. The costs are computed at the first call
+  // for a cell, because few arcs are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was tried. If so, the result depends on the cells around it.
+  // Whether a move of the cell was tried. If so, the result of smoothing depends on the cells
+  // around this cell.
   bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
   // Decrease of the border cost if the cell moves from one region to the other.
@@ -67,8 +68,9 @@ class MovingRegions {
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
   Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed, kHasCosts and kWasTried
-  Buffer<float> travels_;       // (N,) see travel(); only set for cells outside their first region
-  Buffer<float> costs_;         // (M,) see costs_of(); only set for cells with kHasCosts
+  // (N,) value of travel(cell); only set for cells outside their initial region.
+  Buffer<float> travels_;
+  Buffer<float> costs_;  // (M,) border costs of arcs; only set for the arcs of cells with kHasCosts
 };
 
 // Tries chains of moves. Each thread uses a separate ChainMover.
@@ -95,7 +97,7 @@ class ChainMover {
     Cell cell = kNoCell;
     double gain = 0.0;    // decrease of the border cost
     StiffCell stiff;      // data for the decrease of the stiffness cost
-    float travel = 0.0F;  // see MovingRegions::travel_to; computed when the candidate is taken
+    float travel = 0.0F;  // value of MovingRegions::travel_to; computed when the candidate is taken
   };
 
   bool move_chain(Cell first, Label to, double cost);

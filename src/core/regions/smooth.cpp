@@ -157,7 +157,7 @@ class Smoother {
   Patches patches_;
   Lists<Cell> cells_;  // cells from which chains are tried in this sweep, grouped by patch
   std::vector<Patch> tasks_;
-  std::vector<ChainMover> movers_;  // one per thread
+  std::vector<ChainMover> movers_;  // one ChainMover per thread
 };
 
 // Whether each arc has a reverse arc; false if a cell has too many arcs to search.
