@@ -4,6 +4,7 @@
 #include "bindings/bindings.hpp"
 #include "cells/part_prices.hpp"
 #include "cells/point_surface.hpp"
+#include "cells/quantization.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/texels.hpp"
 

@@ -1,6 +1,6 @@
-// Stage 2: weights of arcs, and their rounding to whole units. Equations are numbered as in Simari,
-// Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term
-// of a weight, eq. 2 the angular term, and eq. 3 the normalized sum of both.
+// Stage 2: weights of arcs. Equations are numbered as in Simari, Picciau and De Floriani, "Fast and
+// Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term of a weight, eq. 2 the angular term,
+// and eq. 3 the normalized sum of both.
 #pragma once
 
 #include <numbers>
@@ -9,11 +9,6 @@
 #include "cells/triangle_surface.hpp"
 
 namespace superfacets {
-
-// The sum of all weights, an upper bound of path lengths, is less than 2^kTotalBits units. So path
-// lengths fit into 64 bits, and are exact in a double. On meshes of millions of faces a mean arc
-// has about 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
-inline constexpr int kTotalBits = 48;
 
 // Smallest angle of a sharp edge: 40 degrees, so both edges of a 45-degree chamfer are sharp. Edges
 // on rounded limbs have smaller angles, except on coarse meshes.
@@ -141,17 +136,5 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
 // term is 0 where a face has no normal. Memory: 24 bytes per face.
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);
-
-// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. The unit is the
-// power of two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The
-// result is the same for any number of threads.
-double quantize_weights(std::span<const double> weights, ThreadTeam& team,
-                        std::span<float> lengths);
-
-// The two steps of quantize_weights. unit_of_lengths returns the unit for a given sum of weights.
-// round_weights rounds weights to multiples of a given unit.
-double unit_of_lengths(double total_weight);
-void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
-                   std::span<float> lengths);
 
 }  // namespace superfacets
