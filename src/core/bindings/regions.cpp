@@ -65,7 +65,7 @@ auto smoothed(const Surface& surface, Floats lengths, double unit, double crease
   return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
     return smooth_borders(
         surface, {lengths, unit, crease_scale}, labels, fixed,
-        {max_distance, max_chain, max_sweeps, {stiffness, roundness, sizes, goals}}, team);
+        {{max_distance, max_chain}, max_sweeps, {stiffness, roundness, sizes, goals}}, team);
   });
 }
 
@@ -83,7 +83,7 @@ auto smoothed_part(const Surface& surface, Floats lengths, double unit, double c
   const RegionSums at_first{{areas.begin(), areas.end()}, {moments.begin(), moments.end()}};
   return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
     return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim, at_first,
-                       {max_distance, max_chain, max_sweeps, {stiffness, roundness}}, team);
+                       {{max_distance, max_chain}, max_sweeps, {stiffness, roundness}}, team);
   });
 }
 

@@ -2,8 +2,9 @@
 #pragma once
 
 #include "base/prefetch.hpp"
+#include "regions/borders.hpp"
 #include "regions/patches.hpp"
-#include "regions/smooth.hpp"
+#include "regions/stiffness.hpp"
 
 namespace superfacets {
 
@@ -71,11 +72,17 @@ class MovingRegions {
   Buffer<float> costs_;         // (M,) see costs_of(); only set for cells with kHasCosts
 };
 
+struct ChainOptions {
+  // maximum distance by which a border moves (as a path length), in the unit of the positions
+  double max_distance = 0.0;
+  std::size_t max_chain = 1;  // maximum number of cells in a chain
+};
+
 // Tries chains of moves. Each thread uses a separate ChainMover.
 class ChainMover {
  public:
   ChainMover(MovingRegions& regions, const Patches& patches, const Stiffness& stiffness,
-             const SmoothOptions& options)
+             const ChainOptions& options)
       : regions_(regions),
         patches_(patches),
         stiffness_(stiffness),
@@ -110,7 +117,7 @@ class ChainMover {
   MovingRegions& regions_;
   const Patches& patches_;
   const Stiffness& stiffness_;
-  const SmoothOptions options_;
+  const ChainOptions options_;
   std::vector<double> changes_;  // (K,) area change of each region since the last take_changes()
   std::vector<Label> changed_;   // regions with area changes; may contain duplicates
   std::vector<Cell> chain_;      // cells in the order of their moves

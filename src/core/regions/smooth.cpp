@@ -2,8 +2,6 @@
 
 #include <cstring>
 
-#include "regions/chains.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -68,7 +66,7 @@ class Smoother {
     patches_ = make_patches(regions.arcs(), regions.labels(), by_region(lists));
     cells_ = by_patch(lists);
     for (int thread = 0; thread < team.size(); ++thread) {
-      movers_.emplace_back(regions, patches_, stiffness_, options);
+      movers_.emplace_back(regions, patches_, stiffness_, options.chains);
     }
   }
 
@@ -199,7 +197,7 @@ SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
                      cost.crease_scale > 0.0);
-  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
+  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.chains.max_distance >= 0.0);
   SUPERFACETS_ASSERT(all_below(rim, surface.n_cells()));
   MovingRegions regions(surface, cost, labels, fixed, team);
   smooth(regions, at_first, options, team);

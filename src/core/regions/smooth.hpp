@@ -1,17 +1,14 @@
 // Stage 5: smooths the borders between regions.
 #pragma once
 
-#include "regions/borders.hpp"
-#include "regions/stiffness.hpp"
+#include "regions/chains.hpp"
 
 namespace superfacets {
 
 struct SmoothOptions {
-  // maximum distance by which a border moves (as a path length), in the unit of the positions
-  double max_distance = 0.0;
-  std::size_t max_chain = 1;  // maximum number of cells in a chain
-  int max_sweeps = 1;         // maximum number of passes over the borders
-  StiffnessOptions stiff;     // penalty for changes of area and for long regions
+  ChainOptions chains;
+  int max_sweeps = 1;      // maximum number of passes over the borders
+  StiffnessOptions stiff;  // penalty for changes of area and for long regions
 };
 
 // Moves chains of cells across borders between regions, as long as this decreases the sum of border
