@@ -12,38 +12,28 @@ namespace superfacets {
 namespace {
 
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
-                          Points normals, double alpha, double eta_convex, double crease_length,
-                          double diagonal, double ridges, double evened, bool is_straight,
-                          bool all_sharp, double slack, bool wants_turn, Bytes is_counted,
-                          ThreadTeam& team) {
+                          Points normals, const EdgeFactors& factors, bool wants_turn,
+                          Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(diagonal, is_counted);
-  const EdgeSums sums = triangle_weights(
-      surface, {centroids, areas, normals},
-      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp, slack},
-      wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
+  const NetTurn net_turn(factors.diagonal, is_counted);
+  const EdgeSums sums = triangle_weights(surface, {centroids, areas, normals}, factors,
+                                         wants_turn ? &net_turn : nullptr, team, weights.span());
+  return std::tuple(std::move(weights), sums);
 }
 
-auto weights_of_surface(const Surface& surface, double alpha, double eta_convex,
-                        double crease_length, double diagonal, double ridges, double evened,
-                        bool is_straight, bool all_sharp, double slack, bool wants_turn,
+auto weights_of_surface(const Surface& surface, const EdgeFactors& factors, bool wants_turn,
                         Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(diagonal, is_counted);
-  const EdgeSums sums = surface_weights(
-      surface,
-      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp, slack},
-      wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
+  const NetTurn net_turn(factors.diagonal, is_counted);
+  const EdgeSums sums =
+      surface_weights(surface, factors, wants_turn ? &net_turn : nullptr, team, weights.span());
+  return std::tuple(std::move(weights), sums);
 }
 
-Buffer<double> weights_of_points(const PointSurface& surface, double alpha, double eta_convex,
-                                 double crease_length, double diagonal, double ridges,
+Buffer<double> weights_of_points(const PointSurface& surface, const EdgeFactors& factors,
                                  ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
-  point_weights(surface, options, team, weights.span());
+  point_weights(surface, factors, team, weights.span());
   return weights;
 }
 
@@ -106,16 +96,16 @@ Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wr
 }  // namespace
 
 void bind_weights(nb::module_& module) {
+  nb::class_<EdgeFactors>(module, "EdgeFactors")
+      .def(nb::init<double, double, double, double, double, double, bool, bool, double>(),
+           nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
+           "evened"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
-             "areas"_a, "normals"_a, "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "ridges"_a, "evened"_a, "is_straight"_a, "all_sharp"_a, "slack"_a, "wants_turn"_a,
-             "is_counted"_a, "n_threads"_a);
-  module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "alpha"_a,
-             "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
-             "is_straight"_a, "all_sharp"_a, "slack"_a, "wants_turn"_a, "is_counted"_a,
+             "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+  module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
+             "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+  module.def("point_weights", threaded(&weights_of_points), "surface"_a, "factors"_a,
              "n_threads"_a);
-  module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
              "n_threads"_a);
   module.def("polygon_stk02_weights", threaded(&stk02_of_polygons), "surface"_a, "alpha"_a,
