@@ -10,12 +10,14 @@
 #include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
+#include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/quantization.hpp"
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
 #include "cells/texels.hpp"
+#include "cells/triangle_graph.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
 
@@ -132,7 +134,7 @@ PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers represent
 }
 
 auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& team) {
-  PolygonGraph graph = build_tet_graph(tets, representative, team);
+  TetGraph graph = build_tet_graph(tets, representative, team);
   TetMeasures measures = measure_tets(vertices, tets, graph, team);
   const EdgeCounts& counts = graph.counts;
   return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.sides),
@@ -353,7 +355,7 @@ void bind_graphs(nb::module_& module) {
       .def("positions_of", serial(&positions_of), "cells"_a);
   module.def("graph_in_place", threaded(&graph_in_place), "positions"_a, "measures"_a, "offsets"_a,
              "targets"_a, "lengths"_a, "straight_unit"_a, "n_threads"_a);
-  module.def("build_face_graph", threaded(&build_face_graph), "faces"_a, "representative"_a,
+  module.def("build_triangle_graph", threaded(&build_triangle_graph), "faces"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_polygon_graph", threaded(&polygon_graph), "offsets"_a, "corners"_a,
              "representative"_a, "n_threads"_a);
