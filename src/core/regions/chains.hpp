@@ -12,8 +12,8 @@ namespace superfacets {
 // uninitialized memory, and memory pages of cells far from borders are never touched.
 class MovingRegions {
  public:
-  MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
-                std::span<const Cell> fixed, ThreadTeam& team);
+  MovingRegions(const Surface& surface, const BorderCosts& costs,
+                std::span<const Label> first_labels, std::span<const Cell> fixed, ThreadTeam& team);
 
   const Surface& surface() const { return surface_; }
   const Arcs& arcs() const { return surface_.arcs(); }
@@ -64,7 +64,7 @@ class MovingRegions {
   static constexpr std::uint8_t kWasTried = 4;
 
   const Surface& surface_;
-  const BorderCost border_cost_;
+  const BorderCosts border_costs_;
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
   Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed, kHasCosts and kWasTried
