@@ -122,15 +122,15 @@ struct Anything {
   operator T() const;  // NOLINT(google-explicit-constructor)
 };
 
-// Returns the members of a struct as a tuple of references. Structs with 2 to 5 or 9 members are
+// Returns the members of a struct as a tuple of references. Structs with 2 to 6 members are
 // supported.
 template <typename Struct>
 auto members(Struct&& from) {
   using S = std::decay_t<Struct>;
   using A = Anything;
-  if constexpr (requires { S{A(), A(), A(), A(), A(), A(), A(), A(), A()}; }) {
-    auto& [a, b, c, d, e, f, g, h, i] = from;
-    return std::tie(a, b, c, d, e, f, g, h, i);
+  if constexpr (requires { S{A(), A(), A(), A(), A(), A()}; }) {
+    auto& [a, b, c, d, e, f] = from;
+    return std::tie(a, b, c, d, e, f);
   } else if constexpr (requires { S{A(), A(), A(), A(), A()}; }) {
     auto& [a, b, c, d, e] = from;
     return std::tie(a, b, c, d, e);

@@ -133,33 +133,24 @@ PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers represent
   return build_polygon_graph({offsets, corners}, representative, team);
 }
 
-auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& team) {
+std::tuple<TetGraph, TetMeasures> tet_graph(Points vertices, Tets tets, Integers representative,
+                                            ThreadTeam& team) {
   TetGraph graph = build_tet_graph(tets, representative, team);
   TetMeasures measures = measure_tets(vertices, tets, graph, team);
-  const EdgeCounts& counts = graph.counts;
-  return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.sides),
-                    std::move(measures.centroids), std::move(measures.volumes),
-                    std::move(measures.border_areas), std::move(measures.step_lengths),
-                    std::move(measures.open_areas),
-                    std::tuple(counts.edges, counts.boundary, counts.non_manifold));
+  return {std::move(graph), std::move(measures)};
 }
 
-auto sorted_point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
-                        double cutoff, bool has_normals, Points axes, ThreadTeam& team) {
-  PointGraph graph =
+// If points are not `sorted`, cells are in the order of the input, and PointGraph::points contains
+// the order of the points along the space-filling curve.
+PointGraph point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
+                       double cutoff, bool has_normals, Points axes, bool sorted,
+                       ThreadTeam& team) {
+  PointGraph found =
       build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
-  return std::tuple(std::move(graph.positions), std::move(graph.offsets),
-                    std::move(graph.neighbors), std::move(graph.measures), std::move(graph.normals),
-                    std::move(graph.points));
-}
-
-auto point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around, double cutoff,
-                 bool has_normals, Points axes, ThreadTeam& team) {
-  PointGraph sorted =
-      build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
-  PointGraph graph = in_input_order(sorted, team);
-  return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.measures),
-                    std::move(graph.normals), std::move(sorted.points));
+  if (sorted) return found;
+  PointGraph graph = in_input_order(found, team);
+  graph.points = std::move(found.points);
+  return graph;
 }
 
 void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
@@ -362,9 +353,7 @@ void bind_graphs(nb::module_& module) {
   module.def("build_tet_graph", threaded(&tet_graph), "vertices"_a, "tets"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_point_graph", threaded(&point_graph), "positions"_a, "n_neighbors"_a,
-             "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
-  module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,
-             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
+             "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "sorted"_a, "n_threads"_a);
   module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
              "n_groups"_a);
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
