@@ -455,7 +455,7 @@ def test_moves_of_cells_equal_their_twin(seed, may_split):
     if may_split:
         lows[: mesh.n_faces - int(lows.sum())] += 1
         highs = lows
-    unit = costs.args[2]
+    unit = costs.unit * costs.surface.weight_unit
     expected = reference.move_cells(
         sf.build_face_graph(mesh), mesh, costs.lengths.astype(np.float64) * unit, array.tolist(),
         sizes.tolist(), (lows.tolist(), highs.tolist()),

@@ -3,7 +3,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "cells/weights.hpp"
+#include "cells/quantization.hpp"
 #include "spatial/morton.hpp"
 
 namespace superfacets {

@@ -1,6 +1,7 @@
 // A cell graph with a cache-friendly layout: the input of stages 3 and 4.
 #pragma once
 
+#include "base/prefetch.hpp"
 #include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 

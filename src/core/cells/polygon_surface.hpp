@@ -62,8 +62,8 @@ class PolygonSurface final : public Surface {
 
   const std::span<const Point> vertices_;
   const Polygons faces_;
-  const std::span<const std::int32_t> sides_;      // (M,) see PolygonGraph
-  const std::span<const std::uint8_t> same_turn_;  // (M,) see PolygonGraph
+  const std::span<const std::int32_t> sides_;      // (M,) see SideGraph
+  const std::span<const std::uint8_t> same_turn_;  // (M,) see SideGraph
   const bool inside_out_;
   const PolygonShapes shapes_;
   std::unordered_map<Face, SortedCorners>

@@ -101,11 +101,11 @@ class CrowdedFaces {
   std::vector<Crowd> crowds_;
 };
 
-// Builds the index of the faces with many arcs. The index is empty if the options do not use
+// Builds the index of the faces with many arcs. The index is empty if the factors do not use
 // ridges.
 template <typename Bends>
-CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
-  if (!options.has_ridges()) return {};
+CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const EdgeFactors& factors) {
+  if (!factors.has_ridges()) return {};
   return {arcs, [&](Face face, std::int64_t arc, Face to) { return bends.angle(face, arc, to); }};
 }
 

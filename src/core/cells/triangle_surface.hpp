@@ -55,7 +55,7 @@ inline bool is_same_position(const Point& p, const Point& q) {
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
 // Surface of a triangle mesh and the arcs of its face graph. Sides are numbered as in
-// build_face_graph. The object only refers to arrays of the caller.
+// build_triangle_graph. The object only refers to arrays of the caller.
 class TriangleSurface final : public Surface {
  public:
   // same_turn is empty if all faces are consistently oriented. inside_out is true if normals point

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cells/ordered_graph.hpp"
-#include "cells/weights.hpp"
+#include "cells/quantization.hpp"
 #include "paths/radix_heap.hpp"
 
 namespace superfacets {

@@ -8,7 +8,7 @@
 
 #include <bit>
 
-#include "cells/weights.hpp"
+#include "cells/quantization.hpp"
 
 namespace superfacets {
 

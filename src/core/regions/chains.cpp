@@ -102,11 +102,11 @@ bool stays_connected_without(const Surface& surface, std::span<const Label> labe
 
 }  // namespace
 
-MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
+MovingRegions::MovingRegions(const Surface& surface, const BorderCosts& costs,
                              std::span<const Label> first_labels, std::span<const Cell> fixed,
                              ThreadTeam& team)
     : surface_(surface),
-      border_cost_(cost),
+      border_costs_(costs),
       first_labels_(first_labels),
       labels_(first_labels.size()),
       marks_(first_labels.size()),
@@ -123,7 +123,7 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 void MovingRegions::prefetch_arcs(Cell cell) const {
   const std::int64_t arc = arcs().offsets[cell];
   prefetch(arcs().targets.data() + arc);  // prefetching an address beyond the array is harmless
-  prefetch(border_cost_.lengths.data() + arc);
+  prefetch(border_costs_.lengths.data() + arc);
   prefetch(costs_.data() + arc);
   surface_.prefetch_cell(cell, arc);
 }
@@ -138,7 +138,7 @@ std::span<const float> MovingRegions::costs_of(Cell cell) {
   const std::int64_t begin = arcs().offsets[cell];
   const std::span<float> costs = costs_.span().subspan(begin, arcs().offsets[cell + 1] - begin);
   if ((marks_[cell] & kHasCosts) == 0) {
-    border_cost_.write(surface_, cell, begin, costs);
+    border_costs_.write(surface_, cell, begin, costs);
     marks_[cell] |= kHasCosts;
   }
   return costs;
@@ -167,7 +167,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
   double shortest = std::numeric_limits<double>::infinity();
   for (const auto [arc, neighbor] : arcs().steps(cell)) {
     if (labels_[neighbor] != to) continue;
-    const double step = border_cost_.length(arc);
+    const double step = border_costs_.length(arc);
     // at the initial border, the cell is half a step away from the border
     const bool is_at_border = first_labels_[neighbor] == to;
     shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);

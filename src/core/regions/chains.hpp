@@ -2,8 +2,9 @@
 #pragma once
 
 #include "base/prefetch.hpp"
+#include "regions/borders.hpp"
 #include "regions/patches.hpp"
-#include "regions/smooth.hpp"
+#include "regions/stiffness.hpp"
 
 namespace superfacets {
 
@@ -11,8 +12,8 @@ namespace superfacets {
 // uninitialized memory, and memory pages of cells far from borders are never touched.
 class MovingRegions {
  public:
-  MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
-                std::span<const Cell> fixed, ThreadTeam& team);
+  MovingRegions(const Surface& surface, const BorderCosts& costs,
+                std::span<const Label> first_labels, std::span<const Cell> fixed, ThreadTeam& team);
 
   const Surface& surface() const { return surface_; }
   const Arcs& arcs() const { return surface_.arcs(); }
@@ -64,7 +65,7 @@ class MovingRegions {
   static constexpr std::uint8_t kWasTried = 4;
 
   const Surface& surface_;
-  const BorderCost border_cost_;
+  const BorderCosts border_costs_;
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
   Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed, kHasCosts and kWasTried
@@ -73,11 +74,17 @@ class MovingRegions {
   Buffer<float> costs_;  // (M,) border costs of arcs; only set for the arcs of cells with kHasCosts
 };
 
+struct ChainOptions {
+  // maximum distance by which a border moves (as a path length), in the unit of the positions
+  double max_distance = 0.0;
+  std::size_t max_chain = 1;  // maximum number of cells in a chain
+};
+
 // Tries chains of moves. Each thread uses a separate ChainMover.
 class ChainMover {
  public:
   ChainMover(MovingRegions& regions, const Patches& patches, const Stiffness& stiffness,
-             const SmoothOptions& options)
+             const ChainOptions& options)
       : regions_(regions),
         patches_(patches),
         stiffness_(stiffness),
@@ -112,7 +119,7 @@ class ChainMover {
   MovingRegions& regions_;
   const Patches& patches_;
   const Stiffness& stiffness_;
-  const SmoothOptions options_;
+  const ChainOptions options_;
   std::vector<double> changes_;  // (K,) area change of each region since the last take_changes()
   std::vector<Label> changed_;   // regions with area changes; may contain duplicates
   std::vector<Cell> chain_;      // cells in the order of their moves

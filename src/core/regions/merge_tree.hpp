@@ -5,7 +5,7 @@
 
 namespace superfacets {
 
-// The border between two neighboring regions. The cost of a border (see BorderCost) is lower along
+// The border between two neighboring regions. The cost of a border (see BorderCosts) is lower along
 // a crease. If the length is 0, the two regions are separated by a gap.
 struct MergeBorder {
   Label low;

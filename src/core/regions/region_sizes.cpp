@@ -350,14 +350,14 @@ class CellTransfer {
 
 }  // namespace
 
-Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
+Buffer<Label> move_cells(const Surface& surface, const BorderCosts& costs,
                          std::span<const Label> labels, const SizeBounds& bounds,
                          ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(bounds.sizes.size() == labels.size());
   SUPERFACETS_ASSERT(bounds.lows.size() == bounds.highs.size());
   SUPERFACETS_ASSERT(all_below(labels, bounds.lows.size()));
-  MovingRegions regions(surface, cost, labels, {}, team);
+  MovingRegions regions(surface, costs, labels, {}, team);
   CellTransfer(regions, bounds).run();
   return std::move(regions).take_labels();
 }

@@ -207,8 +207,11 @@ class _RegionsToCut:
                 self.labels,
                 self.n_regions + 1,
                 np.ascontiguousarray(is_kept[self.labels]),
-                (_N_ROUNDS, _N_STEPS, _N_BALANCES, _MARGIN),
-                self.n_threads,
+                n_rounds=_N_ROUNDS,
+                n_steps=_N_STEPS,
+                n_balances=_N_BALANCES,
+                margin=_MARGIN,
+                n_threads=self.n_threads,
             )
         except ValueError:  # std::length_error from `_core`
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None

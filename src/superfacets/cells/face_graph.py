@@ -157,7 +157,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
 def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
     """Return the result of `arcs_of_faces` for triangles, given as an array of shape (F, 3)."""
     try:
-        return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
+        return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
     except ValueError as error:  # std::length_error from `_core`
         raise MeshError(str(error)) from None
 

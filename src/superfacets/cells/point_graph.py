@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -64,23 +65,39 @@ def find_point_graph(
     n_around: int = N_AROUND,
     cutoff: float = CUTOFF,
 ) -> PointGraph:
-    """Return the graph of a cloud without sorting; raise a MeshError if all points coincide."""
-    check_spread(cloud.bounds)
-    offsets, neighbors, measures, normals, order = _core.build_point_graph(
-        cloud.points,
-        n_neighbors,
-        max(n_neighbors, n_around),
-        cutoff,
-        cloud.normals is not None,
-        _axes_of(cloud),
-        n_threads,
-    )
-    graph = PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
+    """Return the graph of a cloud in input order, or raise a MeshError if all points coincide."""
+    found = _found_points(cloud, n_neighbors, n_around, cutoff, n_threads, is_sorted=False)
+    graph = PointGraph(
+        cloud.points, found.measures, found.normals, found.offsets, found.neighbors, found.points,
+        cloud.bounds,
+    )  # fmt: skip
     return _with_normals_of(cloud, graph)
 
 
-def _axes_of(cloud: PointCloud) -> Floats:
-    return NO_NORMALS if cloud.axes is None else cloud.axes
+class _FoundPoints(NamedTuple):
+    """Points and arcs from the C++ core."""
+
+    offsets: Longs  # (N + 1,) index of the first arc of each point
+    neighbors: Ints  # (M,) target of each arc
+    measures: Floats  # (N,) area around each point
+    normals: Floats  # (N, 3) estimated normals; empty if the cloud has normals
+    points: Ints  # (N,) input index of each point in the order of a space-filling curve
+    positions: Floats  # (N, 3) sorted positions; empty if the points are in input order
+
+
+def _found_points(
+    cloud: PointCloud, n_neighbors: int, n_around: int, cutoff: float, n_threads: int, *,
+    is_sorted: bool,
+) -> _FoundPoints:  # fmt: skip
+    """Find the arcs of a cloud, or raise a MeshError if all points coincide."""
+    check_spread(cloud.bounds)
+    axes = NO_NORMALS if cloud.axes is None else cloud.axes
+    n_around, has_normals = max(n_neighbors, n_around), cloud.normals is not None
+    return _FoundPoints(
+        *_core.build_point_graph(
+            cloud.points, n_neighbors, n_around, cutoff, has_normals, axes, is_sorted, n_threads
+        )
+    )
 
 
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
@@ -116,15 +133,12 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
     Sorting makes later stages two to three times as fast as for points in random order. Raises a
     MeshError if all points coincide.
     """
-    check_spread(cloud.bounds)
-    has_normals = cloud.normals is not None
-    positions, offsets, neighbors, measures, normals, points = _core.build_sorted_point_graph(
-        cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, _axes_of(cloud), n_threads
-    )
-    order = np.arange(len(points), dtype=np.int32)
+    found = _found_points(cloud, N_NEIGHBORS, N_AROUND, CUTOFF, n_threads, is_sorted=True)
+    order = np.arange(len(found.points), dtype=np.int32)
     graph = PointGraph(
-        positions, measures, normals, offsets, neighbors, order, cloud.bounds, points
-    )
+        found.positions, found.measures, found.normals, found.offsets, found.neighbors, order,
+        cloud.bounds, found.points,
+    )  # fmt: skip
     return _with_normals_of(cloud, graph)
 
 

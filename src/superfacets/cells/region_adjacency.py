@@ -380,8 +380,9 @@ def region_graph_of(
     measures, centroids, squares, products, normal_sums, lows, highs, open_lengths, nearest = (
         _core.measure_regions(handle, labels, n_regions, n_threads)
     )
-    low, high, *arc_values = _core.region_arcs(handle, labels, n_threads)
-    border_lengths, mean_angles, concavities, max_angles, edge_counts = arc_values
+    low, high, border_lengths, mean_angles, concavities, max_angles, edge_counts = (
+        _core.region_arcs(handle, labels, n_threads)
+    )
     arrays: dict[str, Array] = {
         "labels": labels,
         "measures": measures,

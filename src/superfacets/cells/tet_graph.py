@@ -109,18 +109,20 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     threads = checked_threads(n_threads)
     lowest = lowest_vertices(cells.vertices, weld, threads)
     try:
-        offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
-            cells.vertices, cells.tets, lowest, threads
-        )
+        found, measures = _core.build_tet_graph(cells.vertices, cells.tets, lowest, threads)
     except ValueError as error:  # std::length_error from `_core`
         raise MeshError(str(error)) from None
-    borders, steps, open_areas = measures
-    arcs = ArcMeasures(borders, steps, None, sides, open_areas)
+    offsets, neighbors, sides, _, counts = found
+    positions, volumes, border_areas, step_lengths, open_areas = measures
+    arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)
     arrays: dict[str, Any] = {
         "positions": positions, "measures": volumes, "offsets": offsets, "neighbors": neighbors,
     }  # fmt: skip
     graph = TetGraph(
-        **arrays, bounds=cells.bounds, arc_measures=arcs, triangle_counts=TriangleCounts(*counts)
+        **arrays,
+        bounds=cells.bounds,
+        arc_measures=arcs,
+        triangle_counts=TriangleCounts(*counts[:3]),
     )
     freeze(graph, **arrays)
     return graph

@@ -103,6 +103,10 @@ class EdgeFactors(NamedTuple):
         """Return factors with the radius as `crease_length`. If the radius is 0, alpha is 0."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
+    def for_core(self, diagonal: float) -> _core.EdgeFactors:
+        """Convert the factors for the C++ core; `diagonal` is d in `superfacet_weights`."""
+        return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
+
     def of_machine_part(self) -> EdgeFactors:
         """Return the factors for machine parts, on which all sharp convex edges are ridges."""
         return self._replace(all_sharp=True, ridges=RIM_FACTOR * self.ridges)
@@ -547,8 +551,8 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
     """Return one weight per arc, computed with equations 1 to 3 of the paper."""
     if isinstance(surface.handle, _core.PointSurface):
-        numbers = (*factors[:3], surface.diagonal, factors.ridges)
-        return _core.point_weights(surface.handle, *numbers, surface.n_threads)
+        core_factors = factors.for_core(surface.diagonal)
+        return _core.point_weights(surface.handle, core_factors, surface.n_threads)
     return weights_and_sums(surface, cells, factors, None)[0]
 
 
@@ -582,16 +586,15 @@ def weights_and_sums(
     Sums include the edges of faces with a nonzero entry in `counted`, shape (N,). If `counted` is
     `ALL_COUNT` or None, all edges are included; for None, `EdgeSums.turn` is 0, to save time.
     """
-    handle = surface.handle
+    handle, n_threads = surface.handle, surface.n_threads
+    costs, wants_turn = factors.for_core(surface.diagonal), counted is not None
     is_counted = ALL_COUNT if counted is None else counted
-    costs = (*factors[:3], surface.diagonal, factors.ridges, factors.evened)
-    kinds = (factors.is_straight, factors.all_sharp, factors.slack)
-    turning, n_threads = (counted is not None, is_counted), surface.n_threads
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(handle, *cells, *costs, *kinds, *turning, n_threads)
+        found = _core.triangle_weights(handle, *cells, costs, wants_turn, is_counted, n_threads)
     else:
-        found = _core.surface_weights(handle, *costs, *kinds, *turning, n_threads)
-    return found[0], EdgeSums(*found[1:])
+        found = _core.surface_weights(handle, costs, wants_turn, is_counted, n_threads)
+    weights, sums = found
+    return weights, EdgeSums(*sums)
 
 
 def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:

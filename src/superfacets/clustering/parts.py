@@ -274,9 +274,9 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
 
 
 def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) -> _Level:
-    """Return the level of a graph's cells; `crease_price` is the cost of a crease of angle pi."""
-    offsets, neighbors, steps, conductances, share = graph.conducting_arcs(
-        crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
+    """Return the level of a graph; `crease_price` is the cost of a crease of angle pi."""
+    offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
+        graph, crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
     arcs = (offsets, neighbors)
     return _Level(arcs, steps, conductances, graph.measures(), hindered_share=share)
@@ -312,7 +312,7 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
         graph = coarse[-1].graph
         offsets, neighbors, _ = coarse[-1].arcs()
-        steps = coarse[-1].steps(n_threads)
+        steps = _core.straight_steps(graph, n_threads)
         conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
         level = _Level((offsets, neighbors), steps, conductances, graph.measures())
     return [*levels, level]

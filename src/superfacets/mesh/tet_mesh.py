@@ -107,9 +107,8 @@ class TetMesh(CellsOfVertices):
         kept = checked_mask(keep, self.n_tets, "keep")
         threads = checked_threads(None)
         lowest = lowest_vertices(self.vertices, weld, threads)
-        offsets, neighbors, sides, *_ = _core.build_tet_graph(
-            self.vertices, self.tets, lowest, threads
-        )
+        graph, _ = _core.build_tet_graph(self.vertices, self.tets, lowest, threads)
+        offsets, neighbors, sides, *_ = graph
         is_outside = np.repeat(kept[:, np.newaxis], 4, axis=1)
         sources = np.repeat(np.arange(self.n_tets), np.diff(offsets))
         inner = kept[neighbors]

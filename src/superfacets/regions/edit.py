@@ -45,11 +45,10 @@ class BorderCosts:
         return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
     @property
-    def args(self) -> tuple[_core.Surface, Singles, float, float]:
-        """Arguments of C++ functions: surface, lengths, unit of the lengths, and crease scale."""
-        surface = self.surface
-        unit = self.unit * surface.weight_unit
-        return surface.handle, self.lengths, unit, self.crease_scale * self.radius
+    def args(self) -> tuple[_core.Surface, _core.BorderCosts]:
+        """Arguments for C++ functions: the surface, and these costs with absolute units."""
+        unit, scale = self.unit * self.surface.weight_unit, self.crease_scale * self.radius
+        return self.surface.handle, _core.BorderCosts(self.lengths, unit, scale)
 
 
 class RegionEdit(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -201,13 +201,13 @@ def merge_neighbors(
 
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
-    """Return the borders between regions; borders to cells in no region are left out."""
-    surface, lengths, unit, _ = costs.args
-    scale = MERGE_CREASE_SCALE * costs.radius
-    n_threads = costs.surface.n_threads
-    named = np.where(labels < 0, np.int32(n_regions), labels)
-    low, high, open_lengths = _core.region_borders(surface, lengths, unit, scale, named, n_threads)
-    *_, whole = _core.region_borders(surface, lengths, unit, np.inf, named, n_threads)
+    """Return the borders between regions, without borders to cells in no region."""
+    named, n_threads = np.where(labels < 0, np.int32(n_regions), labels), costs.surface.n_threads
+    with_creases, without = (
+        replace(costs, crease_scale=scale).args for scale in (MERGE_CREASE_SCALE, np.inf)
+    )
+    low, high, open_lengths = _core.region_borders(*with_creases, named, n_threads)
+    *_, whole = _core.region_borders(*without, named, n_threads)
     is_kept = high < n_regions
     return low[is_kept], high[is_kept], whole[is_kept], open_lengths[is_kept]
 

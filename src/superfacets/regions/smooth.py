@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints, Singles
+from .._types import Floats, Ints
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -35,12 +35,16 @@ the compactness is 0.01 higher, but regions on a square grid have a median elong
 instead of 1.19."""
 
 
-SmoothArgs: TypeAlias = tuple[
-    _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
-]
-"""Arguments of the C++ function ``smooth_borders``: four values of `BorderCosts.args`, labels,
-fixed cells, `max_distance`, `max_chain`, number of sweeps, stiffness, roundness and number of
-threads."""
+BALANCED_STIFFNESS = 15.0
+"""Stiffness of regions with target sizes, in units of 1 / r. With 5, 15 and 30, the coefficient of
+variation of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, the compactness is 0.1
+higher."""
+
+BALANCED_SWEEPS = 20
+"""Maximum number of sweeps for regions with target sizes."""
+
+NO_SIZES = np.empty(0)
+"""Empty array that is passed to the C++ core if there are no target sizes."""
 
 
 class SmoothOptions(NamedTuple):
@@ -50,15 +54,27 @@ class SmoothOptions(NamedTuple):
     max_chain: int = MAX_CHAIN  # maximum number of faces that move together
     stiffness: float = 0.0  # resistance to changes of area and position, in units of 1 / r
 
-    def args(self, costs: BorderCosts, labels: Ints, fixed: Ints) -> SmoothArgs:
-        """Return the arguments of ``_core.smooth_borders``; cells in `fixed` keep their labels."""
-        radius, n_threads = costs.radius, costs.surface.n_threads
+    def for_core(
+        self, radius: float, goals: tuple[Floats, Floats] | None = None
+    ) -> _core.SmoothOptions:
+        """Convert the options for the C++ core, which measures lengths in the unit of positions.
+
+        `goals` are the sizes of cells, and the target sizes of regions, in the unit of measures.
+        """
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
         if not math.isfinite(roundness):  # 1 / r^3 overflows only if regions are single cells
             stiffness = roundness = 0.0
-        limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
-        return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
+        sizes, targets = (NO_SIZES, NO_SIZES) if goals is None else goals
+        return _core.SmoothOptions(
+            max_distance=self.max_distance * radius,
+            max_chain=self.max_chain,
+            max_sweeps=MAX_SWEEPS if goals is None else BALANCED_SWEEPS,
+            stiffness=stiffness if goals is None else BALANCED_STIFFNESS / radius,
+            roundness=roundness,
+            sizes=sizes,
+            goals=targets,
+        )
 
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
@@ -158,18 +174,6 @@ def smooth_borders(
     return part.whole_labels(straighten(part.costs, part.labels, fixed, options))
 
 
-BALANCED_STIFFNESS = 15.0
-"""Stiffness of regions with target sizes, in units of 1 / r. With a stiffness of 5, 15 and 30, the
-coefficient of variation of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, the
-compactness is 0.1 higher."""
-
-BALANCED_SWEEPS = 20
-"""Maximum number of sweeps for regions with target sizes."""
-
-NO_SIZES = np.empty(0)
-"""Empty array that is passed to the C++ core if there are no target sizes."""
-
-
 def straighten(
     costs: BorderCosts,
     labels: Ints,
@@ -181,9 +185,12 @@ def straighten(
 
     `goals`, if given, are the sizes of all cells and the target sizes of all regions.
     """
-    args = options.args(costs, labels, fixed)
-    if goals is None or not goals[1].sum() > 0:
-        return _core.smooth_borders(*args, NO_SIZES, NO_SIZES)
-    unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
-    stiff = BALANCED_SWEEPS, BALANCED_STIFFNESS / costs.radius, *args[10:]
-    return _core.smooth_borders(*args[:8], *stiff, unit * goals[0], unit * goals[1])
+    n_threads = costs.surface.n_threads
+    if goals is not None and not goals[1].sum() > 0:
+        goals = None
+    if goals is not None:
+        unit = _core.sum_of(costs.surface.measures, n_threads) / goals[1].sum()
+        goals = unit * goals[0], unit * goals[1]
+    return _core.smooth_borders(
+        *costs.args, labels, fixed, options.for_core(costs.radius, goals), n_threads
+    )

@@ -295,8 +295,10 @@ class _Band:
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
         edge = np.flatnonzero(self._is_at_edge()).astype(np.int32)
-        args = rule.smoothing.args(costs, labels, fixed)
-        moved, examined = _core.smooth_part(*args, edge, *sums)
+        options = rule.smoothing.for_core(costs.radius)
+        moved, examined = _core.smooth_part(
+            *costs.args, labels, fixed, edge, *sums, options, rule.n_threads
+        )
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:

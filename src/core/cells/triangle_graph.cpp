@@ -1,8 +1,6 @@
-#include "cells/face_graph.hpp"
+#include "cells/triangle_graph.hpp"
 
 #include <array>
-#include <stdexcept>
-#include <string>
 
 #include "base/lists.hpp"
 #include "base/prefetch.hpp"
@@ -406,7 +404,8 @@ class ArcReader {
 };
 
 // Writes the arcs of faces begin .. end-1, beginning at offsets[begin].
-void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, FaceGraph& graph) {
+void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end,
+                TriangleGraph& graph) {
   std::int64_t place = graph.offsets[begin];
   const auto write = [&](Face neighbor, int side, bool same_turn) {
     graph.neighbors[place] = neighbor;
@@ -440,7 +439,7 @@ std::int64_t count_arcs(const ArcReader& reader, std::int64_t begin, std::int64_
 }
 
 void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& team,
-                  FaceGraph& graph) {
+                  TriangleGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   team.for_each_block(
       n_faces,
@@ -463,7 +462,7 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
 
 // Moves the rings into the graph without a copy. Requires exactly one arc per side of each face,
 // because the rings then equal the lists of arcs.
-void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
+void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, TriangleGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   graph.offsets[n_faces] = 3 * n_faces;
   graph.neighbors = std::move(rings.next);
@@ -480,33 +479,8 @@ void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph
 
 }  // namespace
 
-void EdgeTally::add(const EdgeTally& other) {
-  edges.edges += other.edges.edges;
-  edges.boundary += other.edges.boundary;
-  edges.non_manifold += other.edges.non_manifold;
-  edges.inconsistent += other.edges.inconsistent;
-  arcs += other.arcs;
-  most_faces = std::max(most_faces, other.most_faces);
-}
-
-void EdgeTally::count(std::size_t n_faces, bool is_inconsistent) {
-  add({{1, std::int64_t{n_faces == 1}, std::int64_t{n_faces > 2}, std::int64_t{is_inconsistent}},
-       static_cast<std::uint64_t>(n_faces) * (n_faces - 1),
-       static_cast<std::int64_t>(n_faces)});
-}
-
-void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces) {
-  const auto limit =
-      static_cast<std::uint64_t>(std::max(kArcsAlwaysAllowed, kArcsPerFaceAllowed * n_faces));
-  if (tally.arcs <= limit) return;
-  throw std::length_error("the mesh has " + std::to_string(tally.arcs) +
-                          " pairs of neighboring faces, more than the limit of " +
-                          std::to_string(limit) + "; one edge is shared by " +
-                          std::to_string(tally.most_faces) + " faces");
-}
-
-FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
-                           ThreadTeam& team) {
+TriangleGraph build_triangle_graph(std::span<const Triangle> faces,
+                                   std::span<const Vertex> representative, ThreadTeam& team) {
   const WeldedCorners corners(faces, representative, team);
   const std::int64_t n_faces = corners.n_faces();
   Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces)};
@@ -515,7 +489,7 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
   const EdgeTally tally = link_faces(corners, n_vertices, team, rings);
   check_number_of_arcs(tally, n_faces);
 
-  FaceGraph graph;
+  TriangleGraph graph;
   graph.counts = tally.edges;
   if (tally.edges.non_manifold == 0 && std::cmp_equal(tally.arcs, 3 * n_faces)) {
     take_rings(std::move(rings), n_faces, team, graph);
