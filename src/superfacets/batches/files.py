@@ -128,7 +128,9 @@ class Outcome:
     result: Segmentation
     listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
     listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
-    sharp_inside: Longs | None = None  # (K,) barrier edges inside each region; None without angle
+    sharp_inside: Floats | None = None
+    """Fraction of the length of barrier edges that is inside each region, (K,); None without a
+    barrier angle."""
 
 
 def segment_file(
