@@ -520,7 +520,7 @@ def test_stl_of_masked_and_of_unlabeled_faces(tmp_path):
     path = tmp_path / "part.stl"
     sf.write_mesh(path, mesh, np.repeat([-1, 2], 9))
     assert solids_of(path) == {"unlabeled": 9, "region_2": 9}
-    sf.write_mesh(path, mesh)
+    sf.write_mesh(path, mesh, ascii=True)
     assert solids_of(path) == {"mesh": 18}
     with pytest.raises(sf.MeshError, match=r"not as \.stl"):
         sf.write_mesh(path, quad_sheet(2), np.zeros(4, int))

@@ -127,9 +127,11 @@ class Outcome:
     mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: Longs | None = None  # labels of original faces; None without subdivision
-    listed_mesh: Cells | None = None  # original mesh; None without subdivision
-    sharp_inside: Longs | None = None  # (K,) number of barrier edges inside each region
+    listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
+    listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
+    sharp_inside: Floats | None = None
+    """Fraction of the length of barrier edges that is inside each region, (K,); None without a
+    barrier angle."""
 
 
 def segment_file(

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Bools, Ints, Longs
+from .._types import Array, Bools, Floats, Ints, Longs
 from .._validate import (
     checked_edges,
     checked_mask,
@@ -21,7 +21,7 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.cells import lowest_vertices
-from ..mesh.faces import ends_of_sides, face_sizes
+from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from .face_graph import FaceGraph, build_face_graph
 from .surface import Surface, arc_measures
 
@@ -146,8 +146,9 @@ def sharp_edges(
 ) -> Ints:
     """Return edges between faces that meet at a large angle, to use as `barriers` of `segment`.
 
-    With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth side of a CAD model.
-    If a line of sharp edges ends inside a side, the region extends around the end of the line.
+    With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth face of a CAD part.
+    Faces that meet tangentially, such as a flat side and its fillet, stay one region. If a line of
+    sharp edges ends inside a face, the region extends around the end of the line.
 
     Parameters
     ----------
@@ -182,21 +183,23 @@ def sharp_edges(
     ([[0, 2]], [])
     """
     keys, _ = _sharp_sides(mesh, angle, weld, n_threads)
-    keys = np.unique(keys)
-    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+    return _edges_of(np.unique(keys))
 
 
 def sharp_edges_inside(
-    mesh: MeshLike, labels: Ints, angle: float, *, n_threads: int | None = None
-) -> Longs:
-    """Return, for each region, the number of sharp edges between two of its faces.
+    mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
+) -> Floats:
+    """Return the fraction of the total length of sharp edges that is inside each region, (K,).
 
-    `labels` is the region of each face, or -1 for no region. See `sharp_edges` for `angle`.
+    An edge is inside a region if two faces of the region share the edge. `labels` is the region of
+    each face, or -1. See `sharp_edges` for the other parameters.
     """
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
+    n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
     is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)
-    _, first = np.unique(keys[is_inside], return_index=True)
-    return np.bincount(labels[faces[is_inside, 0][first]], minlength=int(labels.max()) + 1)
+    inside, first = np.unique(keys[is_inside], return_index=True)
+    regions = labels[faces[is_inside, 0][first]]
+    return np.bincount(regions, _lengths_of(mesh, inside), n_regions) / (total or 1.0)
 
 
 def _sharp_sides(
@@ -283,6 +286,18 @@ def _keys_of(edges: Ints) -> Longs:
     """Return an integer key for each edge, which does not depend on the order of its two ends."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
+
+
+def _edges_of(keys: Longs) -> Ints:
+    """Return the two vertices of each edge, (E, 2), the lower vertex first; see `_keys_of`."""
+    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+
+
+def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
+    """Return the length of each edge, (E,)."""
+    starts, ends = mesh.vertices[_edges_of(keys).T]
+    lengths: Floats = np.linalg.norm(ends - starts, axis=1)
+    return lengths
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:

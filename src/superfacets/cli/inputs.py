@@ -211,7 +211,8 @@ barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
     "No region extends across an edge at which the surface bends by at least this angle, convex or"
     " concave (meshes only). With -n 1 and an angle of 30, each face of a CAD part becomes one"
-    " region. Where a line of sharp edges ends inside a face, the region extends around the end.",
+    " region. Faces that meet tangentially, such as a flat side and its fillet, stay one region."
+    " Where a line of sharp edges ends inside a face, the region extends around the end.",
 )  # fmt: skip
 
 

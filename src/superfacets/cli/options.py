@@ -171,7 +171,7 @@ def numbers(
     return tuple(sorted({int(number) for number in wanted}))
 
 
-ascii_option = option("--ascii", FLAG, "Write .ply and .vtp files as text.")
+ascii_option = option("--ascii", FLAG, "Write .ply, .vtp and .stl files as text.")
 quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(

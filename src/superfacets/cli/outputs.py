@@ -41,7 +41,7 @@ CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
 """File endings of formats that store the cells. All other formats store only labels, or data that
 are computed from labels."""
 
-ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk", ".pcd"))
+ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".stl", ".vtu", ".vtk", ".pcd"))
 """File endings of formats that ``--ascii`` writes as text."""
 
 

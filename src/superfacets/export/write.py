@@ -63,9 +63,9 @@ def write_mesh(
     path : path-like
         Output file. The ending selects the format:
 
-        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; one
-          solid per region, or per class with `classes`), ``.off`` (colors) or ``.glb`` (region ids
-          and a table of regions);
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; text
+          with one solid per region, or per class with `classes`; binary without labels), ``.off``
+          (colors) or ``.glb`` (region ids and a table of regions);
         - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
         - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
           LAZ need the extra ``las``);
@@ -282,7 +282,8 @@ def write_regions(
             value = int(cell_labels[cells_of[0]])
             part = splitter.named_part(cells_of, value)
             with temporary.open("wb") as file:
-                named = np.full(len(cells_of), value, np.int32) if ending == ".stl" else None
+                is_named = ascii and ending == ".stl"
+                named = np.full(len(cells_of), value, np.int32) if is_named else None
                 CellWriter(part.mesh, named, None, None, options).write(file, ending)
     return paths
 
