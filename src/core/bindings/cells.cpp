@@ -140,8 +140,9 @@ std::tuple<TetGraph, TetMeasures> tet_graph(Points vertices, Tets tets, Integers
   return {std::move(graph), std::move(measures)};
 }
 
-// If points are not `sorted`, cells are in the order of the input, and PointGraph::points contains
-// the order of the points along the space-filling curve.
+// If `sorted` is true, cells are points sorted along the space-filling curve. If `sorted` is false,
+// cells are in the order of the input, and PointGraph::points contains the order of the points
+// along the curve.
 PointGraph point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
                        double cutoff, bool has_normals, Points axes, bool sorted,
                        ThreadTeam& team) {

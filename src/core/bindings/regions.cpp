@@ -17,7 +17,7 @@
 namespace superfacets {
 namespace {
 
-// Costs and options refer to the memory of Python arrays, which def_view keeps alive.
+// These objects refer to the memory of Python arrays, which def_view keeps alive.
 void make_border_costs(BorderCosts* self, Floats lengths, double unit, double crease_scale) {
   new (self) BorderCosts{lengths, unit, crease_scale};
 }

@@ -1,5 +1,6 @@
-// Bindings of another segmentation method, for comparisons. The functions are documented in the
-// headers of study/. Their preconditions are checked by superfacets/study.
+// Bindings of another segmentation method (Variational Shape Approximation), which is only used for
+// comparisons. The functions are documented in the headers of study/. Their preconditions are
+// checked by superfacets/study.
 
 #include "bindings/bindings.hpp"
 #include "study/vsa.hpp"

@@ -10,23 +10,26 @@
 
 namespace superfacets {
 
-// The limit of the number of arcs is the larger of 2^24 (half a gigabyte) and 16 per face. It
-// accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few edges.
+// The maximum number of arcs is 2^24 (half a gigabyte) or 16 per face, whichever is larger. This
+// limit accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few
+// edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
 // Number of edges of each type.
 struct EdgeCounts {
   std::int64_t edges = 0;
-  std::int64_t boundary = 0;      // edges with one face
-  std::int64_t non_manifold = 0;  // edges with at least three faces
-  std::int64_t inconsistent = 0;  // edges whose two faces traverse them in the same direction
+  std::int64_t boundary = 0;      // number of edges with one face
+  std::int64_t non_manifold = 0;  // number of edges with at least three faces
+  // Number of edges whose two faces traverse them in the same direction.
+  std::int64_t inconsistent = 0;
 };
 
 // Numbers of edges and arcs of a mesh.
 struct EdgeTally {
   EdgeCounts edges;
-  std::uint64_t arcs = 0;  // sum of n (n - 1) over edges with n faces; no overflow, as n < 2^31
+  // Sum of n (n - 1) over edges with n faces; cannot overflow, because n < 2^31.
+  std::uint64_t arcs = 0;
   std::int64_t most_faces = 0;  // maximum number of faces on one edge
 
   void add(const EdgeTally& other);
@@ -38,7 +41,7 @@ struct EdgeTally {
 void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces);
 
 // Graph of cells that share a side: faces that share an edge, or tetrahedra that share a triangle.
-// Sides are numbered with the type Side.
+// `Side` is the integer type of side numbers.
 template <typename Side>
 struct SideGraph {
   Buffer<std::int64_t> offsets;    // (N + 1,) arcs of cell i: offsets[i] .. offsets[i+1]-1

@@ -8,7 +8,7 @@ namespace superfacets {
 
 // weights[a] = (step + alpha eta b theta / pi) / d. Step, border length b and angle theta are
 // measures of the arc (see Surface), and eta is 1 if theta is positive. For triangles, the result
-// has the same bits as triangle_weights of weights.hpp. If factors have a crease_length, it
+// has the same bits as triangle_weights of weights.hpp. A positive crease_length of the factors
 // replaces b. Ridges may cost more than other convex edges. Returns sums over edges; the net turn
 // is 0 if net_turn is null.
 EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,

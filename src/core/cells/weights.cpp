@@ -88,7 +88,7 @@ Formula formula_of(const EdgeFactors& factors) {
   return factors.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
 }
 
-// Calls run with the formula of the factors as a std::integral_constant.
+// Calls run(formula), where `formula` is a std::integral_constant chosen from the factors.
 template <typename Run>
 auto with_formula(const EdgeFactors& factors, const Run& run) {
   switch (formula_of(factors)) {
