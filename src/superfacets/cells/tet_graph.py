@@ -112,7 +112,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
         offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
             cells.vertices, cells.tets, lowest, threads
         )
-    except ValueError as error:  # std::length_error from `_core`
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
     borders, steps, open_areas = measures
     arcs = ArcMeasures(borders, steps, None, sides, open_areas)
