@@ -111,7 +111,7 @@ class EdgeFactors(NamedTuple):
 class EdgeSums(NamedTuple):
     """Sums over the edges of a mesh, or of a part of a mesh.
 
-    The last three sums are 0 if `EdgeFactors.ridges` is 0.
+    The last three sums are 0 if ridges have the same cost as other convex edges.
     """
 
     turn: int  # sum of length times signed angle of smooth edges, in the unit of `TURN_BITS`

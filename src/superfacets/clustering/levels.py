@@ -100,7 +100,7 @@ to 420,000 faces, with 17 or 40 faces per region, the short loop raises the unde
 from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Fraction of the required number of coarse cells that must be in components with seeds."""
+"""Minimum number of coarse cells in components with seeds, relative to the required number."""
 
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""

@@ -56,7 +56,7 @@ class Loop:
         """Run the loop on the coarse graphs, from coarsest to finest, and then on all cells.
 
         `centers` are the initial centers, as cells of the coarsest graph. Returns the label of each
-        cell, and the centers. The labels belong to exactly these centers.
+        cell, and the centers from which these labels were computed.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")

@@ -184,7 +184,7 @@ class _Level(NamedTuple):
     conductances: Floats  # (M,) conductance of each arc, which is low across creases
     measures: Floats  # (N,) area of each cell
     coarse_of: Ints | None = None  # (N,) cell of the next coarser level that contains each cell
-    hindered_share: float = 0.0  # fraction, 0 to 1, of the length of cell borders in creases
+    hindered_share: float = 0.0  # fraction, 0 to 1, of all border length that creases block
 
 
 def spectral_embedding(

@@ -163,7 +163,7 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the achievable segmentation accuracy (ASA): the highest accuracy of region labels.
+    """Return the achievable segmentation accuracy (ASA): the accuracy of the best region labels.
 
     This is the highest accuracy that any choice of one label per region can reach. The best choice
     for a region is the true label with the largest overlap. The accuracy is the fraction of the
