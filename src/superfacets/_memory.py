@@ -23,7 +23,7 @@ def usable_memory() -> int:
 
 
 def free_memory() -> int:
-    """Return the free memory in bytes, or `usable_memory` if it is lower or Linux is not used."""
+    """Return the free memory in bytes; if it is unknown or larger, return `usable_memory`."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))

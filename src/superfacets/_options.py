@@ -43,7 +43,7 @@ Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Indices of seed faces. `ArrayLike` would also accept a misspelled name of a seeding method."""
 
 Progress = Callable[[int, int], object]
-"""Function that is called after each iteration with (number of iteration, centers that moved)."""
+"""Function that is called after each iteration with (iteration number, number of moved centers)."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class LoopOptions:
 
     max_num_iter: int
     tol: float  # the loop stops if centers move by at most this fraction of the region radius
-    radius_factor: float | None  # maximum path extent, in region radii; None for no limit
+    radius_factor: float | None  # maximum distance from the center in radii; None for no limit
     islands: str
     n_threads: int
     progress: Progress | None

@@ -84,7 +84,7 @@ def owned_indices(array: Array) -> Ints:
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
     """Raise an error if entries are masked, because NumPy would use the masked values."""
-    if "numpy.ma" not in sys.modules:  # there is no masked array; avoids a slow import
+    if "numpy.ma" not in sys.modules:  # no masked array can exist; this avoids a slow import
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} must not have masked entries: fill or remove these entries")
@@ -433,7 +433,7 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return n numbers as float64, after checking them; `per` is "cell" or "arc", for messages."""
+    """Return n numbers as float64 after checking that they are >= 0; `per` is "cell" or "arc"."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":

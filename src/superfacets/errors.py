@@ -37,7 +37,7 @@ class IslandWarning(UserWarning):
 
 
 class BalanceWarning(UserWarning):
-    """Some regions are disconnected, because no connected regions of the required size exist."""
+    """Some regions are disconnected, because no connected regions of the same size were found."""
 
 
 class MismatchWarning(UserWarning):

@@ -85,8 +85,7 @@ Paths end at 2 r from the center, where r is the expected radius of a region. Th
 center moves. Borders are not smoothed."""
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that do not extend over several parts of a shape, as `segment` does by
-default."""
+"""Keywords for regions that stay within one part of a shape; the defaults of `segment`."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.

@@ -27,7 +27,7 @@ class Results:
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Map from names to arrays to store; each comes with a value for cells without a label."""
+        """Arrays to store, keyed by name, each with the value for cells that have no label."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -45,7 +45,7 @@ def put_results(target: Any, results: Results) -> None:
         if _has(target, names):
             return put(target, results)
     raise TypeError(
-        "expected a mesh or point cloud of trimesh, PyVista, meshio or Open3D to store labels in,"
+        "labels can be stored in meshes and point clouds of trimesh, PyVista, meshio and Open3D,"
         f" got {type(target).__name__}: convert legacy classes of Open3D with"
         " open3d.t.geometry.TriangleMesh.from_legacy"
     )
@@ -63,12 +63,12 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face among the cells of a PyVista dataset."""
+    """Return the index of the first face of a PyVista dataset, which lists lines before faces."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """Return an array of `n_rows` rows like the rows of `values`, filled with `nothing`."""
+    """Return `n_rows` rows filled with `nothing`, in the dtype and the row shape of `values`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -108,7 +108,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # a texture, which cannot store colors of faces
+    if not hasattr(target.visual, "face_colors"):  # `visual` is a texture, without colors
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -138,4 +138,4 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Functions that store results, each after the attributes that identify the class of the target."""
+"""Attributes that identify a class of objects, and the function that stores results in them."""

@@ -213,7 +213,7 @@ class _RegionsToCut:
                 margin=_MARGIN,
                 n_threads=self.n_threads,
             )
-        except ValueError:  # std::length_error from `_core`
+        except ValueError:  # raised by `_core`
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 
     def faults(self, cut: _Cut) -> Bools:
@@ -229,7 +229,7 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the largest change that may happen, so that the sum is at most `_MOST_TOTAL`."""
+        """Return the maximum change of an area, so that smaller changes sum to `_MOST_TOTAL`."""
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
@@ -245,7 +245,7 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut faces repeatedly until no region has a fault; return the cut, and which regions are kept.
+    """Cut faces repeatedly until no region has a fault, as defined by `_RegionsToCut.faults`.
 
     After each attempt, regions with faults keep their old faces, which cannot have faults. In the
     second half of the attempts, the neighbors of these regions also keep their old faces.

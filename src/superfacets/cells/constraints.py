@@ -92,8 +92,8 @@ class Cut:
     offsets: Longs  # (n + 1,) index in `neighbors` of the first arc of each kept cell
     neighbors: Ints  # (m,) number, 0 to n - 1, of the target cell of each kept arc
     groups: Ints
-    """Group of each kept cell, (n,), or empty if there are no barriers. A disconnected region must
-    not have cells of different groups, except for cells of `ANY_GROUP`."""
+    """Group of each kept cell, (n,), or empty if there are no barriers. Even a disconnected region
+    must not have cells of different groups, except for cells of `ANY_GROUP`."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
@@ -255,10 +255,7 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Return, for each arc, whether it crosses an edge in `barriers`.
-
-    `arcs` are the graph and the start cell of each arc.
-    """
+    """Return whether each arc crosses an edge in `barriers`; `arcs` is (graph, graph.sources)."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
@@ -275,7 +272,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # a superset, which is refined below
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # marks too many sides at first
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)

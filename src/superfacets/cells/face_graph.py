@@ -150,7 +150,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     lists = corners.offsets, corners.vertices
     try:
         return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
-    except ValueError as error:  # std::length_error from `_core`
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
 
 
@@ -158,7 +158,7 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
     """Return the result of `arcs_of_faces` for triangles, given as an array of shape (F, 3)."""
     try:
         return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
-    except ValueError as error:  # std::length_error from `_core`
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
 
 
@@ -239,7 +239,7 @@ class FaceShapes(NamedTuple):
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and the shapes of faces from the same pass."""
+    """Return the result of `build_face_graph`, and `FaceShapes`, which are computed in one pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)

@@ -27,7 +27,7 @@ class FeatureTable:
 
     values: Floats  # (N, F) features of each cell
     groups: tuple[tuple[int, float], ...]
-    """For each group, the number of columns, and the minimum of the number that divides them."""
+    """Number of columns of each group, and minimum of the standard deviation that divides them."""
 
     def __getitem__(self, rows: Any) -> FeatureTable:
         return FeatureTable(self.values[rows], self.groups)
@@ -156,7 +156,7 @@ def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ..
     unit = np.where(largest > 0, largest, 1.0)  # avoids overflow of squares
     part = table / unit
     variance = weights @ (part - weights @ part) ** 2
-    is_spread = variance > (1e-12) ** 2  # exceeds the rounding errors of a constant column
+    is_spread = variance > (1e-12) ** 2  # constant columns only have rounding errors
     deviation = np.sqrt(np.where(is_spread, variance, 1.0)) * unit
     scales = np.where(is_spread, 1.0 / deviation, 0.0)
     start = 0

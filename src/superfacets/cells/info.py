@@ -151,7 +151,7 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     """
     cells = as_cells(mesh)
     if kind_of(cells).are_points:
-        raise MeshError("mesh must be a mesh, got a point cloud: call cloud_info instead")
+        raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
     found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
     return found
 

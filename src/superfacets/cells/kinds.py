@@ -109,7 +109,7 @@ class Kind:
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return a surface with less memory, without arrays that only weights are computed from."""
+        """Return the surface without arrays that only the weights depend on, to save memory."""
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:

@@ -28,7 +28,7 @@ MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
 
 MAX_GROWTH = 4
-"""Default maximum number of new faces per old face, for meshes where it exceeds `MAX_FACES`."""
+"""Default maximum number of new faces per old face, if it allows more faces than `MAX_FACES`."""
 
 RESOLUTION = 1e-12
 """Minimum of `max_edge`, as a fraction of the largest coordinate. This is 4,500 times the float64
@@ -194,7 +194,7 @@ def subdivide(
         vertices, faces, sources, depths = _core.subdivide(
             surface.vertices, triangles, length, min(most, MAX_CELLS), threads
         )
-    except ValueError:  # std::length_error from `_core`
+    except ValueError:  # raised by `_core`
         raise ValueError(
             f"max_edge={length:g} would make more than {most} faces: use a larger max_edge or, in"
             " Python, a larger max_faces"

@@ -110,7 +110,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     lowest = lowest_vertices(cells.vertices, weld, threads)
     try:
         found, measures = _core.build_tet_graph(cells.vertices, cells.tets, lowest, threads)
-    except ValueError as error:  # std::length_error from `_core`
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
     offsets, neighbors, sides, _, counts = found
     positions, volumes, border_areas, step_lengths, open_areas = measures

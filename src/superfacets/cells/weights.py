@@ -115,7 +115,7 @@ class EdgeFactors(NamedTuple):
 class EdgeSums(NamedTuple):
     """Sums over the edges of a mesh, or of a part of a mesh.
 
-    The last three sums are 0 if `EdgeFactors.ridges` is 0.
+    The last three sums are 0 if ridges have the same cost as other convex edges.
     """
 
     turn: int  # sum of length times signed angle of smooth edges, in the unit of `TURN_BITS`
@@ -130,7 +130,7 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether the mesh is a machine part: half of its edges are flat, and many are sharp."""
+        """Whether at least half of the edges are flat, and a third of the others are sharp."""
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
@@ -250,7 +250,7 @@ def crease_weights(
 
     Convex edges have no cost by default, except ridges, which are sharp edges of machine parts. A
     ridge is a convex edge with an angle of at least 40 degrees, and all other edges of its two
-    faces have less than 0.3 of this angle. As an exception, for corners of boxes, each triangle may
+    faces have less than 0.3 times this angle. As an exception, for box corners, each triangle may
     have a second edge of at least 40 degrees, if the smaller of the two angles is at least 0.7
     times the larger angle. A ridge must also continue: at each end, it meets another ridge or the
     boundary of an open mesh.
@@ -525,10 +525,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
-    """Return weights given by the caller, or else distances, for cells that have no angles.
-
-    `plural` is the noun for cells in messages.
-    """
+    """Return weights given by the caller, or distances; `plural` is the noun for cells."""
     if options.given is not None:
         return Weighed(options.given)
     if options.has_other_unit:
@@ -541,7 +538,7 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weigh
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
-    """Return the result of `crease_weights` with default parameters and ``hollows=False``."""
+    """Return `crease_weights` with default parameters (except `ridges`) and ``hollows=False``."""
     factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
     if ridges is not None:
         factors = factors._replace(ridges=ridges)

@@ -31,7 +31,7 @@ class CoarseCells(Protocol):
         """Graph of the coarse cells."""
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return a cell of the finer graph for the center of each region of coarse cells."""
+        """Return, for each region of coarse cells, a center among the finer cells."""
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int, *, needs_lengths: bool
@@ -55,7 +55,7 @@ class LargeGraph(Protocol):
 
     @property
     def straight_unit(self) -> float:
-        """Unit of arc lengths if arcs are straight lines plus costs; 0 for other arcs."""
+        """Unit of arc lengths if these are straight distances plus costs; otherwise 0."""
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Group the cells into coarse cells, each of about `cell_size` cells."""
@@ -92,7 +92,7 @@ With a value of 24, the undersegmentation error is 0.003 to 0.006 higher. With 9
 0.001 to 0.003 lower."""
 
 COARSEST_PER_REGION = 12
-"""Value that replaces CELLS_PER_REGION on coarser levels of a graph whose arcs are straight."""
+"""Value that replaces CELLS_PER_REGION on coarser levels of a graph if `is_straight(graph)`."""
 
 MANY_REGIONS = 10_000
 """Minimum number of small regions for a short loop; see `Levels.is_short`. On 14 meshes of 43,000
@@ -100,7 +100,7 @@ to 420,000 faces, with 17 or 40 faces per region, the short loop raises the unde
 from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Fraction of the required number of coarse cells that must be in components with seeds."""
+"""Minimum number of coarse cells in components with seeds, relative to the required number."""
 
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
@@ -132,7 +132,7 @@ def join_islands(
 ) -> tuple[Ints, int, Ints]:
     """Join cells without a label to the nearest region in the same group (see `Plan.groups`).
 
-    Returns labels, the number of joined components, and the centers of regions for new groups.
+    Returns labels, the number of joined components, and the centers of new regions for the others.
     """
     if isinstance(graph, OrderedGraph):
         return _core.join_islands(graph, labels, groups, n_threads)

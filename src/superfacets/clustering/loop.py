@@ -20,7 +20,7 @@ from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
-"""Maximum fraction of the centers that are relocated in each round; at least one center may be."""
+"""Maximum fraction of centers that are relocated in each round. One center is always allowed."""
 
 ITERATIONS_PER_ROUND = 8
 """Maximum number of iterations of the loop after each round of relocation."""
@@ -56,7 +56,7 @@ class Loop:
         """Run the loop on the coarse graphs, from coarsest to finest, and then on all cells.
 
         `centers` are the initial centers, as cells of the coarsest graph. Returns the label of each
-        cell, and the centers. The labels belong to exactly these centers.
+        cell, and the centers from which these labels were computed.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -85,7 +85,7 @@ class Loop:
         if self.balancer is None:
             return clustering
         assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # regions of tiles are never balanced
+        assert isinstance(clustering, Clustering)  # graphs on disk are never balanced
         with timed(self.timings, "balance"):
             return self.balancer.run(graph, clustering, level)
 
@@ -115,7 +115,7 @@ class Loop:
         n_threads, needs_lengths = self.options.n_threads, not is_last
         if self.balancer is None:
             return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
-        assert isinstance(level, CoarseGraph)  # regions of tiles are never balanced
+        assert isinstance(level, CoarseGraph)  # graphs on disk are never balanced
         offsets = self.balancer.paths_from()
         lengths, labels = level.spread(
             *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
@@ -144,7 +144,7 @@ class Loop:
             most -= most // 3  # leaves a third of the iterations for relocation
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
         if relocates:
-            assert isinstance(clustering, Clustering)  # on disk, only coarse cells are relocated
+            assert isinstance(clustering, Clustering)  # centers in graphs on disk never move
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
@@ -197,7 +197,7 @@ class Loop:
         if must_stay:
             return 1, self.stop_reason
         assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # on a graph on disk, centers always stay
+        assert isinstance(clustering, Clustering)  # centers in graphs on disk never move
         if max_num_iter is None:
             max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()

@@ -165,7 +165,7 @@ def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: i
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return, for each cell, the cell of the coarsest graph that contains the cell."""
+    """Return, for each cell, the cell of the last graph in `groups` that contains it."""
     if not groups:
         return NO_GROUPS
     found = groups[0].coarse_cells(n_threads)
@@ -182,7 +182,7 @@ class _Level(NamedTuple):
     conductances: Floats  # (M,) conductance of each arc, which is low across creases
     measures: Floats  # (N,) area of each cell
     coarse_of: Ints | None = None  # (N,) cell of the next coarser level that contains each cell
-    hindered_share: float = 0.0  # fraction of the total border length that creases block
+    hindered_share: float = 0.0  # fraction, 0 to 1, of all border length that creases block
 
 
 def spectral_embedding(
@@ -263,9 +263,9 @@ def spectral_embedding(
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Return a graph of groups of cells in a list, because embedding groups is faster.
+    """Group the cells of a large graph, and return a list that contains the graph of groups.
 
-    The result is empty for small graphs, and for triangle soup, where most cells have no neighbors.
+    The list is empty for small graphs, and for triangle soup, where most cells have no neighbors.
     """
     if graph.n_cells < LEAST_GROUPED:
         return []
@@ -283,7 +283,7 @@ def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) ->
 
 
 def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
-    """Return the sum of arc lengths divided by the sum of the distances in the embedding, or 0."""
+    """Return total arc length divided by total arc length in the embedding; 0 if undefined."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -303,7 +303,7 @@ def _embedding(
 def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_Level]:
     """Return a list of the given level, which is the level of `graph`, and coarser levels."""
     levels: list[_Level] = []
-    coarse: list[_core.CoarseGraph] = []  # each coarse graph owns the graph of its cells
+    coarse: list[_core.CoarseGraph] = []  # keeps the objects alive that own the graphs
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
@@ -319,7 +319,7 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
 
 
 def _cell_size(ratio: float) -> int:
-    """Return the number of cells per coarse cell on each level, if all levels reduce by `ratio`."""
+    """Return the number of cells per coarse cell on each level, for a reduction by `ratio`."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
@@ -332,7 +332,7 @@ def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floa
 
 
 def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
-    """Return the coordinates of the coarsest cells, (C, Q): eigenvectors scaled by eigenvalues."""
+    """Return the coordinates of the coarsest cells in the embedding, (C, Q)."""
     n_cells = len(level.measures)
     mean = float(level.measures.mean()) or 1.0
     measures = np.maximum(level.measures / mean, 1e-6)

@@ -26,7 +26,7 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 class Plan:
     """The cells to segment, the expected size of regions, and the initial centers."""
 
-    cut: Cut | None  # cells inside the mask, and arcs without barrier; None if these are all
+    cut: Cut | None  # cells inside the mask, arcs that cross no barrier; None if all are kept
     size: RegionSize
     asked: SizeOptions  # options of the caller, with seeds as indices of cells inside the mask
     init: Init | Seeds | None
@@ -37,7 +37,7 @@ class Plan:
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
         n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph, given its cut, and options and initial state of the loop.
+        """Make the plan for a graph; `start` is the requested size, and the start of the loop.
 
         If the cells of the graph are sorted, `order` is the index of each cell before sorting.
         Centers and labels in `start` refer to the order before sorting.
@@ -98,7 +98,7 @@ def _first_centers(
     """Return the seeding method, or the initial centers as indices of `positions`.
 
     If `init` is labels, the initial center of a region is its cell nearest to its centroid. `kept`
-    are the cells to use; None for all. `order` is the index of each cell before sorting, if sorted.
+    are the cells inside the mask; None for all cells. `order` is as for `Plan.of`.
     """
     if init is None or isinstance(init, str):
         return init
@@ -128,7 +128,7 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
 
 
 def _sorted_indices(cells: Ints, order: Ints) -> Ints:
-    """Return the indices of cells after sorting, where `order` has each cell's index before."""
+    """Return the indices of cells after sorting; `order` is the index of each before sorting."""
     inverse = np.empty_like(order)
     inverse[order] = np.arange(len(order), dtype=order.dtype)
     return inverse[cells]

@@ -24,7 +24,7 @@ from .faces import (
 Denoise = int | Literal["auto"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
-"""Number of sampled faces. If the first N_FIRST samples show no noise, the others are skipped."""
+"""Number of sampled faces. If the first N_FIRST samples show no noise, no others are measured."""
 
 LEAST_SAMPLES = 32
 """Minimum number of samples with finite heights. A mesh with fewer such samples is not smoothed."""
@@ -54,8 +54,8 @@ QUARTER_OF_NORMAL = 0.3186
 """First quartile of the absolute values of standard normal numbers."""
 
 LOW_PART, LOW_MEAN_OF_NORMAL = 0.6, 0.3966
-"""Fraction of the samples, with the lowest heights, from which noise is estimated, because higher
-values come from creases; and the mean of the lowest 60% of absolute standard normal numbers."""
+"""Noise is estimated from the lowest 60 % of the heights, because larger heights come from creases.
+The second value is the mean of the lowest 60 % of absolute standard normal numbers."""
 
 STEPS_PER_NOISE, STEPS_ON_GRIDS = 100, 200
 """Number of smoothing steps per edge length of noise, on irregular meshes and on regular grids."""
@@ -68,8 +68,8 @@ MOST_AUTO_STEPS = 100
 """Maximum number of smoothing steps that ``"auto"`` uses."""
 
 LEAST_EVEN = 0.98
-"""A mesh is a regular grid if at least this fraction of the inner vertices have an even number of
-faces. The median fraction of the benchmark models is 0.7."""
+"""A mesh is a regular grid if at least this fraction of its inner vertices belong to an even number
+of faces. The median fraction of the benchmark models is 0.7."""
 
 STEPS_WITH_SLACK = 10
 """Number of smoothing steps below which `slack_of` returns 0."""
@@ -203,7 +203,7 @@ class Roughness(NamedTuple):
 
     @property
     def is_regular(self) -> bool:
-        """Whether the mesh is a regular grid: nearly all vertices have an even number of faces."""
+        """Whether the mesh is a regular grid; see `LEAST_EVEN`."""
         inside = self.n_faces[:N_FIRST]
         inside = inside[inside > 0]
         return len(inside) > 0 and float(np.mean(inside % 2 == 0)) >= LEAST_EVEN

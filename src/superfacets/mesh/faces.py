@@ -44,17 +44,17 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, shape (N,), or one number if all cells have the same."""
+        """Number of corners of each cell, (N,), or one number if it is the same for all cells."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
     def lists(self) -> tuple[Ints, Longs, int]:
-        """Vertices, offsets (empty for None) and size (0 for None), as arguments of `_core`."""
+        """Arguments for `_core`: vertices, offsets (empty instead of None), size (0 for None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
         return self.vertices, offsets, self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the corners of the given cells, and offsets that separate the cells."""
+        """Return the vertices at the corners of the given cells, and the offset of each cell."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -64,7 +64,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return the mean of values over the corners of each cell; `table` has a row per vertex."""
+        """Return, for each cell, the mean of `table` (one row per vertex) over its corners."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -133,7 +133,7 @@ def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Return the start and end vertex of each side, shape (n, 2); side i starts at corner i."""
+    """Return the start and end vertex of sides of faces, (n, 2); side s starts at corner s."""
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
     starts, nexts = mesh.offsets[faces], sides + 1
@@ -218,7 +218,7 @@ def sliver_area(
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, in which vertices that share an edge are connected.
 
-    For each vertex, `representative` is the lowest vertex at the same position, which has all arcs.
+    Only the `representative` of each vertex, the lowest vertex at the same position, has arcs.
     """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):

@@ -28,7 +28,7 @@ def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
         _check_size(array.shape[:0:-1], size)
         return flattened(array, overlap)
     if array.dtype.kind not in "biu":
-        raise MeshError(f"masks must be arrays of integers or bools, got arrays of {array.dtype}")
+        raise MeshError(f"masks must be arrays of integers or bools, got {array.dtype}")
     if array.ndim != 2:
         raise MeshError(
             "masks must be integers of shape (height, width) or bools of shape (n, height, width),"

@@ -92,7 +92,7 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return a cloud of the points with the indices `chosen`, with all attributes of them."""
+        """Return a cloud of the points with the indices `chosen`, including their attributes."""
         arrays = [self.points, self.normals, self.colors, self.axes, self.viewpoints]
         return PointCloud(
             *(rows if rows is None or rows.ndim == 1 else rows[chosen] for rows in arrays)  # type: ignore[arg-type]
@@ -101,6 +101,6 @@ class PointCloud(Cells):
     def __repr__(self) -> str:
         names = ("normals", "colors", "axes", "viewpoints")
         also = [name for name in names if getattr(self, name) is not None]
-        if self.colors is not None and not self.colors.any():  # some files store black for no color
+        if self.colors is not None and not self.colors.any():  # files store black for no color
             also.remove("colors")
         return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

@@ -46,10 +46,10 @@ class PolygonMesh(CellsOfVertices):
         As for `Mesh`.
     offsets : array_like of integers, shape (F + 1,)
         The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``, three or more. F >= 1.
-        Copied as int64, read-only.
+        Copied to a read-only int64 array.
     indices : array_like of integers, shape (C,)
-        Vertices, 0 to V - 1, of the corners of all faces, counterclockwise seen from outside.
-        Copied as int32, read-only.
+        Vertices, 0 to V - 1, at the corners of all faces, counterclockwise seen from outside.
+        Copied to a read-only int32 array.
 
     Attributes
     ----------

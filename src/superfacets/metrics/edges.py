@@ -19,7 +19,7 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
 _POINT = 1e-12
-"""Mean radii of at most this fraction of the diagonal are treated as rounding errors."""
+"""A `MeshEdges.mean_radius` of at most this fraction of the diagonal is a rounding error."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class EdgePaths:
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
-            # Unreached vertices become additional sources, which get labels from len(sources) on.
+            # `Clustering` uses unreached vertices as further sources, with higher labels.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.nodes >= 0

@@ -195,8 +195,8 @@ def evaluate_vertices(
     -------
     dict of str to float
         The metrics of `evaluate` that need neither borders nor normals. Regions are connected along
-        the edges of the mesh. The area of a vertex is its part of the areas of the faces around it,
-        where all corners of a face have equal parts.
+        the edges of the mesh. The area of each face is divided equally among its corners, and the
+        area of a vertex is the sum over the faces around it.
 
     Raises
     ------

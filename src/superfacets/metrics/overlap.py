@@ -163,7 +163,7 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the achievable segmentation accuracy (ASA): the highest accuracy of region labels.
+    """Return the achievable segmentation accuracy (ASA): the accuracy of the best region labels.
 
     This is the highest accuracy that any choice of one label per region can reach. The best choice
     for a region is the true label with the largest overlap. The accuracy is the fraction of the
@@ -193,9 +193,9 @@ class Hamming(NamedTuple):
     distance: float
     """Mean of the missing rate and the false alarm rate."""
     missing_rate: float
-    """Fraction of the surface outside the region that overlaps most with the true segment there."""
+    """Fraction of the surface where the region is not the one that overlaps the segment most."""
     false_alarm_rate: float
-    """Fraction of the surface outside the true segment that overlaps most with the region there."""
+    """Fraction of the surface where the segment is not the one that overlaps the region most."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
@@ -259,9 +259,9 @@ class Consistency(NamedTuple):
     """Result of `consistency_error`: errors from 0 (best) to 1."""
 
     global_error: float
-    """Error if the same segmentation must be the finer one on the whole surface."""
+    """Error if the finer of the two segmentations must be the same at all points."""
     local_error: float
-    """Error if either segmentation may be the finer one, at each point separately."""
+    """Error if the finer of the two segmentations may be different at each point."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
