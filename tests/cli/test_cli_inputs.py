@@ -104,6 +104,16 @@ def test_a_format_overrides_the_ending(run, tmp_path):
     assert "faces                18" in out
 
 
+def test_a_format_also_selects_how_labels_are_read(run, sheet, tmp_path):
+    mesh = read_mesh(sheet)
+    labels = np.arange(mesh.n_faces) // 100
+    write_mesh(tmp_path / "mesh.ply", mesh, labels)
+    path = (tmp_path / "mesh.ply").rename(tmp_path / "mesh.dat")
+    status, _, _ = run("convert", path, "--format", "ply", "-o", tmp_path / "labels.npy")
+    assert status == 0
+    assert np.array_equal(read_labels(tmp_path / "labels.npy"), labels)
+
+
 def test_a_pipe_goes_through(sheet):
     """What is printed goes to stderr; standard output is the file."""
     command = [*COMMAND, "segment", "-", "-n", "20"]

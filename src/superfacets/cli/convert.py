@@ -198,7 +198,7 @@ def _plan(
     sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
-    """Return the jobs, and the file ending for --split, which is None for the default format."""
+    """Return each input with its outputs, and the ending for --split, or None for the default."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     inputs = [source.input for source in sources]

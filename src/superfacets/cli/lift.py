@@ -107,7 +107,6 @@ def _lifted(
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    """Print counts, covered fractions of the area, and output files."""
     areas = measures_of(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total

@@ -90,9 +90,9 @@ class GroupedCommand(click.Command):
 
 
 FILE = click.Path(path_type=Path)
-FOLDER = FILE  # an output folder, which `output_folder` creates
+FOLDER = FILE  # type of an output folder, which `output_folder` creates
 
-INPUT = click.Path(allow_dash=True)  # a file, or - for standard input
+INPUT = click.Path(allow_dash=True)  # type of a file, or - for standard input
 
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)

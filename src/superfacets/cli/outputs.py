@@ -119,7 +119,7 @@ class Job:
         return name_of(self.input) if is_stream else Path(self.input).name
 
     def written(self, noun: str) -> list[str]:
-        """Return the outputs for reports, with the kind of labeled elements after label files.
+        """Return a text for each output, for example ``a.npy (a label per face)``, for reports.
 
         More than `MANY_FILES` files are reported as their number and folder. `noun` is the word for
         a labeled cell.
@@ -149,7 +149,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """Return the kind of labeled elements of a label file, or an empty string."""
+    """Return which elements have labels in a label file, or an empty string for other files."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -236,7 +236,7 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """Return the folder of an input or, with a note, the current folder if it is read-only."""
+    """Return the folder of an input, or if it is read-only, the current folder, with a note."""
     path = Path(text)
     if not path.exists():  # reading the input will report the error
         return path.parent

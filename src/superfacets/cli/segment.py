@@ -20,6 +20,7 @@ from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
+from ..io.readers.pieces import holds_points
 from ..mesh.cells import Cells
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
@@ -36,7 +37,7 @@ from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_denoising, notes_on_result, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
-from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles, tile_options
+from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
 
 
 @click.command("segment", cls=SegmentCommand)
@@ -149,7 +150,7 @@ class _Run:
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
-        noun = noun_of_tiled(Path(job.input))
+        noun = "point" if holds_points(Path(job.input)) else "face"
         if not self.is_quiet:
             print_notes(notes_on_result(result))
         self._report(job, result, result.timings, noun)
@@ -158,7 +159,6 @@ class _Run:
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
         n_left_out: int = 0,
     ) -> None:  # fmt: skip
-        """Print the number of smoothing steps, the summary and the output files."""
         asked = self.options.keywords.get("denoise")
         if not self.is_quiet:
             print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))

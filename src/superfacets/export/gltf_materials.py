@@ -94,16 +94,11 @@ class GltfMaterials:
             content = image.encoded()
             kind = kind_of_image(content)
             if kind in ("bmp", "tga", "tiff"):
-                content, kind = png_of(image), "png"
+                file = io.BytesIO()
+                import_pillow("Image").fromarray(image.pixels()).save(file, "png")
+                content, kind = file.getvalue(), "png"
             view = self.add_view(np.frombuffer(content, np.uint8))
             document = {"bufferView": view, "mimeType": f"image/{kind}", "name": image.name}
             self.lists["images"].append(document)
             self._image_of[image] = len(self.lists["images"]) - 1
         return self._image_of[image]
-
-
-def png_of(image: TextureImage) -> bytes:
-    """Encode the pixels of an image as PNG."""
-    file = io.BytesIO()
-    import_pillow("Image").fromarray(image.pixels()).save(file, "png")
-    return file.getvalue()

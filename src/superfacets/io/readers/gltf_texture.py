@@ -156,7 +156,8 @@ class _Reader:
         if not isinstance(info, dict):
             return Material(name, (red, green, blue), source=kept), use
         image, sampler = self.image_and_sampler(info.get("index"))
-        wrap_u, wrap_v = (_wrap_of(sampler, key) for key in ("wrapS", "wrapT"))
+        codes = [whole(sampler, key, 10497) for key in ("wrapS", "wrapT")]
+        wrap_u, wrap_v = (WRAP_OF_CODE.get(code, "repeat") for code in codes)
         return Material(name, (red, green, blue), image, (wrap_u, wrap_v), kept), use
 
     def image_and_sampler(self, index: Any) -> tuple[TextureImage, dict[str, Any]]:
@@ -237,8 +238,3 @@ def _use_of(info: dict[str, Any]) -> _Use:
         raise MeshError("broken glTF: the rotation of a texture must be a finite number")
     place = whole(transform, "texCoord", whole(info, "texCoord", 0))
     return _Use(place, offset, float(rotation), scale)
-
-
-def _wrap_of(sampler: dict[str, Any], key: str) -> str:
-    """Return the wrap mode of an image, or the default mode for unknown codes."""
-    return WRAP_OF_CODE.get(whole(sampler, key, 10497), "repeat")

@@ -184,7 +184,7 @@ def _numbered_by_use(
     """Return vertices in order of first use, corners with new numbers, and all new numbers."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner is written last
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner remains
     is_first = np.zeros(len(flat), dtype=bool)
     is_first[first[first < len(flat)]] = True
     used = flat[is_first].astype(np.int64)
