@@ -45,9 +45,9 @@ class RemoteTeam(Team):
         """Run calls like `Team.run`: one call per thread, and one waiting call per worker.
 
         Only a few calls are submitted at a time. If a worker dies, Dask counts this as a failure of
-        all calls assigned to the worker, even of calls that have not started. Calls are not
-        assigned to certain workers by this method, because Dask does not restart such calls if the
-        worker ends while there is no other worker.
+        all calls assigned to the worker, even of calls that have not started. Calls are not pinned
+        to workers, because Dask does not restart a pinned call if its worker ends while there is no
+        other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}

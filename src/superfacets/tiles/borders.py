@@ -207,7 +207,7 @@ def _spread(
 ) -> Bytes:
     """Raise the marks of the cells `front`, spread these marks in the tile, and write all marks.
 
-    A mark decreases by 1 per arc. Marks are never lowered. Returns the marks of the ghosts.
+    A spreading mark decreases by 1 per arc. No mark is lowered. Returns the marks of the ghosts.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)

@@ -129,8 +129,8 @@ def segment_tiled(
         Folder for temporary arrays, which take about 250 bytes per face or 400 bytes per point and
         are removed at the end. By default, the system's folder for temporary files is used.
     cache : int, optional
-        Memory, in bytes, in which temporary arrays are stored before they are written to the disk.
-        The default is an eighth of the memory that this process may use, or 0 with several workers.
+        Memory, in bytes, for temporary arrays. Arrays that do not fit are written to the disk. The
+        default is an eighth of the memory that this process may use, or 0 with several workers.
     out : path, optional
         A ``.npy`` file for all labels. If the source is a folder, `out` may also be a folder, which
         is created if it is missing. Then each file of the source gets a label file (``a.npy`` for
@@ -142,8 +142,8 @@ def segment_tiled(
         Address of a Dask scheduler, whose workers process the tiles instead of processes of this
         machine. The workers must have access to the source and to `scratch`.
     n_threads : int, optional
-        Number of threads of this process, as for `segment`. Each thread processes another tile, if
-        all these tiles together fit in an eighth of the memory.
+        Number of threads of this process, as for `segment`. Each thread processes a different tile,
+        if these tiles together fit in an eighth of the memory.
     progress, on_stage
         As for `segment`. The additional stage ``"tiles"`` reads the source.
     on_tile : callable, optional
