@@ -23,7 +23,7 @@ from ..io.attributes import MeshAttributes
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.pieces import holds_files
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import GivenLabels, given_labels, labels_of_cells, load_cells_and_attributes

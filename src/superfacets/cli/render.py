@@ -12,7 +12,7 @@ from .._options import CLIPS
 from .._types import Array
 from ..errors import MeshError
 from ..io.readers.read import read_cells
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note

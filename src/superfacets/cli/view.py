@@ -15,7 +15,7 @@ from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.npy import npz_array
 from ..io.readers.read import read_cells_and_attributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .failures import print_note
 from .inputs import labels_beside, labels_for, read_values
 from .options import FILE, camera_options, labels_named_option, option, options

@@ -12,8 +12,9 @@ from .. import _core
 from .._types import Floats, Ints
 from .._validate import checked_mask, checked_tets, checked_threads, freeze
 from ..errors import MeshError
-from .cells import CellsOfVertices, lowest_vertices
+from .base import CellsOfVertices
 from .triangle_mesh import Mesh
+from .weld import lowest_vertices
 
 # Row i lists the corners of the side opposite to corner i. They are counterclockwise seen from
 # outside if the volume in `signed_volumes` is positive.
