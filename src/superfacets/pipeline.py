@@ -53,7 +53,7 @@ from .clustering.run import segment_cells
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
-from .mesh.cells import Cells
+from .mesh.base import Cells
 from .mesh.denoising import (
     STEPS_WITH_SLACK,
     Denoise,

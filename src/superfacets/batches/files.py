@@ -27,7 +27,7 @@ from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.point_cloud import PointCloud
 from ..pipeline import Options, segment
 

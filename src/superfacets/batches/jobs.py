@@ -19,7 +19,7 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file
 from .sources import refuse_tileset

@@ -15,9 +15,9 @@ from .._types import Bools, Bytes, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from .face_graph import build_face_graph
 from .sums import sums_by_label
 

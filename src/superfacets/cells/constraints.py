@@ -20,8 +20,8 @@ from .._validate import (
     refuse_mask,
 )
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.weld import lowest_vertices
 from .face_graph import FaceGraph, build_face_graph
 from .surface import Surface, arc_measures
 

@@ -23,9 +23,9 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, corners_of, measure_faces, measure_shapes
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from .cell_graph import Arcs, CellGraph
 
 

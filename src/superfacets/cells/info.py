@@ -13,7 +13,7 @@ from .._types import Floats
 from .._validate import checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh, count_degenerate
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh, signed_volumes

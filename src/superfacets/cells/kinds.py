@@ -16,7 +16,7 @@ from .._types import ArcLists, Bools, Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import (
     AnyMesh,
     Corners,

@@ -9,8 +9,8 @@ import numpy as np
 
 from .. import _core
 from .._types import Floats, Ints, Longs
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners, spread_indices
+from ..mesh.weld import lowest_vertices
 
 MIN_CELLS = 1 << 17
 """Minimum number of cells for sorting. Smaller meshes fit into the processor cache unsorted."""

@@ -12,8 +12,8 @@ from .._types import Floats, Ints, Longs
 from .._validate import checked_threads, freeze
 from ..adapters.convert import MeshLike, as_tets
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.tet_mesh import TetMesh
+from ..mesh.weld import lowest_vertices
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 

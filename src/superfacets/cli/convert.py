@@ -22,7 +22,7 @@ from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..io.readers.b3dm import Placement
 from ..io.readers.pieces import holds_files
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input

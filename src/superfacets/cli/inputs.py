@@ -27,7 +27,7 @@ from ..io.readers.labels import (
 from ..io.readers.npy import npy_array
 from ..io.readers.parts import PART_ENDINGS
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .failures import print_note
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 

@@ -23,7 +23,7 @@ from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
 from . import options as opts

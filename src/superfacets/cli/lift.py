@@ -18,7 +18,7 @@ from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.cameras import read_cameras
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from ..regions.lifting import LiftedLabels, lift

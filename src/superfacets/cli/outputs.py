@@ -21,7 +21,7 @@ from ..io.atomic import output_folder
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from . import options as opts
 from .failures import print_note, print_notes
 from .inputs import name_of

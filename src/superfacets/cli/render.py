@@ -11,7 +11,7 @@ import click
 from .._options import CLIPS
 from .._types import Array
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note

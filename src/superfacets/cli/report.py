@@ -18,7 +18,7 @@ from ..export.ply import names_replaced
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..pipeline import SCANS, barriers_note, fewer_note
 
 

@@ -21,7 +21,7 @@ from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
 from ..io.readers.pieces import holds_points
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
     barrier_angle_option,

@@ -14,7 +14,7 @@ from ..cells.kinds import kind_of
 from ..export.write import check_fit
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..regions.nearest_labels import transfer
 from .inputs import labels_for, read_input
 from .interrupts import run_in_background

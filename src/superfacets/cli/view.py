@@ -14,7 +14,7 @@ from .._types import Array
 from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.npy import npz_array
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .failures import print_note
 from .inputs import Input, labels_beside, labels_for, read_input, read_values
 from .options import FILE, camera_options, labels_named_option, option, options

@@ -14,7 +14,7 @@ from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 
 if TYPE_CHECKING:
     from ..pictures.page.document import Page

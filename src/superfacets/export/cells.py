@@ -19,7 +19,7 @@ from ..cells.kinds import Kind, kind_of
 from ..cells.texels import check_texture
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .clouds import write_csv, write_las
 from .content import Content
 from .glb import write_glb

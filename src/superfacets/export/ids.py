@@ -18,7 +18,7 @@ from ..cells.kinds import kind_of
 from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
 from ..io.readers.labels import checked_labels
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .cells import FormatOptions
 from .cortex import write_cortex
 from .pyg import GRAPH_OUTPUTS, write_arrays

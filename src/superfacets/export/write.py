@@ -18,7 +18,7 @@ from ..io.atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.labels import checked_labels
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..regions.submeshes import Splitter
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels

@@ -10,7 +10,6 @@ import numpy as np
 from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import checked_count
-from .cells import lowest_vertices
 from .faces import (
     FaceMesh,
     corners_in_a_row,
@@ -20,6 +19,7 @@ from .faces import (
     spread_indices,
     vertex_graph,
 )
+from .weld import lowest_vertices
 
 Denoise = int | Literal["auto"] | None
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._types import Floats, Singles
 from .._validate import checked_colors, checked_normals, checked_points, checked_viewpoints, freeze
-from .cells import Cells
+from .base import Cells
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays
-from .cells import CellsOfVertices
+from .base import CellsOfVertices
 from .triangle_mesh import Mesh
 
 

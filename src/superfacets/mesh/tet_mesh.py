@@ -12,8 +12,9 @@ from .. import _core
 from .._types import Floats, Ints
 from .._validate import checked_mask, checked_tets, checked_threads, freeze
 from ..errors import MeshError
-from .cells import CellsOfVertices, lowest_vertices
+from .base import CellsOfVertices
 from .triangle_mesh import Mesh
+from .weld import lowest_vertices
 
 # Row i lists the three corners opposite to corner i of a tetrahedron. The three corners are
 # counterclockwise seen from outside if `signed_volumes` of the tetrahedron is positive.

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import Array, Floats, Ints
 from .._validate import checked_mesh, freeze
-from .cells import CellsOfVertices
+from .base import CellsOfVertices
 
 
 @dataclass(frozen=True, eq=False)

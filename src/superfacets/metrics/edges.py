@@ -15,8 +15,8 @@ from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
+from ..mesh.weld import lowest_vertices
 
 _POINT = 1e-12
 """A `MeshEdges.mean_radius` of at most this fraction of the diagonal is a rounding error."""

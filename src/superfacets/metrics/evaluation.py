@@ -23,8 +23,8 @@ from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import as_surface, kind_of, measures_of
 from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
+from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
 from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges

@@ -16,7 +16,7 @@ from ..adapters.results import NO_COLOR
 from ..cells.cell_graph import CellGraph, CsrArcs
 from ..cells.kinds import as_known, kind_of
 from ..io.light import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)

@@ -13,7 +13,7 @@ from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import kind_of
 from ..errors import MissingExtraError, RenderError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .backend import import_pillow
 from .colors import PALETTE
 from .rendering import render

@@ -18,7 +18,7 @@ from .._validate import checked_choice, checked_count, checked_flag, compact_par
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk

@@ -25,7 +25,7 @@ from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import Camera, View, place_camera

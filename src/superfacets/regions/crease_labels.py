@@ -12,8 +12,8 @@ from .._types import Array, Floats, Ints, Longs
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import Majority, weighted_majority
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners, mean_normals, vertex_graph
+from ..mesh.weld import lowest_vertices
 
 
 class VertexEdges(NamedTuple):

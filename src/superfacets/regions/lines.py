@@ -14,8 +14,8 @@ from ..adapters.convert import CloudLike, MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.kinds import as_known, kind_of
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.weld import lowest_vertices
 
 NO_REGION = -1
 """Label in place of the second region of a line at the mesh boundary or at unlabeled cells."""

@@ -23,7 +23,7 @@ from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
 from ..cells.sums import weighted_majority
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .vertices import corner_groups
 
 Pooling = Literal["mean", "sum", "max", "min", "majority"]

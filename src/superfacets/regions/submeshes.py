@@ -15,7 +15,7 @@ from .._validate import checked_regions, is_extent_valid
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 
 
 class Submesh(NamedTuple):

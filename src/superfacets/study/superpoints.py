@@ -22,9 +22,9 @@ from .._validate import checked_threads, checked_vertex_classes, ranked_labels
 from ..cells.sums import weighted_majority
 from ..errors import IslandWarning, MeshError
 from ..io.readers.labels import LABEL_ENDINGS, read_labels
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import vertex_graph
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from ..pipeline import SCANS, segment
 from ..regions.vertices import vertex_labels
 from .table_writer import markdown_table

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ...errors import MeshError
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh

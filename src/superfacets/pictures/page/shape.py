@@ -17,7 +17,7 @@ from ...cells.cell_graph import CsrArcs
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ..camera import View, view_axes

@@ -17,7 +17,7 @@ from ..._types import Floats, Ints
 from ..._validate import checked_threads
 from ...cells.kinds import measures_of
 from ...io.atomic import atomic_outputs
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ..labels.classes import (
     INSTANCES,
     MAX_CLASS,

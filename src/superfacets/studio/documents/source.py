@@ -12,7 +12,7 @@ from ...errors import MeshError
 from ...io.guards import read_content
 from ...io.readers.read import cell_ending, parse_cells_and_attributes
 from ...io.textures import Texture
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from .journal import Journal, JournalError
 
 

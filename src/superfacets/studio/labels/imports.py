@@ -19,7 +19,7 @@ from ...errors import MeshError
 from ...export.scannet import NO_CLASS
 from ...io.guards import known_ending, shortened
 from ...io.readers.labels import read_labels
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers

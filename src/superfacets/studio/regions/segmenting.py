@@ -22,7 +22,7 @@ from ...cells.weights import WEIGHTS
 from ...clustering.result import Segmentation
 from ...errors import IslandWarning, SliverWarning
 from ...io.guards import counted
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...pipeline import Prepared, segment
 from ...regions.edit import read_regions
 from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors

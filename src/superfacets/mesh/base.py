@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
-
-from .. import _core
-from .._types import Floats, Ints
+from .._types import Floats
 from .._validate import restored
 
 
@@ -42,13 +39,3 @@ class CellsOfVertices(Cells):
     def n_vertices(self) -> int:
         """Number of vertices, V, including vertices that no cell uses."""
         return len(self.vertices)
-
-
-def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
-    """Return, for each vertex, the lowest index of all vertices at the same position.
-
-    If `weld` is false, return the index of each vertex itself.
-    """
-    if weld:
-        return _core.weld_vertices(vertices, n_threads)
-    return np.arange(len(vertices), dtype=np.int32)
