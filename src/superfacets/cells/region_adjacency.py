@@ -140,7 +140,10 @@ class RegionGraph:
 
     @property
     def planarity(self) -> Floats:
-        """(s1 - s2) / s0 for the `deviations` s, shape (K,): 1 for a disk, NaN for a point."""
+        """(s1 - s2) / s0 for the `deviations` s, shape (K,): 1 for a disk, NaN for a point.
+
+        The value of a long flat region is low. To find flat regions, use `curvature`.
+        """
         first, second, third = self.deviations.T
         return _ratio(second - third, first)
 
