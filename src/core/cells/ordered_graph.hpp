@@ -31,7 +31,9 @@ struct WeightedArcs {
   std::span<const float> lengths;  // (M,) whole numbers >= 1, from quantize_weights
   // the caller guarantees that each arc has a reverse arc of equal length
   bool is_known_symmetric = false;
-  double straight_unit = 0.0;  // quantized unit; see OrderedGraph::straight_unit
+  // The unit of `lengths`, in the unit of the positions, or 0 if the lengths are arbitrary. See
+  // OrderedGraph::straight_unit.
+  double straight_unit = 0.0;
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are near in memory for any order of

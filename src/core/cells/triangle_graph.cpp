@@ -96,7 +96,8 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
   }
 }
 
-// The kind of link from a side of a face to the other faces on its edge.
+// How many other faces share the edge on a side of a face. For a single other face, also the
+// direction in which that face traverses the edge.
 enum class Link : std::uint8_t {
   kNone,     // no other face: a boundary edge, or a side that is not an edge
   kOpposed,  // one other face, which traverses the edge in the opposite direction

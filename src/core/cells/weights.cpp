@@ -15,8 +15,8 @@ constexpr std::int64_t kFewArcs = 8;
 // cache.
 constexpr std::int64_t kFacesPerList = 64;
 
-// Number of arcs whose weights are computed together. On most meshes, this includes all arcs of a
-// block of faces.
+// Number of arcs whose weights are computed together. Only arcs to faces with a higher index are
+// computed. On most meshes, those of kFacesPerList faces fit into this number.
 constexpr std::size_t kArcsPerBlock = 128;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {

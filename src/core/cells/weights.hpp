@@ -85,9 +85,9 @@ class NetTurn {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
 
-  // Converts a term to units, rounded to an integer. The angle is at most pi, and the edge is not
-  // longer than the diagonal. So sums of 2^19 terms are exact in a double, and sums of 2^29 terms
-  // fit into 64 bits.
+  // Converts a term (angle times edge length) to a whole number of units. The angle is at most pi,
+  // and an edge is not longer than the diagonal of the bounding box. So sums of 2^19 terms are
+  // exact in a double, and sums of 2^29 terms fit into 64 bits.
   SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
     // doubles near this number have no fraction bits, for either sign of turn
     constexpr double kNoFraction = 0x1.8p52;

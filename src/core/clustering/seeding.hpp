@@ -5,11 +5,12 @@
 
 namespace superfacets {
 
-// Seeds are placed in large components only. A connected component is large if it has at least half
-// of the mean measure of a region, or if all larger components together have fewer than n_seeds
-// cells. At most n_seeds components are large. All other components are islands. Components with
-// equal measures are ordered by their lowest cells, but the component of `first` comes first.
-// Components are connected components of the undirected graph.
+// Seeds are placed only in large connected components of the undirected graph. All other components
+// are islands. To find the large components, components are sorted by descending measure. Among
+// components with equal measures, the component of the cell `first` (see the functions below) comes
+// first, and the others are sorted by their lowest cell. A component is large if its measure is at
+// least half of (total measure / n_seeds), or if all components before it together have fewer than
+// n_seeds cells. At most the first n_seeds components are large.
 
 // The cell nearest to the measure-weighted mean of all positions, or the lowest cell if several are
 // equally near.

@@ -16,9 +16,9 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
                                   Label n_regions, ThreadTeam& team);
 
 // Incremental version of update_centers, for labels that change little between calls. Only cells
-// with a new label change the sums, and only changed regions search for their nearest cell. Regions
-// of nearly zero measure are summed from scratch each time, in a pass over all cells. Uses 4 bytes
-// per cell.
+// with a new label change the sums, and the cell nearest to the mean is searched again only for
+// changed regions. Regions of nearly zero measure are summed from scratch each time, in a pass over
+// all cells. Uses 4 bytes per cell.
 class RegionMeans {
  public:
   // Initially, no cell has a label.

@@ -8,8 +8,8 @@ namespace superfacets {
 
 // For each vertex, the mean of the unit normals of the faces around the vertex. The mean is not
 // normalized, and is zero if the vertex has no faces. Corners are replaced by
-// representative[vertex] (see weld_vertices), so duplicates have no faces. In the mean, the normal
-// of a degenerate face is the zero vector.
+// representative[vertex] (see weld_vertices), so duplicate vertices have no faces. Degenerate faces
+// are included with a zero normal.
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 

@@ -80,7 +80,7 @@ class Plan:
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
 
     def whole(self, result: Segmentation) -> Segmentation:
-        """Convert a result for cells inside the mask to all cells; label the other cells -1."""
+        """Extend a result for cells inside the mask to all cells; cells outside are labeled -1."""
         if self.cut is None:
             return result
         labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]

@@ -28,11 +28,11 @@ LEAST_IMAGES = 8
 
 
 class Votes(NamedTuple):
-    """Table of the visible areas of regions in the masks of all images."""
+    """Table with one entry for each piece of a region that is visible in a mask of an image."""
 
-    masks: Ints  # (A,) mask of each area, ascending in an image; -1 if the area is in no mask
-    regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) area, > 0, in the squared unit of the mesh
+    masks: Ints  # (A,) mask of each piece, ascending in an image; -1 if the piece is in no mask
+    regions: Ints  # (A,) region that each piece belongs to
+    areas: Floats  # (A,) visible area of each piece, > 0, in the squared unit of the mesh
     image_of: Ints  # (M,) image index of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, >= 1
     seen: Bools  # (N,) whether each cell is visible in at least one image

@@ -63,10 +63,11 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
             raise ValueError("expected the magic bytes \\x93NUMPY and version 1.0, 2.0 or 3.0")
         begin = 8 + _SIZES[bytes(data[6:8])]
         end = begin + int.from_bytes(data[8:begin], "little")
-        if end > min(len(data), begin + MAX_NPY_HEADER):
-            raise ValueError(
-                f"its length, {end - begin}, exceeds the file or {MAX_NPY_HEADER} bytes"
-            )
+        size, left = end - begin, len(data) - begin
+        if size > MAX_NPY_HEADER:
+            raise ValueError(f"its length must be at most {MAX_NPY_HEADER} bytes, got {size}")
+        if size > left:
+            raise ValueError(f"its length is {size} bytes, but only {left} bytes follow")
         return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
     except (ValueError, TypeError, RecursionError) as error:
         why = shortened(str(error))

@@ -62,10 +62,12 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
 
 
 def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
-    """Return my number for the object of each cell in their file, or 0 for cells in no object.
+    """Renumber the objects of a second file so that matching objects have the numbers of `mine`.
 
-    Objects of one class are matched greedily, starting with the pair of largest IoU. Other objects
-    of theirs get numbers above my objects. `mine` and `theirs` are ``class * 1000 + object``.
+    Returns the new object number of each cell, or 0 for cells in no object of the second file. Each
+    object of the second file is matched to at most one object of the same class in the first file,
+    greedily in descending order of IoU. Unmatched objects get numbers that are larger than all
+    object numbers of the first file. `mine` and `theirs` are ``class * 1000 + object``.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}

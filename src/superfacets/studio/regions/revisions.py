@@ -78,7 +78,7 @@ class Revisions:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Store labels as a new revision, or return the stored revision of this partition."""
+        """Return the stored revision of a partition, or else store labels as a new revision."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:
