@@ -230,7 +230,7 @@ def test_only_the_area_that_is_kept_counts():
     assert np.array_equal(result.labels[left], expected.labels)
     assert np.array_equal(result.centers, np.flatnonzero(left)[expected.centers])
     with pytest.raises(
-        ValueError, match="n_segments must be at most 144 because there are only 144 faces"
+        ValueError, match="n_segments must be at most 144, the number of faces, got 145"
     ):
         segment(mesh, 145, mask=left)
 
@@ -393,12 +393,12 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"mask": [False] * 4},
             ValueError,
-            "mask must be True for at least one cell, but it is False",
+            "mask must be True for at least one cell, but it is False everywhere",
         ),
         (
             {"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])},
             ValueError,
-            "mask must not have masked entries: fill or remove these",
+            "mask must not have masked entries: fill or remove these entries",
         ),
         (
             {"mask": [True, True, False, True], "init": [1, 2]},
@@ -409,7 +409,8 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"barriers": [1, 2]},
             ValueError,
-            r"barriers must have one number per cell, shape \(4,\), or be",
+            r"barriers must have one number per cell, shape \(4,\), or be edges of a"
+            r" mesh, shape \(E, 2\), got shape \(2,\)",
         ),
         ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
         (
@@ -426,7 +427,7 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])},
             ValueError,
-            "barriers must not have masked entries: fill or remove",
+            "barriers must not have masked entries: fill or remove these entries",
         ),
         ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
         (
@@ -442,7 +443,7 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"init": [0, 0, 1, 1], "n_segments": 3},
             ValueError,
-            "n_segments must be the number of seeds in init, 2, got 3:",
+            "n_segments must be the number of seeds in init, 2, got 3: leave n_segments out",
         ),
     ],
 )
@@ -526,5 +527,7 @@ def test_angles_out_of_range_are_refused(angle):
 
 
 def test_sharp_edges_need_faces():
-    with pytest.raises(ValueError, match="expected a surface mesh, got a PointCloud, which has no"):
+    with pytest.raises(
+        ValueError, match="expected a surface mesh, got a PointCloud, which has no faces"
+    ):
         sharp_edges(points())

@@ -144,7 +144,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         (
             {"n_segments": 6},
             ValueError,
-            "n_segments must be at most 5 because there are only 5 faces",
+            "n_segments must be at most 5, the number of faces, got 6",
         ),
         ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
         ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
@@ -174,7 +174,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         (
             {"init": [0], "n_segments": 2},
             ValueError,
-            "n_segments must be the number of seeds in init, 1, got 2:",
+            "n_segments must be the number of seeds in init, 1, got 2: leave n_segments out",
         ),
     ],
 )
