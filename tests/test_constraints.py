@@ -320,7 +320,7 @@ def test_labels_begin_with_their_central_cells():
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
     with pytest.raises(
-        ValueError, match="init must have a label >= 0 for a cell inside the mask, got"
+        ValueError, match="init must have a label >= 0 for a cell inside the mask, got only -1"
     ):
         segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
@@ -433,12 +433,13 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"init": [0, 0, 2, 2]},
             ValueError,
-            "init must be seeds, or valid labels of all cells: labels must be",
+            "init must be seeds, or valid labels of all cells: labels must be"
+            " consecutive integers from 0, but no cell has label 1",
         ),
         (
             {"init": [-1] * 4},
             ValueError,
-            "init must have a label >= 0 for a cell inside the mask, got",
+            "init must have a label >= 0 for a cell inside the mask, got only -1",
         ),
         (
             {"init": [0, 0, 1, 1], "n_segments": 3},

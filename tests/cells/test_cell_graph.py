@@ -66,11 +66,13 @@ def test_lists_become_arrays_of_exact_types():
         ),
         (
             {"weights": [1e308, 1e308]},
-            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e\+308: rescale",
+            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e\+308:"
+            r" rescale the values",
         ),
         (
             {"weights": [0, 1e-320]},
-            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320: rescale",
+            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320:"
+            r" rescale the values",
         ),
         (
             {"bounds": [0, 1]},

@@ -718,7 +718,9 @@ def test_a_texture_of_another_mesh_is_refused(square, tmp_path):
         write_mesh(tmp_path / "a.obj", Mesh(VERTICES, FACES[:1]), attributes=attributes)
     with pytest.raises(ValueError, match="points cannot have a texture"):
         write_mesh(tmp_path / "a.las", VERTICES, attributes=attributes)
-    with pytest.raises(MeshError, match="the mesh has no texture"):
+    with pytest.raises(
+        MeshError, match="the mesh has no texture: pass a texture, or the path of a file with one"
+    ):
         texture_colors(read_mesh(square))
 
 

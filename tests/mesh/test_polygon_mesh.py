@@ -283,8 +283,14 @@ def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():
 @pytest.mark.parametrize(
     ("flat", "message"),
     [
-        ([4, 0, 1, 2, 3, 3, 0, 1], "has 3 corners, but the array of faces has only 2 more values"),
-        ([3, 0, 1, 2, -1], "has -1 corners, but the array of faces has only 0 more values"),
+        (
+            [4, 0, 1, 2, 3, 3, 0, 1],
+            "of a PolyData has 3 corners, but the array of faces has only 2 more values",
+        ),
+        (
+            [3, 0, 1, 2, -1],
+            "of a PolyData has -1 corners, but the array of faces has only 0 more values",
+        ),
         ([3, 0, 1, 2, 0], "must have at least 3 corners, got 0"),
     ],
 )

@@ -215,12 +215,12 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
         (
             {"masks": [np.ones((4, 5), int)]},
             sf.MeshError,
-            "masks must have the size of the camera, 4 x 4 pixels, got 5 x 4",
+            "masks must have the size of the camera, 4 x 4 pixels, got 5 x 4 pixels",
         ),
         (
             {"masks": [np.ones((2, 5, 4), bool)]},
             sf.MeshError,
-            "masks must have the size of the camera, 4 x 4 pixels, got 4 x 5",
+            "masks must have the size of the camera, 4 x 4 pixels, got 4 x 5 pixels",
         ),
         ({"masks": [np.ones((4, 4, 3), np.uint8)]}, sf.MeshError, "uint8 of shape"),
         ({"masks": [np.ones((4, 4))]}, sf.MeshError, "integers or bools, got float64"),

@@ -265,7 +265,7 @@ def test_what_does_not_fit_is_refused():
         (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]),
          "cells already define the measures: leave out cells or measures"),
         (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]),
-         "values must not have masked entries"),
+         "values must not have masked entries: fill or remove these entries"),
         (lambda: sf.unpool(3, [0, 0]),
          "values must have one value or row per region, got a single number"),
         (lambda: sf.unpool([1, 2], [0, 2]),

@@ -236,9 +236,11 @@ def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):
     assert [(one.class_id, one.score) for one in document.state.suggestions] == [(0, 1), (0, 0.125)]
     for scores, error in (
         ([1], r"scores must have one value per region \(2\), got 1 value"),
-        ([2, 0], r"must be a list of numbers in \[0, 1\], got \[2, 0\]"),
+        ([2, 0], r"scores must be a list of numbers in \[0, 1\], got \[2, 0\]"),
     ):
         with pytest.raises(ValueError, match=error):
             write_mesh(tmp_path / "o.aggregation.json", mesh, labels, scores=scores)
-    with pytest.raises(ValueError, match=r"scores needs an output with the ending \.aggregation"):
+    with pytest.raises(
+        ValueError, match=r"scores needs an output with the ending \.aggregation\.json"
+    ):
         write_mesh(tmp_path / "o.ply", mesh, labels, scores=[1, 1])

@@ -162,7 +162,7 @@ class SizeRules:
             n_regions = int(found.sum())
             raise MeshError(
                 f"max_measure={high:g} needs at least {n_regions + n_least - n} regions, because no"
-                f" region can extend over two components, got {n_regions} regions"
+                f" region can extend over two components, got {counted(n_regions, 'region')}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts
