@@ -260,19 +260,20 @@ def test_islands_that_are_too_small_are_told():
         ),
         (
             {"max_measure": 20.0, "n_segments": 3},
-            "3 regions of at most max_measure=20 cover only 60 of 800:",
+            "max_measure=20 allows 3 regions to cover only 60 of 800: use at least 40 regions",
         ),
         (
             {"min_measure": 300.0, "n_segments": 3},
-            "3 regions of at least min_measure=300 need 900, but all cells have 800",
+            "3 regions of at least min_measure=300 need 900, but all cells have 800:"
+            " use at most 2 regions",
         ),
         (
             {"min_measure": 900.0, "n_segments": 3},
-            "min_measure must be at most 800, the size of all cells,",
+            "min_measure must be at most 800, the size of all cells, got 900",
         ),
         (
             {"max_measure": 0.1, "n_segments": 3},
-            "max_measure must be at least 0.5, the size of the largest",
+            r"max_measure must be at least 0\.5, the size of the largest cell, got 0\.1",
         ),
         ({"cell_weights": np.ones(1600)}, "cell_weights have no effect"),
         ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
@@ -286,22 +287,24 @@ def test_islands_that_are_too_small_are_told():
         ),
         (
             {"balance": 1.0, "cell_weights": np.zeros(1600)},
-            "at least one cell must have a size above 0, but all",
+            "at least one cell must have a size above 0, but all sizes are 0",
         ),
         (
             {"balance": 1.0, "radius_factor": 2.0},
-            "balance cannot be combined with radius_factor, which",
+            "balance cannot be combined with radius_factor, which limits the paths from"
+            " centers: leave one of them out",
         ),
         ({"balance": 1.0, "min_size": 0.1}, "leave min_size out"),
         ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
         ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
         (
             {"cells_per_region": 64, "n_segments": 3},
-            "cells_per_region already sets the number of regions:",
+            "cells_per_region already sets the number of regions: leave out n_segments"
+            " and radius, and do not pass seeds as init",
         ),
         (
             {"cells_per_region": 64, "islands": "nearest"},
-            "cells_per_region keeps each region in one component:",
+            "cells_per_region keeps each region in one component: leave islands='nearest' out",
         ),
     ],
 )
@@ -365,7 +368,9 @@ def test_what_cannot_be_connected_is_told_and_counted():
     legs = [[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]]
     vertices = [[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, -2, 0], [3, 2, 0], [-1, 2, 0]]
     star = sf.Mesh(vertices, legs)
-    with pytest.warns(sf.BalanceWarning, match="no connected regions of the requested sizes"):
+    with pytest.warns(
+        sf.BalanceWarning, match="no connected regions of the requested sizes were found"
+    ):
         result = sf.segment(star, cells_per_region=2)
     check_exact(star, 2, result.labels)
     assert result.n_extra_pieces == 1
@@ -414,7 +419,11 @@ def test_patches_need_cells_and_leave_masked_cells_out():
     mask = np.arange(mesh.n_faces) % 7 > 0
     result = sf.segment(mesh, 5, mask=mask, islands="nearest")
     assert sorted(result.patches[result.patches >= 0].tolist()) == np.flatnonzero(mask).tolist()
-    with pytest.raises(ValueError, match="this segmentation does not store its mesh: call"):
+    with pytest.raises(
+        ValueError,
+        match=r"this segmentation does not store its mesh: call region_graph\(mesh,"
+        r" labels\) instead",
+    ):
         sf.Segmentation(result.labels, result.centers, 1, "converged", {}, {}).patches  # noqa: B018
 
 
@@ -543,7 +552,8 @@ def test_the_command_balances_and_writes_solids(tmp_path):
         (("-n", "20", "--max-measure", "0.01"), "at least"),
         (
             ("--cells-per-region", "64", "-n", "20"),
-            "cells_per_region already sets the number of regions:",
+            "cells_per_region already sets the number of regions: leave out n_segments"
+            " and radius, and do not pass seeds as init",
         ),
         (("--tiled", "--balance", "1"), "--tiled does not support --balance"),
         (("--tiled", "--cells-per-region", "64"), "--tiled does not support --cells-per-region"),
@@ -602,16 +612,21 @@ def test_exact_sizes_hold_in_each_of_several_components(options):
 def test_bounds_that_components_need_more_regions_for_are_told():
     mesh = apart(flat(10), flat(10))
     area = sf.build_face_graph(mesh).measures.sum() / 2
-    with pytest.raises(sf.MeshError, match="max_measure=90 needs at least 4 regions, because no"):
+    with pytest.raises(
+        sf.MeshError,
+        match="max_measure=90 needs at least 4 regions, because no region can extend over"
+        " two components, got 3 regions",
+    ):
         sf.segment(mesh, 3, max_measure=0.9 * area)
     assert sf.segment(mesh, 4, max_measure=0.9 * area).n_segments == 4
 
 
-@pytest.mark.parametrize("weight", [1e308, 5e-324])
-def test_sizes_that_overflow_are_refused(weight):
+@pytest.mark.parametrize(("weight", "total"), [(1e308, "inf"), (5e-324, "6.32404e-322")])
+def test_sizes_that_overflow_are_refused(weight, total):
     mesh = shapes.bumpy_sheet(8)
     with pytest.raises(
-        sf.MeshError, match=r"the sum of cell_weights must be 1e-150 to 1e\+150, got"
+        sf.MeshError,
+        match=rf"the sum of cell_weights must be 1e-150 to 1e\+150, got {total}: rescale",
     ):
         sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))
 

@@ -230,7 +230,7 @@ def test_only_the_area_that_is_kept_counts():
     assert np.array_equal(result.labels[left], expected.labels)
     assert np.array_equal(result.centers, np.flatnonzero(left)[expected.centers])
     with pytest.raises(
-        ValueError, match="n_segments must be at most 144 because there are only 144 faces"
+        ValueError, match="n_segments must be at most 144, the number of faces, got 145"
     ):
         segment(mesh, 145, mask=left)
 
@@ -320,7 +320,7 @@ def test_labels_begin_with_their_central_cells():
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
     with pytest.raises(
-        ValueError, match="init must have a label >= 0 for a cell inside the mask, got"
+        ValueError, match="init must have a label >= 0 for a cell inside the mask, got only -1"
     ):
         segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
@@ -393,12 +393,12 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"mask": [False] * 4},
             ValueError,
-            "mask must be True for at least one cell, but it is False",
+            "mask must be True for at least one cell, but it is False everywhere",
         ),
         (
             {"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])},
             ValueError,
-            "mask must not have masked entries: fill or remove these",
+            "mask must not have masked entries: fill or remove these entries",
         ),
         (
             {"mask": [True, True, False, True], "init": [1, 2]},
@@ -409,7 +409,8 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"barriers": [1, 2]},
             ValueError,
-            r"barriers must have one number per cell, shape \(4,\), or be",
+            r"barriers must have one number per cell, shape \(4,\), or be edges of a"
+            r" mesh, shape \(E, 2\), got shape \(2,\)",
         ),
         ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
         (
@@ -426,23 +427,24 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])},
             ValueError,
-            "barriers must not have masked entries: fill or remove",
+            "barriers must not have masked entries: fill or remove these entries",
         ),
         ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
         (
             {"init": [0, 0, 2, 2]},
             ValueError,
-            "init must be seeds, or valid labels of all cells: labels must be",
+            "init must be seeds, or valid labels of all cells: labels must be"
+            " consecutive integers from 0, but no cell has label 1",
         ),
         (
             {"init": [-1] * 4},
             ValueError,
-            "init must have a label >= 0 for a cell inside the mask, got",
+            "init must have a label >= 0 for a cell inside the mask, got only -1",
         ),
         (
             {"init": [0, 0, 1, 1], "n_segments": 3},
             ValueError,
-            "n_segments must be the number of seeds in init, 2, got 3:",
+            "n_segments must be the number of seeds in init, 2, got 3: leave n_segments out",
         ),
     ],
 )
@@ -526,5 +528,7 @@ def test_angles_out_of_range_are_refused(angle):
 
 
 def test_sharp_edges_need_faces():
-    with pytest.raises(ValueError, match="expected a surface mesh, got a PointCloud, which has no"):
+    with pytest.raises(
+        ValueError, match="expected a surface mesh, got a PointCloud, which has no faces"
+    ):
         sharp_edges(points())

@@ -93,7 +93,11 @@ def test_two_islands_never_share_a_region():
 
 
 def test_a_component_without_a_seed_adds_a_region_and_a_warning():
-    with pytest.warns(IslandWarning, match=r"^2 regions instead of 1: 1 component of"):
+    with pytest.warns(
+        IslandWarning,
+        match="^2 regions instead of 1: 1 component of the mesh got no seed; to join them"
+        " to the nearest region, use islands='nearest'",
+    ):
         result = segment(shapes.two_islands(), 1)
     assert result.n_segments == 2
     assert result.labels.tolist() == [0] * 4 + [1] * 4
@@ -331,7 +335,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         (
             {"n_segments": 3000},
             ValueError,
-            "n_segments must be at most 2048 because there are only 2048 faces",
+            "n_segments must be at most 2048, the number of faces, got 3000",
         ),
         (
             {"n_segments": 2, "radius": 0.1},
@@ -341,7 +345,8 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         (
             {"n_segments": np.zeros((9, 3), int)},
             TypeError,
-            "n_segments must be an integer, got an array: pass",
+            r"n_segments must be an integer, got an array: pass vertices and faces as"
+            r" one pair \(vertices, faces\)",
         ),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
@@ -497,11 +502,19 @@ def test_names_of_other_tools_are_told_what_is_meant(name, meant):
 
 
 def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
-    hint = "a Mesh has no colors, so features='color' is not"
+    hint = (
+        "a Mesh has no colors, so features='color' is not available: pass the path"
+        " of the file instead, or an array of colors as features"
+    )
     with pytest.raises(MeshError, match=hint):
         segment(sheet, 3, features="color")
-    with pytest.raises(MeshError, match="features heat: the mesh has no heat, but it has normals,"):
+    with pytest.raises(
+        MeshError, match="features heat: the mesh has no heat, but it has normals, height"
+    ):
         segment(sheet, 3, features="heat")
     write_mesh(tmp_path / "plain.ply", sheet)
-    with pytest.raises(MeshError, match="features color: the mesh has no red green blue, but it"):
+    with pytest.raises(
+        MeshError,
+        match="features color: the mesh has no red green blue, but it has normals, height",
+    ):
         segment(tmp_path / "plain.ply", 3, features="color")

@@ -15,7 +15,7 @@ import operator
 import os
 import reprlib
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -46,6 +46,32 @@ were rounded to four digits, and rejects poses with a scale."""
 MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because the threads wait for each other."""
+
+
+_PLURALS = {"category": "categories", "index": "indices", "vertex": "vertices"}
+
+
+def counted(n: int, thing: str) -> str:
+    """Return a number and a noun, in the plural if necessary: "1 face", "2 faces"."""
+    return f"{n} {thing if n == 1 else _PLURALS.get(thing, thing + 's')}"
+
+
+def check_length(
+    given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
+    error: type[ValueError] = ValueError,
+) -> None:  # fmt: skip
+    """Raise an error unless `given` has `n` values, one per cell or per other `noun`.
+
+    If there is one value per vertex instead of one per cell, the message advises a conversion.
+    """
+    if len(given) == n:
+        return
+    call = "superfacets.face_labels(mesh, labels)"
+    hint = f". For one label per vertex, convert the labels to faces with {call}"
+    raise error(
+        f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"
+        f"{hint if len(given) == n_vertices else ''}"
+    )
 
 
 def exact_array(array: Any, dtype: Any) -> Array:
@@ -255,7 +281,7 @@ def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
 def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "faces") -> None:
     """Raise a MeshError that says which cell refers to a vertex that does not exist."""
     raise MeshError(
-        f"{name}[{cell}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
+        f"{name}[{cell}] refers to vertex {vertex} but the mesh has {counted(n_vertices, 'vertex')}"
     )
 
 
@@ -510,8 +536,8 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
     cells = checked_seeds(centers, len(labels))
     if len(cells) != n_regions:
         raise ValueError(
-            f"centers must have one cell per region: there are {n_regions} regions, centers has"
-            f" {len(cells)} cells"
+            f"centers must have one cell per region ({n_regions}), got"
+            f" {counted(len(cells), 'cell')}"
         )
     is_wrong = labels[cells] != np.arange(n_regions)
     if is_wrong.any():
@@ -550,7 +576,7 @@ def checked_partial_labels(
     """
     given = _row_of_labels(labels, n_cells, name, n_vertices)
     is_wrong = (given < least) | (given >= n_cells)
-    refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} (there are {n_cells} cells)")
+    refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
@@ -577,11 +603,7 @@ def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
 def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
     """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
     given = _integer_array(labels, name)
-    if len(given) != n_vertices:
-        raise ValueError(
-            f"{name} must have one value per vertex: there are {n_vertices} vertices, {name} has"
-            f" {len(given)} values"
-        )
+    check_length(given, n_vertices, name, "vertex")
     return _checked_classes(given, name)
 
 
@@ -594,21 +616,8 @@ def _checked_classes(given: Array, name: str) -> Ints:
 
 def _row_of_labels(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Array:
     given = _integer_array(labels, name)
-    if len(given) != n_cells:
-        hint = hint_at_vertices(len(given), n_vertices)
-        raise ValueError(
-            f"{name} must have one value per cell: there are {n_cells} cells, {name} has"
-            f" {len(given)} values{hint}"
-        )
+    check_length(given, n_cells, name, n_vertices=n_vertices)
     return given
-
-
-def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
-    """Return advice to append to an error message if the labels seem to be labels of vertices."""
-    if n_labels != n_vertices:
-        return ""
-    call = "superfacets.face_labels(mesh, labels)"
-    return f". For one label per vertex, convert the labels to faces with {call}"
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
@@ -684,8 +693,8 @@ def checked_count(
     if count < low:
         raise ValueError(f"{name} must be at least {low}, got {count}")
     if high is not None and count > high:
-        reason = f" because there are only {high} {of}" if of else ""
-        raise ValueError(f"{name} must be at most {high}{reason}, got {count}")
+        meaning = f", the number of {of}" if of else ""
+        raise ValueError(f"{name} must be at most {high}{meaning}, got {count}")
     return count
 
 

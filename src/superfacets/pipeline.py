@@ -28,7 +28,7 @@ from ._options import (
 )
 from ._timing import OnStage, timed
 from ._types import Floats, Ints
-from ._validate import checked_choice, explains_parameters
+from ._validate import checked_choice, counted, explains_parameters
 from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
@@ -51,7 +51,6 @@ from .clustering.plan import Plan, Start
 from .clustering.result import Segmentation
 from .clustering.run import segment_cells
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
-from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.base import Cells
 from .mesh.denoising import (
@@ -820,8 +819,8 @@ def fewer_note(result: Segmentation) -> str | None:
         return None
     components = "components between barriers" if "barriers" in result.params else "components"
     return (
-        f"{n_made} regions instead of {asked}: some {components} are too small for more regions of"
-        f" at least min_measure={least:g}"
+        f"{counted(n_made, 'region')} instead of {asked}: some {components} are too small for more"
+        f" regions of at least min_measure={least:g}"
     )
 
 
@@ -854,7 +853,7 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
         note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
     else:
         return
-    message = f"{result.n_segments} regions instead of {asked}: {note}"
+    message = f"{counted(result.n_segments, 'region')} instead of {asked}: {note}"
     warnings.warn(message, IslandWarning, stacklevel=stacklevel)
 
 

@@ -70,7 +70,11 @@ def test_a_worker_without_the_package_is_named(there, scans, tmp_path, monkeypat
 
 def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
     with (
-        pytest.raises(ConnectionError, match="cannot access the folder /nowhere"),
+        pytest.raises(
+            ConnectionError,
+            match="cannot access the folder /nowhere: use a shared folder that has the same"
+            " path on all machines",
+        ),
         cluster.remote_team(there.address, "/nowhere"),
     ):
         pass
@@ -119,9 +123,11 @@ def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_pat
 
     with started(tmp_path) as own:
         out = tmp_path / "out"
-        with pytest.raises(ConnectionError, match="there were no workers for 1 seconds"):
+        with pytest.raises(ConnectionError, match="there were no workers for 1 second: start one"):
             sf.batch(many, out, scheduler=own.address, progress=kill, **OPTIONS)
-        with pytest.raises(ConnectionError, match=f"the scheduler at {own.address} has no workers"):
+        with pytest.raises(
+            ConnectionError, match=f"the scheduler at {own.address} has no workers: start"
+        ):
             sf.batch(many, out, scheduler=own.address, **OPTIONS)
     assert len(seen) >= 10
     result = sf.batch(many, out, workers=1, **OPTIONS)
@@ -139,7 +145,11 @@ def test_a_scheduler_that_ends_ends_the_batch(many, tmp_path):
 
     with (
         started(tmp_path) as own,
-        pytest.raises(ConnectionError, match="the connection to the Dask scheduler was lost"),
+        pytest.raises(
+            ConnectionError,
+            match="the connection to the Dask scheduler was lost: restart the scheduler and"
+            " its workers, then run again",
+        ),
     ):
         sf.batch(many, tmp_path / "out", scheduler=own.address, progress=kill, **OPTIONS)
     assert len((tmp_path / "out" / "manifest.jsonl").read_text().splitlines()) == len(seen)

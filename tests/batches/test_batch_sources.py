@@ -77,7 +77,7 @@ def test_a_file_that_is_given_twice_is_done_once(tree):
 def test_files_of_one_name_are_refused(tree):
     (tree / "one.ply").write_text("")
     with pytest.raises(
-        ValueError, match=r"scans/a/one.ply and one.ply would have the same result name, one.ply"
+        ValueError, match=r"scans/a/one\.ply and one\.ply would have the same result name, one\.ply"
     ):
         find_sources(["scans/a/one.ply", "one.ply"])
 
@@ -98,7 +98,7 @@ def test_inputs_that_stand_for_nothing_are_named(tree):
         ("scans/*.stl", FileNotFoundError, r"scans/\*.stl: no file matches"),
         ("@scans/list.txt", FileNotFoundError, "list.txt"),
         ("", ValueError, "inputs must not contain an empty path"),
-        ([], ValueError, "inputs must contain at least one file"),
+        ([], ValueError, "inputs must contain at least one file, folder, pattern or list"),
     ]:
         with pytest.raises(error, match=message):
             find_sources(inputs)

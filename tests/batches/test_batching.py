@@ -157,7 +157,7 @@ def test_links_at_names_of_ours_lead_nowhere(scan, out, tmp_path):
     for name in ("manifest.jsonl", ".lock"):
         (out / name).unlink()
         (out / name).symlink_to(tmp_path / "made")
-        with pytest.raises(OSError, match=f"{name}: expected a file, got a link"):
+        with pytest.raises(OSError, match=f"{name}: expected a file, got a link: remove the link"):
             sf.batch(scan, out, formats=["npy"])
         (out / name).unlink()
     assert private.read_text() == "mine"
@@ -278,8 +278,16 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
             "n_segments is 5 and radius is 0.1: give only one of them",
         ),
         ({"init": "best"}, ValueError, "init must be one of"),
-        ({"init": [1, 2]}, TypeError, "init must be a string"),
-        ({"weights": np.ones(3)}, TypeError, "weights must be a string"),
+        (
+            {"init": [1, 2]},
+            TypeError,
+            "init must be a string, because an array would fit only one file",
+        ),
+        (
+            {"weights": np.ones(3)},
+            TypeError,
+            "weights must be a string, because an array would fit only one file",
+        ),
         (
             {"segments": 5},
             TypeError,
@@ -295,14 +303,14 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         (
             {"formats": ["npy", "png"]},
             ValueError,
-            "formats has an unknown name, 'png': use distinct names",
+            "formats has an unknown name, 'png': use distinct names from ply, ",
         ),
-        ({"formats": ["npy", "npy"]}, ValueError, "a repeated name, 'npy'"),
+        ({"formats": ["npy", "npy"]}, ValueError, "formats has a repeated name, 'npy'"),
         ({"workers": 0}, ValueError, "workers must be at least 1"),
         (
             {"workers": 2, "scheduler": "tcp://a:1"},
             ValueError,
-            "pass scheduler or workers, not both",
+            "pass scheduler or workers, not both: a scheduler has its own workers",
         ),
         ({"progress": 1}, TypeError, "progress"),
     ],

@@ -50,17 +50,34 @@ def test_lists_become_arrays_of_exact_types():
         ({"offsets": np.array([0, 2**63, 2], np.uint64)}, "offsets must increase from 0"),
         (
             {"bounds": [[0, 0, 0], [-1, 0, 0]]},
-            r"bounds must be finite low and high corners of shape \(2,",
+            r"bounds must be finite low and high corners of shape \(2, 3\), got"
+            r" \[\[0.0, 0.0, 0.0\], \[-1.0, 0.0, 0.0\]\]",
         ),
         (
             {"positions": np.array([[0, 0, 0], [1e200, 0, 0]])},
-            r"the extent of positions must be 1e-15 to 1e\+15, got",
+            r"the extent of positions must be 1e-15 to 1e\+15, got 1e\+200: rescale the"
+            r" positions",
         ),
         ({"positions": [["a", "b", "c"]]}, "positions must contain numbers, got <U1"),
-        ({"measures": [1, 1e200]}, r"the largest value of measures must be 1e-150 to 1e\+150,"),
-        ({"weights": [1e308, 1e308]}, r"the largest value of weights must be 1e-150 to 1e\+150,"),
-        ({"weights": [0, 1e-320]}, r"the largest value of weights must be 1e-150 to 1e\+150,"),
-        ({"bounds": [0, 1]}, r"bounds must be finite low and high corners of shape \(2,"),
+        (
+            {"measures": [1, 1e200]},
+            r"the largest value of measures must be 1e-150 to 1e\+150, got 1e\+200:"
+            r" rescale the values",
+        ),
+        (
+            {"weights": [1e308, 1e308]},
+            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e\+308:"
+            r" rescale the values",
+        ),
+        (
+            {"weights": [0, 1e-320]},
+            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320:"
+            r" rescale the values",
+        ),
+        (
+            {"bounds": [0, 1]},
+            r"bounds must be finite low and high corners of shape \(2, 3\), got \[0.0, 1.0\]",
+        ),
     ],
 )
 def test_inconsistent_arrays_are_refused(change, message):

@@ -229,7 +229,10 @@ def test_features_without_a_texture_say_why(tmp_path):
         sf.segment(tmp_path / "a.ply", 3, features="texture")
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 1 x\nf 1/1 2/1 3/1\n"
     (tmp_path / "a.obj").write_text(text)
-    with pytest.raises(sf.MeshError, match=r"the mesh has no texture \(texture: line 4: expected"):
+    with pytest.raises(
+        sf.MeshError,
+        match=r"the mesh has no texture \(texture: line 4: expected a number, got 'x'\)",
+    ):
         sf.segment(tmp_path / "a.obj", 1, features="texture")
     made = facade(tmp_path, edge=1)
     (tmp_path / "facade.png").unlink()

@@ -133,9 +133,12 @@ def test_a_graph_that_was_tampered_with_is_refused():
         ({"neighbors": graph.neighbors + 12}, r"neighbors\[0\] must be 0 to 11, got 21"),
         (
             {"sides": graph.sides + np.uint16(3)},
-            r"sides\[0\] must be 0, 1 or 2 \(for polygons, pass int32",
+            r"sides\[0\] must be 0, 1 or 2 \(for polygons, pass int32 sides\), got 3",
         ),
-        ({"sides": graph.sides[1:]}, r"sides must have one number per arc, shape \(36,\), got"),
+        (
+            {"sides": graph.sides[1:]},
+            r"sides must have one number per arc, shape \(36,\), got shape \(35,\)",
+        ),
     ]:
         with pytest.raises(ValueError, match=message):
             dataclasses.replace(graph, **change)

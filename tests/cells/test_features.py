@@ -111,7 +111,7 @@ def test_features_of_vertices_of_polygons():
         (
             {"features": np.zeros(3)},
             ValueError,
-            r"features must have one row per cell \(8\) or per vertex",
+            r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows",
         ),
         ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
         ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
@@ -123,7 +123,7 @@ def test_features_of_vertices_of_polygons():
         (
             {"features": np.zeros(3), "feature_weight": 0},
             ValueError,
-            r"features must have one row per cell \(8\) or per vertex",
+            r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows",
         ),
     ],
 )

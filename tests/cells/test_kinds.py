@@ -104,9 +104,15 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
     labels = image.values.ravel().astype(int)
     superfacets.write_labels(tmp_path / "pixels.npy", labels)
     assert np.array_equal(np.load(tmp_path / "pixels.npy"), labels)
-    with pytest.raises(MeshError, match="pixels cannot be written as a mesh"):
+    with pytest.raises(
+        MeshError,
+        match=r"pixels cannot be written as a mesh: write only their labels \(\.npy,"
+        r" \.seg, \.txt\)",
+    ):
         superfacets.write_mesh(tmp_path / "pixels.ply", image, labels)
-    with pytest.raises(MeshError, match="labels of vertices need a mesh, got pixels without"):
+    with pytest.raises(
+        MeshError, match="labels of vertices need a mesh, got pixels without vertices"
+    ):
         superfacets.vertex_labels(image, labels)
     with pytest.raises(MeshError, match="pixels cannot be split"):
         superfacets.submesh(image, labels, 1)
@@ -117,7 +123,10 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
 
 
 def test_weights_that_need_angles_are_refused_for_pixels(image):
-    with pytest.raises(ValueError, match="weights='stk02' needs the angles between faces: leave"):
+    with pytest.raises(
+        ValueError,
+        match="weights='stk02' needs the angles between faces: leave weights out for pixels",
+    ):
         superfacets.segment(image, 9, weights="stk02")
 
 

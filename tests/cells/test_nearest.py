@@ -195,7 +195,7 @@ def test_what_is_wrong_is_refused():
         ([[0, 0]], r"points must have shape \(N, 3\), got \(1, 2\)"),
         (
             [[1e160, 0, 0]],
-            r"coordinates of points must be at most 1e\+150, got 1e\+160:",
+            r"coordinates of points must be at most 1e\+150, got 1e\+160: rescale the points",
         ),
     ]:
         with pytest.raises(sf.MeshError, match=message):
@@ -203,10 +203,14 @@ def test_what_is_wrong_is_refused():
     with pytest.raises(ValueError, match="max_distance must be finite and not negative, got -1"):
         sf.nearest_faces(cube, [[0, 0, 0]], max_distance=-1)
     with pytest.raises(
-        sf.MeshError, match="expected a surface mesh, got a PointCloud, which has no"
+        sf.MeshError, match="expected a surface mesh, got a PointCloud, which has no faces"
     ):
         sf.nearest_faces(sf.PointCloud(cube.vertices), [[0, 0, 0]])
-    with pytest.raises(TypeError, match="expected a PointCloud, an array of points, a path, or a"):
+    with pytest.raises(
+        TypeError,
+        match="expected a PointCloud, an array of points, a path, or a cloud of trimesh,"
+        " PyVista, Open3D or meshio, got dict",
+    ):
         sf.nearest_faces(cube, {})
 
 

@@ -195,7 +195,9 @@ def test_points_on_a_line_and_few_points_work():
     assert estimate_normals(line).tolist() == np.zeros((30, 3)).tolist()
     assert sorted(segment(line[:3], 3).labels.tolist()) == [0, 1, 2]
     assert segment(line[:2]).n_segments == 2
-    with pytest.raises(ValueError, match="n_segments must be at most 3 because there are only 3"):
+    with pytest.raises(
+        ValueError, match="n_segments must be at most 3, the number of faces, got 4"
+    ):
         segment(line[:3], 4)
 
 

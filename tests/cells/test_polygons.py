@@ -78,7 +78,7 @@ def test_what_is_known_of_a_cube():
     assert result.params["expected_radius"] == pytest.approx(math.sqrt(1 / math.pi))
     assert sf.segment(CUBE).n_segments == 6  # no more than there are faces
     with pytest.raises(
-        ValueError, match="n_segments must be at most 6 because there are only 6 faces"
+        ValueError, match="n_segments must be at most 6, the number of faces, got 7"
     ):
         sf.segment(CUBE, 7)
 
@@ -265,7 +265,7 @@ def test_a_graph_of_another_mesh_is_refused():
         sf.superfacet_weights(triangles, build_face_graph(sheet))
     fans = PolygonMesh.of_faces(sheet.vertices, [[0, 1, 2]] * 5 + [[3, 4, 5]])
     with pytest.raises(
-        ValueError, match="the graph was built for another mesh: its faces have more"
+        ValueError, match="the graph was built for another mesh: its faces have more sides"
     ):
         sf.stk02_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
@@ -279,7 +279,7 @@ def test_sides_of_polygons_are_checked():
     with pytest.raises(ValueError, match=r"sides\[0\] must be not negative, got -1"):
         FaceGraph(**{**fields, "sides": np.array([-1, 3], dtype=np.int32)})
     with pytest.raises(
-        ValueError, match=r"sides\[1\] must be 0, 1 or 2 \(for polygons, pass int32"
+        ValueError, match=r"sides\[1\] must be 0, 1 or 2 \(for polygons, pass int32 sides\), got 3"
     ):
         FaceGraph(**{**fields, "sides": np.array([1, 3], dtype=np.uint8)})
 

@@ -285,7 +285,9 @@ def test_prepared_cells_keep_their_order():
     assert result.cells is BEAR
     for options in ({"weights": [1.0]}, {"radius_factor": 2.0}):
         with pytest.raises(
-            ValueError, match="prepared cells are sorted, but radius_factor and arrays"
+            ValueError,
+            match="prepared cells are sorted, but radius_factor and arrays of weights need"
+            " the input order: pass the mesh instead, or leave these parameters out",
         ):
             sf.segment(prepared, 40, **options)
 

@@ -225,15 +225,21 @@ def test_invalid_arrays_are_refused(tets, message):
 
 
 def test_what_is_for_faces_says_so():
-    with pytest.raises(MeshError, match="expected a surface mesh, got a TetMesh: use"):
+    with pytest.raises(
+        MeshError, match=r"expected a surface mesh, got a TetMesh: use TetMesh\.boundary\(\)"
+    ):
         sf.build_face_graph(TIP)
     with pytest.raises(MeshError, match="expected a tetrahedral mesh, got a Mesh"):
         build_tet_graph(shapes.cube())
     for weights in ("superfacets", "stk02"):
-        with pytest.raises(ValueError, match=f"weights='{weights}' needs the angles"):
+        with pytest.raises(
+            ValueError,
+            match=f"weights='{weights}' needs the angles between faces: leave weights out for"
+            " tetrahedra",
+        ):
             sf.segment(TIP, weights=weights)
     with pytest.raises(
-        ValueError, match="n_segments must be at most 1 because there are only 1 cells"
+        ValueError, match="n_segments must be at most 1, the number of cells, got 2"
     ):
         sf.segment(TIP, 2)
     with pytest.raises(ValueError, match="the ground truths were prepared for another mesh"):
@@ -266,8 +272,8 @@ def test_a_graph_of_tetrahedra_is_clustered_as_the_mesh():
 
 
 def test_copies_and_texts():
-    assert repr(TIP) == "TetMesh(4 vertices, 1 tets)"
-    assert repr(build_tet_graph(TIP)) == "TetGraph(1 tets, 0 arcs)"
+    assert repr(TIP) == "TetMesh(4 vertices, 1 tet)"
+    assert repr(build_tet_graph(TIP)) == "TetGraph(1 tet, 0 arcs)"
     other = copy.deepcopy(TIP)
     assert np.array_equal(other.tets, TIP.tets)
     assert not other.tets.flags.writeable
@@ -354,7 +360,9 @@ def test_formats_of_the_other_kind_are_refused(tmp_path):
         sf.write_mesh(tmp_path / "a.ply", TIP)
     with pytest.raises(MeshError, match=r"faces are written as \.ply, .*, not as \.vtu"):
         sf.write_mesh(tmp_path / "a.vtu", shapes.cube())
-    with pytest.raises(ValueError, match="cannot store colors and attributes"):
+    with pytest.raises(
+        ValueError, match=r"\.vtu and \.vtk cannot store colors and attributes: omit them"
+    ):
         sf.write_mesh(tmp_path / "a.vtu", TIP, colors=[[1, 2, 3]])
 
 
@@ -370,7 +378,9 @@ def test_pictures_show_the_outside_and_the_inside(tmp_path):
     assert np.array_equal(sf.render(tower, labels, colors=colors, size=(160, 120)), outside)
     with pytest.raises(ValueError, match="clip must be one of x, -x, y, -y, z, -z, got 'w'"):
         sf.render(tower, labels, clip="w")
-    with pytest.raises(ValueError, match="omit clip: it is only for tetrahedra"):
+    with pytest.raises(
+        ValueError, match="omit clip: it is only for tetrahedra, and a surface has no interior"
+    ):
         sf.render(shapes.cube(), clip="x")
     with pytest.raises(ValueError, match=r"colors must have shape \(24, 3\), got \(2, 3\)"):
         sf.render(tower, colors=np.zeros((2, 3), np.uint8))

@@ -105,7 +105,7 @@ def test_labels_of_vertices_of_another_mesh_are_refused(run, folder):
     write_labels("v.segs.json", np.zeros(7, int))
     status, _, error = run("regions", "a.ply", "v.segs.json")
     assert status == 1
-    assert "v.segs.json: has 7 labels, but the mesh has 49 vertices" in error
+    assert "v.segs.json: labels must have one value per vertex (49), got 7 values" in error
 
 
 def test_labels_in_the_mesh_are_used_where_none_are_named(run, folder):

@@ -91,7 +91,9 @@ def test_messages_name_standard_input(give):
 
 def test_gltf_on_standard_input_reaches_no_files():
     document = b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin", "byteLength": 1}]}'
-    with pytest.raises(MeshError, match=r"^the buffer 'a\.bin' is not in the folder"):
+    with pytest.raises(
+        MeshError, match=r"^the buffer 'a\.bin' is not in the folder of the glTF file"
+    ):
         open_scene(document, None)
 
 

@@ -162,7 +162,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (
             ("-n", "9999", "-o", "out.npz"),
             2,
-            "n_segments must be at most 1152 because there are only 1152 faces",
+            "n_segments must be at most 1152, the number of faces, got 9999",
         ),
     ],
 )

@@ -56,8 +56,8 @@ def test_regions_are_labeled_by_masks(run, folder):
     )
     assert out == (
         "wrote cube.superfacets.ply\n"
-        "cube.ply: 8 images see 100.0% of the area, 2 labels cover 100.0%, with a mean score of"
-        " 1.00\n"
+        "cube.ply: 8 images: 100.0% of the area is visible; 2 labels: 100.0% of the area is"
+        " labeled; mean score 1.00\n"
     )
     assert sf.read_labels("cube.superfacets.ply").tolist() == [0] * 6 + [1] * 6
     outputs = ("-o", "a.npy", "-o", "a.aggregation.json", "--consistent-ids", "-q")
@@ -109,7 +109,7 @@ def test_masks_that_show_no_region_much_give_no_labels(run, folder):
         Image.fromarray(mask).save(path)
     status, out, _ = run(*LIFT, "-o", "a.npy", "-o", "a.aggregation.json", "-o", "a.ply")
     assert status == 0
-    assert "0 labels cover 0.0%, with a mean score of 0.00" in out
+    assert "0 labels: 0.0% of the area is labeled; mean score 0.00" in out
     assert json.loads((folder / "a.aggregation.json").read_text())["segGroups"] == []
     assert sf.read_labels("a.ply").max() == -1
 
@@ -119,7 +119,7 @@ def test_images_that_do_not_vote_are_noted(run, folder):
     (folder / "masks" / "7.png").rename(folder / "masks" / "other.png")
     status, out, err = run(*LIFT, "-o", "a.npy")
     assert status == 0
-    assert out.startswith("wrote a.npy (a label per face)\ncube.ply: 7 images see")
+    assert out.startswith("wrote a.npy (a label per face)\ncube.ply: 7 images: 100.0%")
     assert err == (
         "superfacets: note: there is no mask in image 3 (3.jpg)\n"
         "superfacets: note: masks without a camera are left out: other\n"

@@ -41,7 +41,7 @@ def test_a_subdivided_polygon_mesh_gives_labels_of_its_faces(run, data_dir, tmp_
     path = data_dir / "meshes" / "suzanne.obj"
     status, out, err = run("segment", path, "-n", 30, "--subdivide", "-o", tmp_path / "a.npy")
     assert status == 0, err
-    assert "500 faces were subdivided into" in err + out
+    assert "subdivision turned 500 faces into" in err + out
     assert len(np.load(tmp_path / "a.npy")) == 500
 
 

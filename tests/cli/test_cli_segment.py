@@ -132,7 +132,7 @@ def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, bl
     n_lost = 100 - len(np.unique(back))
     assert n_lost > 0
     assert err == (
-        f"superfacets: note: {mesh.n_faces} faces were subdivided into {parts.mesh.n_faces}\n"
+        f"superfacets: note: subdivision turned {mesh.n_faces} faces into {parts.mesh.n_faces}\n"
         f"superfacets: note: {n_lost} regions lost in label files: faces of the input are larger"
         " than regions\n"
     )

@@ -140,7 +140,7 @@ def test_a_damaged_tileset_is_one_failed_file(run, city, tmp_path):
         (["convert", "city/sub/two.json", "-o", "out/"], "contains two.glb more than once"),
         (
             ["segment", "city/tileset.json", "-n", "9"],
-            "tilesets can be read only by batch, convert",
+            "tilesets can be read only by batch, convert and segment --tiled",
         ),
         (["segment", "city/sub/bad.json", "--tiled", "-n", "9"], "bad.json: not a tileset"),
         (["segment", "city/sub/gone.json", "--tiled", "-n", "9"], "gone.json: no such file"),

@@ -99,8 +99,13 @@ def test_no_input_is_replaced(run, folder):
 
 def test_what_does_not_fit_is_one_line(run, folder):
     sf.write_labels("short.seg", [0, 1])
+    n = len(np.load("labels.npy"))
     cases = [
-        (("coarse.ply", "short.seg", "fine.ply"), 1, "short.seg: labels must have "),
+        (
+            ("coarse.ply", "short.seg", "fine.ply"),
+            1,
+            f"short.seg: labels must have one value per cell ({n}), got 2 values",
+        ),
         (("coarse.ply", "labels.npy", "missing.ply"), 1, "missing.ply: no such file"),
         (("missing.ply", "labels.npy", "fine.ply"), 1, "missing.ply: no such file"),
         (("coarse.ply", "labels.npy", "fine.ply", "-o", "a.docx"), 2, "expected the ending"),

@@ -80,11 +80,21 @@ def test_features_have_different_names(run, sheet, tmp_path):
     [
         ("--labels", "l.npz", b"PK damaged", "is not a .npz of superfacets levels, or is damaged"),
         ("--labels", "l.npz", None, "l.npz: no such file"),
-        ("--labels", "l.txt", b"1\n2\n", "labels must have 1152 values, one per cell, got 2"),
+        (
+            "--labels",
+            "l.txt",
+            b"1\n2\n",
+            "labels must have one value per cell (1152), got 2 values",
+        ),
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
         ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
         ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, got .csv"),
-        ("--feature", "f.txt", b"1\n2\n", "feature 'f' must have one value per cell"),
+        (
+            "--feature",
+            "f.txt",
+            b"1\n2\n",
+            "feature 'f' must have one value per cell, (1152,); got shape (2,)",
+        ),
     ],
 )
 def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, message):

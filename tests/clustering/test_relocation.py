@@ -215,7 +215,11 @@ def test_progress_counts_on():
 
 def test_the_halted_mode_and_other_values_are_refused():
     mesh = shapes.bumpy_sheet(8)
-    with pytest.raises(ValueError, match="relocate=True cannot be combined with radius_factor,"):
+    with pytest.raises(
+        ValueError,
+        match="relocate=True cannot be combined with radius_factor, which limits the"
+        " paths from centers: leave one of them out",
+    ):
         sf.segment(mesh, 5, relocate=True, **sf.PAPER)
     with pytest.raises(TypeError, match="relocate must be True or False, got 1"):
         sf.segment(mesh, 5, relocate=1)

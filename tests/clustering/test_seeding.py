@@ -144,7 +144,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         (
             {"n_segments": 6},
             ValueError,
-            "n_segments must be at most 5 because there are only 5 faces",
+            "n_segments must be at most 5, the number of faces, got 6",
         ),
         ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
         ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
@@ -174,7 +174,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         (
             {"init": [0], "n_segments": 2},
             ValueError,
-            "n_segments must be the number of seeds in init, 1, got 2:",
+            "n_segments must be the number of seeds in init, 1, got 2: leave n_segments out",
         ),
     ],
 )
@@ -186,7 +186,9 @@ def test_wrong_arguments_are_refused(arguments, error, message):
 @pytest.mark.parametrize("init", ["flood", "grid"])
 def test_a_radius_cannot_come_from_no_area(init):
     line = shapes.line_graph([1.0] * 4, measures=[0] * 5)
-    with pytest.raises(ValueError, match=f"init='{init}' needs a radius above 0, but all cells"):
+    with pytest.raises(
+        ValueError, match=f"init='{init}' needs a radius above 0, but all cells have area 0"
+    ):
         place_seeds(line, 2, init=init)
 
 

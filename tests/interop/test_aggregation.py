@@ -68,19 +68,29 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     with pytest.raises(MeshError, match=r"must have 10 vertices like .*, got 9"):
         regroup_segments(groups, new, output)
     other = write_json(scene / "other.segs.json", {"segIndices": [3] * 10})
-    with pytest.raises(MeshError, match=r"has segment 8, which is not in other\.segs\.json"):
+    with pytest.raises(
+        MeshError,
+        match=r"has segment 8, which is not in other\.segs\.json: use the files of the"
+        r" same mesh",
+    ):
         regroup_segments(groups, other, output, segments=other)
     new.write_text('{"segIndices": [1, 2')
     with pytest.raises(MeshError, match="is not valid JSON: the file may be truncated"):
         regroup_segments(groups, new, output)
     for wrong in ([0.5] * 10, [-1] * 10, [], "ids", None):
-        with pytest.raises(MeshError, match="must have segIndices, a list of integers"):
+        with pytest.raises(MeshError, match="must have segIndices, a list of integers >= 0"):
             regroup_segments(groups, new_segments(scene, wrong), output)
     write_json(groups, {"segGroups": [{"objectId": 0, "segments": "all"}]})
-    with pytest.raises(MeshError, match="must have a list segGroups"):
+    with pytest.raises(
+        MeshError, match="must have a list segGroups, whose entries have objectId and segments"
+    ):
         regroup_segments(groups, new, output)
     write_json(groups, {"segGroups": []})
-    with pytest.raises(MeshError, match="has no segmentsFile: give the path"):
+    with pytest.raises(
+        MeshError,
+        match=r"has no segmentsFile: give the path of the file of old segments"
+        r" \(segments=, --segments\)",
+    ):
         regroup_segments(groups, new, output)
     assert not output.exists()
 
@@ -111,10 +121,14 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         lambda: regroup_segments(scene / "s.aggregation.json", new, scene / "t.aggregation.json"),
     ):
         (scene / "t.aggregation.json").write_bytes(before)
-        with pytest.raises(FileExistsError, match="this file was written by another program"):
+        with pytest.raises(
+            FileExistsError, match="this file was written by another program, and its objects would"
+        ):
             write()
         assert path.read_bytes() == before
-    with pytest.raises(ValueError, match="output must differ from aggregation"):
+    with pytest.raises(
+        ValueError, match="output must differ from aggregation, which is never replaced"
+    ):
         regroup_segments(path, new, path, force=True)
     own = scene / "own.aggregation.json"
     sf.write_mesh(own, mesh, labels)

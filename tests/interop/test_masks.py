@@ -61,7 +61,9 @@ def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):
             sf.read_masks(tmp_path)
     path.unlink()
     np.save(tmp_path / "a.npy", np.zeros((2, 3)))
-    with pytest.raises(sf.MeshError, match=r"a\.npy: masks must be arrays of integers or bools"):
+    with pytest.raises(
+        sf.MeshError, match=r"a\.npy: masks must be arrays of integers or bools, got float64"
+    ):
         sf.read_masks(tmp_path)
     np.save(tmp_path / "a.npy", IDS)
     Image.fromarray(np.zeros((2, 3), np.uint8)).save(path)

@@ -262,13 +262,13 @@ def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
             2,
             {"n_segments": 3},
             ValueError,
-            "n_segments must be at most 2 because there are only 2 faces",
+            "n_segments must be at most 2, the number of faces, got 3",
         ),
         (
             3,
             {"n_segments": 12},
             ValueError,
-            "n_segments must be at most 11 because there are only 11 points",
+            "n_segments must be at most 11, the number of points, got 12",
         ),
         (
             3,

@@ -264,10 +264,22 @@ def test_arrays_get_a_type_that_ply_has():
         ({"vertex": {7: [1]}}, ValueError, "must be one word"),
         ({"face": {"a": ["x"]}}, TypeError, "face property 'a' must be real numbers, got <U1"),
         ({"face": {"a": [[[1]]]}}, ValueError, "one or two dimensions, got shape (1, 1, 1)"),
-        ({"face": {"a": [2**40]}}, ValueError, "must fit in 32-bit integers"),
-        ({"comments": ["made by hand"]}, ValueError, "begin with comment or obj_info"),
-        ({"comments": ["comment a\nend_header"]}, ValueError, "must be lines that begin"),
-        ({"comments": [3]}, ValueError, "must be lines that begin"),
+        (
+            {"face": {"a": [2**40]}},
+            ValueError,
+            "face property 'a' must fit in 32-bit integers, got 1099511627776 to 1099511627776",
+        ),
+        (
+            {"comments": ["made by hand"]},
+            ValueError,
+            "comments must be lines that begin with comment or obj_info, got 'made by hand'",
+        ),
+        (
+            {"comments": ["comment a\nend_header"]},
+            ValueError,
+            "must be lines that begin with comment or obj_info",
+        ),
+        ({"comments": [3]}, ValueError, "must be lines that begin with comment or obj_info, got 3"),
     ],
 )
 def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message):
@@ -279,7 +291,9 @@ def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message)
 def test_attributes_of_another_mesh_are_refused(tmp_path):
     mesh = Mesh(VERTICES, FACES)
     path = tmp_path / "a.ply"
-    with pytest.raises(ValueError, match=r"^the face property a must have 2 values, got 3$"):
+    with pytest.raises(
+        ValueError, match=r"^the face property a must have one value per face \(2\), got 3 values$"
+    ):
         write_mesh(path, mesh, attributes=MeshAttributes(face={"a": [1, 2, 3]}))
     with pytest.raises(TypeError, match=r"^attributes must be MeshAttributes, got dict$"):
         write_mesh(path, mesh, attributes={"a": [1, 2]})
@@ -382,8 +396,17 @@ def test_attributes_are_copies_that_cannot_be_written():
     ("given", "error", "message"),
     [
         ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
-        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError, "masked entries"),
-        ({"comments": ["comment \ud800"]}, ValueError, "begin"),
+        (
+            {"face": {"a": np.ma.masked_equal([1, 2], 2)}},
+            ValueError,
+            "face property 'a' must not have masked entries: fill or remove these entries",
+        ),
+        (
+            {"comments": ["comment \ud800"]},
+            ValueError,
+            r"comments must be lines that begin with comment or obj_info, got 'comment"
+            r" \\ud800'",
+        ),
     ],
 )
 def test_attributes_of_wrong_types_are_refused(given, error, message):

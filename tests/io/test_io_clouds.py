@@ -2,6 +2,7 @@
 
 import io
 import pickle
+import re
 import struct
 import sys
 from dataclasses import replace
@@ -268,7 +269,7 @@ def changed(content, place, number, size=4):
         (105, 20, 2, "points of format 6 need 30 or more bytes, got 20"),
         (105, 42, 2, "the extra dimensions of a point do not fit in 42 bytes"),
         (247, 0, 8, "the file has no points"),
-        (247, 10**8, 8, "declares 100000000 points of 50 bytes but 2500 bytes follow"),
+        (247, 10**8, 8, "100000000 points of 50 bytes, but the file has only 2500 bytes of points"),
         (375 + 54 + 2, 99, 1, "has the unknown type 99"),
     ],
 )  # fmt: skip
@@ -281,13 +282,23 @@ def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, mess
 @pytest.mark.parametrize(
     ("place", "number", "message"),
     [
-        ("points", 10**8, "more than 1000 times the"),
+        (
+            "points",
+            10**8,
+            "the header declares 100000000 points of 50 bytes, more than 1000 times the"
+            " size of the file, 2855 bytes",
+        ),
         ("points", 51, "chunks of the file do not add up to 51 points|cannot be read"),
-        ("format", 128 + 7, "points of format 7 need|does not match their format"),
+        ("format", 128 + 7, "the description of the compressed points does not match their format"),
         ("compressor", 1, "does not match their format"),
         ("item", 77, "does not match their format"),
         ("chunk size", 0, "chunks of the file do not add up|cannot be read"),
-        ("place of the table", 2**31, "is outside the file"),
+        (
+            "place of the table",
+            2**31,
+            "the chunk table of the compressed points is outside the file: the file may"
+            " be truncated",
+        ),
         ("chunks", 2**32 - 1, "declares 4294967295 chunks"),
         ("chunks", 0, "do not add up to 50 points"),
         ("layer", 2**32 - 1, "the layers of chunk 0 are larger than"),
@@ -353,7 +364,9 @@ def test_clouds_are_no_meshes(cloud, tmp_path):
     write_mesh(tmp_path / "a.ply", cloud)
     with pytest.raises(MeshError, match="use read_cloud"):
         read_mesh(tmp_path / "a.ply")
-    with pytest.raises(MeshError, match="expected a surface mesh, got a PointCloud, which has no"):
+    with pytest.raises(
+        MeshError, match="expected a surface mesh, got a PointCloud, which has no faces"
+    ):
         as_mesh(cloud)
     with pytest.raises(
         MeshError, match=r"points are written as \.ply, \.csv, \.pcd, \.las or \.laz"
@@ -455,7 +468,9 @@ def test_properties_of_points_are_read(tmp_path, ending):
 @pytest.mark.parametrize("shape", [(301, 301), (40, 13), (9, 2), (4, 5, 3)])
 def test_a_height_grid_is_no_cloud(tmp_path, shape):
     np.save(tmp_path / "dem.npy", np.zeros(shape))
-    with pytest.raises(MeshError, match=rf"expected shape \(N, n\).*got \({shape[0]}, {shape[1]}"):
+    with pytest.raises(
+        MeshError, match=re.escape(f"expected shape (N, n) with n from 3 to 12, got {shape}")
+    ):
         read_cloud(tmp_path / "dem.npy")
 
 

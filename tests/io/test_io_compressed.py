@@ -158,16 +158,22 @@ def with_bytes(place: int, content: bytes):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (with_bytes(0, b"DRAC0"), "the Draco data is damaged or does not have the version"),
-        (with_bytes(5, b"\1"), "does not have the version 2.2"),
-        (with_bytes(11, b"\xff\xff\xff\xff\x0f"), "has 4294967295 faces and"),
+        (with_bytes(0, b"DRAC0"), "the Draco data is damaged or does not have the version 2.2"),
+        (with_bytes(5, b"\1"), "the Draco data is damaged or does not have the version 2.2"),
+        (
+            with_bytes(11, b"\xff\xff\xff\xff\x0f"),
+            "the Draco data has 4294967295 faces and 2 vertices, but the accessors"
+            " declare 2 faces and 5 vertices",
+        ),
         (
             with_bytes(11, b"\3"),
-            "has 3 faces and 5 vertices, but the accessors declare 2 faces and 5",
+            "the Draco data has 3 faces and 5 vertices, but the accessors declare 2"
+            " faces and 5 vertices",
         ),
         (
             with_bytes(12, b"\x7f"),
-            "has 2 faces and 127 vertices, but the accessors declare 2 faces and 5",
+            "the Draco data has 2 faces and 127 vertices, but the accessors declare 2"
+            " faces and 5 vertices",
         ),
         (with_bytes(10, b"\x80" + b"\xff" * 60), "the Draco data is truncated"),
         (with_bytes(13, b"\xee" * 30), "the Draco data is damaged: "),
@@ -182,12 +188,18 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
     [
         (
             lambda d: d["accessors"][0].update(count=9),
-            "but the accessors declare 3 faces and 5 vertices",
+            "the Draco data has 2 faces and 5 vertices, but the accessors declare 3"
+            " faces and 5 vertices",
         ),
-        (lambda d: d["accessors"][1].update(count=10**8), "have more than 100 times the size"),
+        (
+            lambda d: d["accessors"][1].update(count=10**8),
+            "decompressed arrays, including meshes[0], have more than 100 times the"
+            " size of the files",
+        ),
         (
             lambda d: d["accessors"][1].update(count=4),
-            "but the accessors declare 2 faces and 4 vertices",
+            "the Draco data has 2 faces and 5 vertices, but the accessors declare 2"
+            " faces and 4 vertices",
         ),
         (
             lambda d: d["accessors"][1].update(count=6),
@@ -195,7 +207,7 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
         ),
         (
             lambda d: d["accessors"][1].update(componentType=5123),
-            "no rows of the type that accessors[1] declares",
+            "the Draco data has no rows of the type that accessors[1] declares",
         ),
         (lambda d: d["meshes"][0]["primitives"][0].pop("indices"), "has damaged Draco data"),
         (lambda d: d["bufferViews"][0].update(byteLength=20), "the Draco data is damaged"),
@@ -204,7 +216,7 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
             lambda d: d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"][
                 "attributes"
             ].update(POSITION=5),
-            "no rows of the type that accessors[1] declares",
+            "the Draco data has no rows of the type that accessors[1] declares",
         ),
     ],
 )
@@ -223,11 +235,15 @@ def meshopt_of(document, view=0):
         (lambda d: meshopt_of(d).update(count=4), "accessors[0] is longer than its buffer"),
         (
             lambda d: meshopt_of(d).update(count=10**9),
-            "decompressed arrays, including bufferViews[0], have",
+            "decompressed arrays, including bufferViews[0], have more than 100 times"
+            " the size of the files",
         ),
         (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
         (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
-        (lambda d: meshopt_of(d).update(mode=None), "an unknown compression mode"),
+        (
+            lambda d: meshopt_of(d).update(mode=None),
+            "bufferViews[0] has an unknown compression mode",
+        ),
         (lambda d: meshopt_of(d).update(filter="BLUR"), "the meshopt data is damaged: filter"),
         (lambda d: meshopt_of(d).update(buffer=7), "there is no buffers[7]"),
         (lambda d: meshopt_of(d).update(byteOffset=10**6), "a buffer view is longer than its"),
@@ -246,7 +262,11 @@ def test_draco_metadata_is_skipped():
                           generic_attributes={"x": np.zeros((5, 1), np.float32)})  # fmt: skip
     assert data[10] & 0x80
     assert len(compression.decode_draco(data, 2, 5)[0]) == 6
-    with pytest.raises(MeshError, match="but the accessors declare 3 faces and 5 vertices"):
+    with pytest.raises(
+        MeshError,
+        match="the Draco data has 2 faces and 5 vertices, but the accessors declare 3"
+        " faces and 5 vertices",
+    ):
         compression.decode_draco(data, 3, 5)
 
 

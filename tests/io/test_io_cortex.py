@@ -104,7 +104,9 @@ def test_labels_of_vertices_come_back(tmp_path, name, numbers):
     write_labels(tmp_path / name, [5, -1, 0, 5, 7_000_000, 0])
     first, second, third = numbers  # annotations have no gaps
     assert read_labels(tmp_path / name, 6).tolist() == [second, -1, first, second, third, first]
-    with pytest.raises(MeshError, match="in this format, got 16777216"):
+    with pytest.raises(
+        MeshError, match=r"labels must be below 2\*\*24 in this format, got 16777216: renumber them"
+    ):
         write_labels(tmp_path / name, [1 << 24])
 
 
@@ -149,7 +151,11 @@ def test_annotations_of_others_are_read(tmp_path):
     [
         ("a.gii", lambda data: data[:-9], "the GIFTI file is damaged: ExpatError"),
         ("a.gii", lambda data: data.replace(b"GIFTI", b"NIFTI"), "the GIFTI file is damaged: "),
-        ("a.gii", lambda data: data.replace(b"POINTSET", b"SHAPE"), "has no surface"),
+        (
+            "a.gii",
+            lambda data: data.replace(b"POINTSET", b"SHAPE"),
+            "the GIFTI file has no surface",
+        ),
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'), "size 24 into shape (9,3)"),
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="7"'), "size 24 into shape (7,3)"),
         (
@@ -174,7 +180,7 @@ def test_annotations_of_others_are_read(tmp_path):
             lambda data: data.replace(b'"8"', b'"24"').replace(b'Dim1="3"', b'Dim1="1"', 1),
             "must have 3 numbers",
         ),
-        ("a.label.gii", lambda data: data, "has no labels of vertices"),
+        ("a.label.gii", lambda data: data, "the GIFTI file has no labels of vertices"),
     ],
 )
 def test_what_is_wrong_with_a_gifti_file_is_said(tmp_path, name, change, message):

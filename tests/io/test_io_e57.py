@@ -212,7 +212,9 @@ def test_a_scan_without_coordinates_is_refused(pye57, tmp_path):
 
 def test_a_rotation_that_is_none_is_refused(write):
     path = write((scan(), {"rotation": np.zeros(4)}))
-    with pytest.raises(MeshError, match="scan 0 has an invalid rotation"):
+    with pytest.raises(
+        MeshError, match=r"scan 0 has an invalid rotation: \[0\.0, 0\.0, 0\.0, 0\.0\]"
+    ):
         read_cloud(path)
 
 

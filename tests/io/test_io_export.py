@@ -121,14 +121,17 @@ class TestScanNet:
     def test_ids_that_float32_does_not_hold_are_refused(self, tmp_path):
         write_labels(tmp_path / "a.segs.json", [2**24 - 1])
         for ending in (".segs.json", ".aggregation.json"):
-            with pytest.raises(MeshError, match=r"below 2\*\*24 in this format, got 16777216"):
+            with pytest.raises(
+                MeshError,
+                match=r"labels must be below 2\*\*24 in this format, got 16777216: renumber them",
+            ):
                 write_labels(tmp_path / f"b{ending}", [2**24, 0])
 
     def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):
         for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
             with pytest.raises(MeshError, match=rf"labels\[1\] must be >= 0 in {name[1:]}, got -1"):
                 write_mesh(tmp_path / name, square, [0, -1])
-            with pytest.raises(MeshError, match=r"labels\[1\] must be >= 0"):
+            with pytest.raises(MeshError, match=rf"labels\[1\] must be >= 0 in {name[1:]}, got -1"):
                 write_labels(tmp_path / name, [0, -1])
         assert not list(tmp_path.iterdir())
 
@@ -173,7 +176,7 @@ class TestSstk:
 
     def test_only_triangles_have_one(self, house, tmp_path):
         for cells, what in (
-            (house, ", not polygons: segment the result of PolygonMesh"),
+            (house, ", not polygons: segment the result of PolygonMesh.triangulate"),
             (TETS, ", but the cells are tets"),
         ):
             with pytest.raises(MeshError, match=f"needs labels of triangles{what}"):
@@ -279,19 +282,20 @@ class TestPyTorchGeometric:
             ),
             (
                 {**GRAPH, "edge_attr": [[1]]},
-                "edge_attr must have 4 rows, one per edge, got",
+                r"edge_attr must have one row per edge \(4\), got 1 row",
             ),
             (
                 {**GRAPH, "super_index": [3]},
-                "super_index must be regions from -1 to 2, got",
+                "super_index must be regions from -1 to 2, got 3 to 3",
             ),
             (
                 {**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
-                "edge_index must be regions from 0 to 2, got",
+                "edge_index must be regions from 0 to 2, got -1 to 0",
             ),
             (
                 [GRAPH, {**COARSE, "super_index": [0]}],
-                "super_index must have 3 entries, one per region of the previous graph, got",
+                r"graphs\[1\]: super_index must have one value per region of the previous"
+                r" graph \(3\), got 1 value",
             ),
         ],
     )
@@ -538,7 +542,7 @@ class TestNamesAndVertices:
                 "a.ply",
                 {"label_name": "Label"},
                 ValueError,
-                r"label_name needs an output with the ending \.vtp or \.vtu",
+                r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk",
             ),
             (
                 "a.vtp",
@@ -564,18 +568,23 @@ class TestNamesAndVertices:
                 ValueError,
                 r"classes needs an output with the ending \.glb or \.stl or \.aggregation\.json",
             ),
-            ("a.glb", {"classes": [1.5, 2]}, TypeError, "strings or integers, got 1.5"),
+            (
+                "a.glb",
+                {"classes": [1.5, 2]},
+                TypeError,
+                r"classes must be strings or integers, got 1\.5",
+            ),
             (
                 "a.glb",
                 {"classes": [1]},
                 MeshError,
-                "classes must have 2 values, one per region, got 1",
+                r"classes must have one value per region \(2\), got 1 value",
             ),
             (
                 "a.aggregation.json",
                 {"classes": ["a"]},
                 MeshError,
-                "classes must have 2 values, one per region, got 1",
+                r"classes must have one value per region \(2\), got 1 value",
             ),
         ],
     )
@@ -591,9 +600,13 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.ply", square, vertex_labels=True)
         with pytest.raises(MeshError, match="vertex_labels needs faces with labels"):
             write_mesh(tmp_path / "a.ply", PointCloud(VERTICES), [0] * 5, vertex_labels=True)
-        with pytest.raises(MeshError, match="classes need labels, because"):
+        with pytest.raises(
+            MeshError, match="classes need labels, because there is one value per region"
+        ):
             write_mesh(tmp_path / "a.glb", square, classes=["a"])
-        with pytest.raises(MeshError, match=r"a \.segs\.json file needs labels, but none"):
+        with pytest.raises(
+            MeshError, match=r"a \.segs\.json file needs labels, but none are given"
+        ):
             write_mesh(tmp_path / "a.segs.json", square)
 
     def test_cells_are_written_to_files_that_hold_them(self, tmp_path):
@@ -612,7 +625,10 @@ def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
     size = path.stat().st_size
     for limit in (size - 1, 100):  # the file, and what is in it
         monkeypatch.setattr(glb, "MAX_BYTES", limit)
-        with pytest.raises(MeshError, match="the mesh needs more than 4 GiB, the limit of GLB"):
+        with pytest.raises(
+            MeshError,
+            match=r"the mesh needs more than 4 GiB, the limit of GLB: write \.ply or \.obj",
+        ):
             write_mesh(tmp_path / "b.glb", square, [0, 1])
         assert [*tmp_path.iterdir()] == [path]
     monkeypatch.setattr(glb, "MAX_BYTES", size)
@@ -733,7 +749,11 @@ def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
 def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
     monkeypatch.setattr("superfacets.export.glb.MAX_IDS", 2)
     write_mesh(tmp_path / "a.glb", square, [5, 9])
-    with pytest.raises(MeshError, match=r"ids of at most 2 regions, but there are 12: write \.ply"):
+    with pytest.raises(
+        MeshError,
+        match=r"GLB can store the ids of at most 2 regions, but there are 12: write \.ply"
+        r" or \.npy instead",
+    ):
         write_mesh(tmp_path / "a.glb", shapes.cube(), np.arange(12))
 
 

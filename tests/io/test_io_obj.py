@@ -105,7 +105,11 @@ def test_polygons_keep_their_corners_and_their_order(read, monkeypatch, block):
 
 def test_a_wrong_index_of_a_polygon_is_refused_as_it_is_written(refuse):
     data = SQUARE + "f 1 2 3\n\nf 1 2 3 4\nf 1 2 3 -9\n"
-    refuse("a.obj", data.encode(), "line 8: the face refers to vertex -9, but the vertices have")
+    refuse(
+        "a.obj",
+        data.encode(),
+        "line 8: the face refers to vertex -9, but the vertices have the numbers 1 to 4",
+    )
 
 
 @pytest.mark.parametrize(
@@ -135,7 +139,7 @@ def test_indices_of_many_digits_are_refused(refuse, digits, sign):
 @pytest.mark.parametrize("value", ["nan", "inf", "-Infinity", "1e999"])
 def test_coordinates_that_are_not_finite_are_refused(refuse, value):
     data = SQUARE.replace("1 1 0", f"1 {value} 0") + "f 1 2 3\n"
-    refuse("a.obj", data.encode(), "vertices[2] must be finite")
+    refuse("a.obj", data.encode(), f"vertices[2] must be finite, got [1.0, {float(value)}, 0.0]")
 
 
 @pytest.mark.parametrize("token", ["one", "0x10", "1d3", "1,5", "--1", "-", "1_0", "1e"])

@@ -180,21 +180,28 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
         (header(XYZ, "ascii", VIEWPOINT="here"), "VIEWPOINT must be 7 numbers, got 'here'"),
         (text(XYZ, POINTS.T, WIDTH=5, POINTS=5), "declares 5 points, but the file has 4"),
         (text(XYZ, POINTS.T) + b"1 2\n", "line 16: expected 3 numbers, got 2"),
-        (text([*XYZ, ("n", "U1", 1)], [*POINTS.T, POINTS[:, 0]]), "n must have integers of 1 byte"),
+        (
+            text([*XYZ, ("n", "U1", 1)], [*POINTS.T, POINTS[:, 0]]),
+            "the field n must have integers of 1 byte",
+        ),
         (text(XYZ, POINTS.T * np.nan), "no point of the file has a position"),
         (
             header(XYZ, "binary", 5) + RECORDS,
             "declares 5 points, but the file has 4: the file may be truncated",
         ),
         (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file has 0"),
-        (header(XYZ, "binary_compressed"), "has 0: the file may be truncated or damaged"),
+        (
+            header(XYZ, "binary_compressed"),
+            "the file must have 48 bytes for 4 points, but declares 0 bytes, compressed to 0,"
+            " and has 0: it may be truncated or damaged",
+        ),
         (
             header(XYZ, "binary_compressed") + COMPRESSED[:-1],
-            "has 49: the file may be truncated or damaged",
+            "declares 48 bytes, compressed to 50, and has 49: it may be truncated or damaged",
         ),
         (
             header(XYZ, "binary_compressed", 10**9) + COMPRESSED,
-            "the file may be truncated or damaged",
+            "the file must have 12000000000 bytes for 1000000000 points, but declares 48 bytes",
         ),
         (
             header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"),

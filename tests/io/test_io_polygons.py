@@ -110,7 +110,9 @@ def test_vtp_that_is_wrong_is_refused_without_a_word(tmp_path, capfd):
     with pytest.raises(MeshError, match="not a VTP file"):
         sf.read_mesh(path)
     pyvista.Sphere().strip().save(path)
-    with pytest.raises(MeshError, match="triangle strips in VTP are not supported"):
+    with pytest.raises(
+        MeshError, match="triangle strips in VTP are not supported: save the file with polygons"
+    ):
         sf.read_mesh(path)
     pyvista.PolyData(np.eye(3)).save(path)
     with pytest.raises(MeshError, match="the VTP file has no polygons"):

@@ -58,7 +58,7 @@ def test_a_signaling_nan_is_refused_without_a_warning(refuse, name, make):
     one, signaling_nan = b"\0\0\x80\x3f", b"\1\0\x80\x7f"
     data = make()
     place = data.rindex(one)
-    refuse(name, data[:place] + signaling_nan + data[place + 4 :], "must be finite, got ")
+    refuse(name, data[:place] + signaling_nan + data[place + 4 :], "] must be finite, got [")
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):

@@ -49,7 +49,7 @@ def test_the_size_of_blocks_does_not_matter(read, monkeypatch, block):
 def test_a_binary_count_that_does_not_fit_the_size_is_refused(refuse, n_faces):
     size = 84 + 50 * n_faces
     noun = "triangle" if n_faces == 1 else "triangles"
-    message = f"{n_faces} declared {noun} need {size} bytes but the file has 184"
+    message = f"the size must be {size} bytes for {n_faces} declared {noun}, got 184"
     refuse("a.stl", stl_binary(n_faces=n_faces), message)
 
 
@@ -67,7 +67,7 @@ def test_no_faces_are_refused(refuse):
 def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
     corners = CORNERS.copy()
     corners[4, 2] = value
-    refuse("a.stl", make(corners), "vertices[4] must be finite")
+    refuse("a.stl", make(corners), f"vertices[4] must be finite, got {corners[4].tolist()}")
 
 
 @pytest.mark.parametrize(

@@ -130,15 +130,18 @@ def test_a_center_may_be_in_the_binary_part(tmp_path):
     [
         (b"b3dm" + bytes(10), "the b3dm file is truncated: it has only 14 bytes"),
         (b3dm().replace(b"b3dm\1", b"b3dm\2"), "the b3dm version must be 1, got 2"),
-        (b3dm()[:-4], "the b3dm file is shorter than its header declares"),
+        (b3dm()[:-4], "the b3dm file is shorter than its header declares: it may be truncated"),
         (b3dm(b"glTG" + glb()[4:]), "the b3dm file contains no binary glTF"),
         (b3dm(features={"RTC_CENTER": [1, 2]}), "RTC_CENTER must be a list of 3 numbers"),
-        (b3dm(features={"RTC_CENTER": {"byteOffset": 4}}), "RTC_CENTER is outside the feature"),
+        (
+            b3dm(features={"RTC_CENTER": {"byteOffset": 4}}),
+            "the offset of RTC_CENTER is outside the feature table",
+        ),
         (
             b3dm(features={"RTC_CENTER": {"byteOffset": 0}}, binary=b"\xff" * 16),
             "RTC_CENTER is not finite",
         ),
-        (b3dm(glb()[:30]), "the GLB declares"),
+        (b3dm(glb()[:30]), "the GLB declares 580 bytes but has 30: it may be damaged"),
     ],
 )
 def test_a_b3dm_that_is_wrong_is_refused(refuse, data, message):

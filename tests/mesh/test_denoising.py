@@ -200,7 +200,9 @@ def test_prepared_cells_are_smoothed_as_the_mesh_is():
     result, wanted = segment(prepared, 12), segment(mesh, 12)
     assert result.params["denoise"] == wanted.params["denoise"] > 0
     assert np.array_equal(result.labels, wanted.labels)
-    with pytest.raises(ValueError, match="denoise needs the mesh"):
+    with pytest.raises(
+        ValueError, match="denoise needs the mesh: pass the mesh instead of prepared cells"
+    ):
         segment(prepared, 12, denoise=0)
 
 
@@ -317,6 +319,6 @@ def test_steps_are_checked():
         with pytest.raises(error, match="denoise"):
             segment(mesh, 2, denoise=wrong)
     with pytest.raises(
-        ValueError, match="denoise needs a mesh of faces, got points: leave denoise"
+        ValueError, match="denoise needs a mesh of faces, got points: leave denoise out"
     ):
         segment(np.random.default_rng(0).random((50, 3)), 2, denoise=2)

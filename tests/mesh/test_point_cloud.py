@@ -102,7 +102,11 @@ def test_clouds_of_other_libraries_are_recognized():
 def test_an_array_is_a_cloud_and_a_list_of_points_is_one_where_it_can_be_nothing_else():
     assert segment(np.array(SQUARE, dtype=np.float64), 2).n_segments == 2
     assert as_cloud(SQUARE).n_points == 4
-    with pytest.raises(TypeError, match="expected a PointCloud, an array of points, a path, or a"):
+    with pytest.raises(
+        TypeError,
+        match="expected a PointCloud, an array of points, a path, or a cloud of trimesh,"
+        " PyVista, Open3D or meshio, got int",
+    ):
         as_cloud(3)
 
 

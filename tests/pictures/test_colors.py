@@ -278,9 +278,9 @@ def test_labels_are_left_as_they_are():
 @pytest.mark.parametrize(
     ("labels", "error", "message"),
     [
-        ([0, 1, 2], ValueError, "labels must have one value per cell"),
+        ([0, 1, 2], ValueError, r"labels must have one value per cell \(4\), got 3 values"),
         ([0, 1, 3, 3], ValueError, "no cell has label 2"),
-        ([0, -2, 0, 0], ValueError, r"labels\[1\] must be -1 to 3 \(there are 4 cells\), got -2"),
+        ([0, -2, 0, 0], ValueError, r"labels\[1\] must be -1 to 3 for 4 cells, got -2"),
         ([[0, 1, 2, 3]], ValueError, "one-dimensional"),
         ([0.0, 1.0, 0.0, 1.0], TypeError, "labels must contain integers, got float64"),
     ],
@@ -299,7 +299,7 @@ def test_faces_may_have_labels_of_any_numbers():
 @pytest.mark.parametrize(
     ("labels", "error", "message"),
     [
-        ([0, 1, 2], ValueError, "labels must have one value per cell"),
+        ([0, 1, 2], ValueError, r"labels must have one value per cell \(4\), got 3 values"),
         ([[0, 1, 2, 3]], ValueError, "one-dimensional"),
         ([0.0, 1.0, 0.0, 1.0], TypeError, "labels must contain integers, got float64"),
     ],

@@ -226,7 +226,9 @@ def test_a_page_is_saved_whole(tmp_path):
     page = sf.view(strip(2))
     assert page.save(tmp_path / "a.html") == tmp_path / "a.html"
     assert (tmp_path / "a.html").read_text(encoding="utf-8") == page.html
-    with pytest.raises(ValueError, match=r"must end in .html or .htm, got 'a.txt'$"):
+    with pytest.raises(
+        ValueError, match=r"the name of a page must end in \.html or \.htm, got 'a\.txt'$"
+    ):
         page.save(tmp_path / "a.txt")
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
@@ -243,14 +245,17 @@ def test_the_first_view_is_that_of_pictures():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"labels": [0]}, ValueError, "labels must have one value per cell"),
-        ({"labels": [[0, 1], [0]]}, ValueError, "labels must have one value per cell"),
+        ({"labels": [0]}, ValueError, r"labels must have one value per cell \(2\), got 1 value"),
+        ({"labels": [[0, 1], [0]]}, ValueError,
+         r"labels must have one value per cell \(2\), got 1 value"),
         ({"labels": [0.5, 1]}, TypeError, "labels must contain integers, got float64"),
-        ({"ground_truth": [0, 1, 2]}, ValueError, "labels must have one value per cell"),
+        ({"ground_truth": [0, 1, 2]}, ValueError,
+         r"labels must have one value per cell \(2\), got 3 values"),
         ({"features": {"a": [1, 2, 3]}}, ValueError,
          r"feature 'a' must have one value per cell, \(2,\); got shape \(3,\)"),
         ({"labels": [0, 0], "features": {"a": []}}, ValueError,
-         r"one value per cell, \(2,\), or one value per region, \(1,\); got shape \(0,\)"),
+         r"feature 'a' must have one value per cell, \(2,\), or one value per region, \(1,\);"
+         r" got shape \(0,\)"),
         ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
         ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
         ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),
@@ -264,10 +269,12 @@ def test_wrong_arguments_are_refused(arguments, error, message):
 def test_masked_labels_and_values_are_refused():
     masked = np.ma.array([0, 1], mask=[True, False])
     with pytest.raises(
-        ValueError, match="labels must not have masked entries: fill or remove these"
+        ValueError, match="labels must not have masked entries: fill or remove these entries"
     ):
         sf.view(strip(2), masked)
-    with pytest.raises(ValueError, match="feature 'a' must not have masked"):
+    with pytest.raises(
+        ValueError, match="feature 'a' must not have masked entries: fill or remove these entries"
+    ):
         sf.view(strip(2), features={"a": masked})
 
 

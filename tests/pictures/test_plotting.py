@@ -223,22 +223,30 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
         (
             {"output": "a.gif", "n_frames": 1},
             ValueError,
-            "'a.gif' needs several pictures: n_frames must",
+            r"'a\.gif' needs several pictures: n_frames must be > 1, got 1",
         ),
         (
             {"output": "a.png", "n_frames": 2},
             ValueError,
-            "'a.png' can store only one picture: write",
+            r"'a\.png' can store only one picture: write a \.gif or \.mp4 file",
         ),
         ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
-        ({"titles": ["a", "b"]}, ValueError, "titles must be a list of 1 titles, one per labeling"),
+        (
+            {"titles": ["a", "b"]},
+            ValueError,
+            r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]",
+        ),
         (
             {"titles": "a"},
             ValueError,
-            "titles must be a list of 1 titles, one per labeling, got 'a'",
+            r"titles must be a list of one title per labeling \(1\), got 'a'",
         ),
         ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "give colors or color_by"),
-        ({"color_by": "area"}, ValueError, "'area' is a property of regions and needs labels"),
+        (
+            {"color_by": "area"},
+            ValueError,
+            "color_by='area' is a property of regions and needs labels",
+        ),
         (
             {"color_by": "size", "labels": [0, 1]},
             ValueError,
@@ -247,10 +255,14 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
         (
             {"color_by": [1, 2, 3]},
             ValueError,
-            r"color_by must have one value per cell, \(2,\); got shape",
+            r"color_by must have one value per cell, \(2,\); got shape \(3,\)",
         ),
         ({"view": "above"}, ValueError, "view must be one of front"),
-        ({"compare": [[0, 1, 2]]}, ValueError, "there are 2 cells, labels has 3 values"),
+        (
+            {"compare": [[0, 1, 2]]},
+            ValueError,
+            r"labels must have one value per cell \(2\), got 3 values",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):
@@ -268,7 +280,8 @@ def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, 
         (
             [1, 2, 3],
             ValueError,
-            r"per cell, \(2,\), or one value per region, \(4,\); got shape \(3,\)",
+            r"given must have one value per cell, \(2,\), or one value per region,"
+            r" \(4,\); got shape \(3,\)",
         ),
         (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
     ],

@@ -221,7 +221,8 @@ def test_the_options_are_checked():
     with pytest.raises(ValueError, match="method must be one of majority, creases, got 'crease'"):
         sf.vertex_labels(mesh, [0, 0, 1], method="crease")
     with pytest.raises(
-        ValueError, match="min_vertices must be 1 with method='majority', got 2: use"
+        ValueError,
+        match="min_vertices must be 1 with method='majority', got 2: use method='creases'",
     ):
         sf.vertex_labels(mesh, [0, 0, 1], min_vertices=2)
     with pytest.raises(ValueError, match="min_vertices must be at least 1, got 0"):

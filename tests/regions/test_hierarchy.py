@@ -257,9 +257,17 @@ def test_merging_stops_at_the_number_of_components():
     nested = hierarchy(mesh, [40, 12])  # 40 regions and 12 components: no warning of islands
     assert nested.n_fewest == shapes.count_pieces(graph, np.zeros(graph.n_cells, np.int32)) == 12
     check_levels(nested, graph)
-    with pytest.raises(ValueError, match="each number in counts must be at least 12 because the"):
+    with pytest.raises(
+        ValueError,
+        match="each number in counts must be at least 12 because the last regions have no"
+        " neighbors, got 3",
+    ):
         hierarchy(mesh, [40, 3])
-    with pytest.raises(ValueError, match="n must be at least 12 because the last regions have no"):
+    with pytest.raises(
+        ValueError,
+        match="n must be at least 12 because the last regions have no neighbors, got 11:"
+        " without barriers, islands='nearest' also merges across gaps",
+    ):
         nested.cut(11)
 
 
@@ -327,13 +335,22 @@ def test_regions_never_merge_across_barriers(are_edges):
     part = hierarchy(mesh, [20, 2], barriers=barriers, mask=mask)
     check_levels(part)
     assert np.array_equal(part.cut(2) >= 0, mask)
-    with pytest.raises(ValueError, match="labels must not cross barriers: region 0 has cells on"):
+    with pytest.raises(
+        ValueError,
+        match="labels must not cross barriers: region 0 has cells on both sides of a barrier",
+    ):
         hierarchy(mesh, [1], labels=np.zeros(mesh.n_faces, int), barriers=barriers)
     with pytest.raises(
-        ValueError, match="each number in counts must be at least 2 because the last"
+        ValueError,
+        match="each number in counts must be at least 2 because the last regions have no"
+        " neighbors, got 1",
     ):
         hierarchy(mesh, [9, 1], barriers=barriers)
-    with pytest.raises(ValueError, match="islands='nearest' cannot be combined with barriers,"):
+    with pytest.raises(
+        ValueError,
+        match="islands='nearest' cannot be combined with barriers, because a merge across"
+        " a gap could bypass a barrier: leave one of them out",
+    ):
         hierarchy(mesh, [9], barriers=barriers, islands="nearest")
 
 
@@ -358,54 +375,62 @@ def test_a_hierarchy_can_be_copied():
     [
         (3, {}, TypeError, "counts must be a sequence of numbers of regions, got 3"),
         ("3", {}, TypeError, "counts must be a sequence of numbers of regions, got '3'"),
-        ([], {}, ValueError, "counts must contain at least one number of regions, but"),
-        ([2, 3, 2], {}, ValueError, "counts must contain distinct numbers, but 2 occurs"),
+        ([], {}, ValueError, "counts must contain at least one number of regions, but it is empty"),
+        (
+            [2, 3, 2],
+            {},
+            ValueError,
+            "counts must contain distinct numbers, but 2 occurs repeatedly",
+        ),
         ([0], {}, ValueError, "each number in counts must be at least 1, got 0"),
         ([1.5], {}, TypeError, "each number in counts must be an integer, got 1.5"),
         (
             [5],
             {"labels": [0, 0, 1, 1]},
             ValueError,
-            "each number in counts must be at most 2 because there are only 2 regions on",
+            "each number in counts must be at most 2, the number of regions on the"
+            " finest level, got 5",
         ),
-        ([9], {}, ValueError, "n_segments must be at most 4 because there are only 4 faces"),
+        ([9], {}, ValueError, "n_segments must be at most 4, the number of faces, got 9"),
         ([2], {"islands": "join"}, ValueError, "islands must be one of keep, nearest, got 'join'"),
         (
             [2],
             {"labels": [-1] * 4},
             ValueError,
-            "labels must contain at least one region, but all labels",
+            "labels must contain at least one region, but all labels are -1",
         ),
         ([2], {"labels": [0, 1, 3, 3]}, ValueError, "no cell has label 2"),
         (
             [2],
             {"labels": [0, 1, -2, 1]},
             ValueError,
-            r"labels\[2\] must be -1 to 3 \(there are 4 cells\), got -2",
+            r"labels\[2\] must be -1 to 3 for 4 cells, got -2",
         ),
         (
             [2],
             {"labels": [0, 1]},
             ValueError,
-            "labels must have one value per cell: there are 4 cells,",
+            r"labels must have one value per cell \(4\), got 2 values",
         ),
         (
             [2],
             {"labels": [0, 0, 1, 1], "tol": 0.1},
             TypeError,
-            "tol would have no effect because labels are given: leave",
+            "tol would have no effect because labels are given: leave out either labels"
+            " or these options",
         ),
         (
             [2],
             {"features": [1, 2]},
             ValueError,
-            r"features must have one row per cell \(4\) or per vertex",
+            r"features must have one row per cell \(4\) or per vertex \(10\), got 2 rows",
         ),
         (
             [2],
             {"features": [1, 2, 3, 1e200], "scale_features": False, "labels": [0, 1, 2, 3]},
             ValueError,
-            r"features are as large as 1e\+200, so their squares would",
+            r"features are as large as 1e\+200, so their squares would overflow: rescale"
+            r" them, or use scale_features=True",
         ),
         ([2], {"scale_features": 1}, TypeError, "scale_features must be True or False"),
     ],
@@ -414,6 +439,6 @@ def test_wrong_arguments_are_named(counts, options, error, message):
     with pytest.raises(error, match=message):
         hierarchy(row(0, 0, 0), counts, **options)
     with pytest.raises(
-        ValueError, match=r"n must be at most 4 because there are only 4 regions on the finest"
+        ValueError, match="n must be at most 4, the number of regions on the finest level, got 5"
     ):
         hierarchy(row(0, 0, 0), [2], labels=range(4)).cut(5)

@@ -160,7 +160,9 @@ def test_there_are_no_other_lines():
     for i in (-1, 1):
         with pytest.raises(IndexError, match=f"the line must be 0 to 0, got {i}"):
             lines.line(i)
-    with pytest.raises(MeshError, match="expected a surface mesh, got a TetMesh: use"):
+    with pytest.raises(
+        MeshError, match=r"expected a surface mesh, got a TetMesh: use TetMesh\.boundary\(\)"
+    ):
         border_lines(sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]]), [0])
 
 

@@ -183,10 +183,11 @@ def test_unpool_fills_what_is_in_no_region():
     assert sf.unpool(np.float32([1, 2]), [0, -1], fill=0.1).dtype == np.float32
     assert sf.unpool(["a", "b"], [1, -1], fill="").tolist() == ["b", ""]
     assert sf.unpool([7, 8, 9], [1, 1]).tolist() == [8, 8]  # region 0 and 2 are elsewhere
+    needs = r"fill must be representable as \S+ because some cells are labeled -1, got \S+: choose"
     for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
                          ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
                          (["a", "b"], None), (np.array([1, 2], "M8[D]"), None)]:  # fmt: skip
-        with pytest.raises(ValueError, match="fill must be representable as"):
+        with pytest.raises(ValueError, match=needs):
             sf.unpool(values, [0, -1], fill)
 
 
@@ -232,40 +233,57 @@ def test_a_segmentation_stands_for_its_labels():
 
 def test_what_does_not_fit_is_refused():
     mesh = shapes.strip(3)
+    of_vertices = (
+        r"labels must have one value per cell \(3\), got 5 values\. For one label per vertex"
+    )
     cases = [
         (lambda: sf.pool([1, 2, 3], [0, 0, 0], how="median"), "how must be one of mean, sum"),
-        (lambda: sf.pool([1, 2], [0, 0, 0]), r"one row per cell \(3\), got 2 rows"),
-        (lambda: sf.pool([1, 2], [0, 0, 0], cells=mesh), r"or per vertex \(5\), got 2"),
+        (lambda: sf.pool([1, 2], [0, 0, 0]),
+         r"^values must have one row per cell \(3\), got 2 rows$"),
+        (lambda: sf.pool([1, 2], [0, 0, 0], cells=mesh),
+         r"^values must have one row per cell \(3\) or per vertex \(5\), got 2 rows$"),
         (lambda: sf.pool([[[1]]], [0]), r"values must have shape \(N,\) or \(N, F\), got"),
         (lambda: sf.pool([1, 2, 3], [0, 2, 0]), "no cell has label 1"),
-        (lambda: sf.pool([1, 2, 3], [0, 3, 0]), "got 3"),
-        (lambda: sf.pool([1, 2, 3], [0, -2, 0]), "got -2"),
-        (lambda: sf.pool([1, 2, 3], [0, 0], cells=mesh), "labels has 2 values"),
-        (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), "For one label per vertex"),
-        (lambda: sf.region_graph(mesh, [0] * 5), "one value per cell: there are 3"),
-        (lambda: sf.face_colors(mesh, [0] * 5), "one value per cell: there are 3"),
-        (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), "For one label per vertex"),
-        (lambda: sf.submesh(mesh, [0] * 5, 0), "one value per cell: there are 3"),
-        (lambda: sf.cut_borders(mesh, [0] * 5), "one value per cell: there are 3"),
-        (lambda: sf.view(mesh, [0] * 5), r"face_labels\(mesh, labels\)"),
-        (lambda: sf.view(mesh, ground_truth=[0] * 5), "For one label per vertex"),
-        (lambda: sf.pool([1, 2], [0, 0], measures=[1]), "measures must have one value per cell"),
-        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] must be finite"),
-        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "leave out cells"),
-        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "must not have masked"),
-        (lambda: sf.unpool(3, [0, 0]), "values must have one value or row per region"),
-        (lambda: sf.unpool([1, 2], [0, 2]), r"labels\[1\] must be less than 2, .* got 2"),
-        (lambda: sf.unpool([1, 2], [0, -2]), "got -2"),
-        (lambda: sf.snap([1, 2], [0, 2]), r"regions\[1\] must be -1 to 1 .* got 2"),
-        (lambda: sf.snap([1], [0, 0]), "noisy_labels has 1 values"),
-        (lambda: sf.snap([1, -2], [0, 0]), r"noisy_labels\[1\] must be -1 to"),
+        (lambda: sf.pool([1, 2, 3], [0, 3, 0]), r"labels\[1\] must be -1 to 2 for 3 cells, got 3"),
+        (lambda: sf.pool([1, 2, 3], [0, -2, 0]),
+         r"labels\[1\] must be -1 to 2 for 3 cells, got -2"),
+        (lambda: sf.pool([1, 2, 3], [0, 0], cells=mesh),
+         r"labels must have one value per cell \(3\), got 2 values$"),
+        (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), of_vertices),
+        (lambda: sf.region_graph(mesh, [0] * 5), of_vertices),
+        (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
+        (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),
+        (lambda: sf.submesh(mesh, [0] * 5, 0), of_vertices),
+        (lambda: sf.cut_borders(mesh, [0] * 5), of_vertices),
+        (lambda: sf.view(mesh, [0] * 5),
+         r"convert the labels to faces with superfacets\.face_labels\(mesh, labels\)"),
+        (lambda: sf.view(mesh, ground_truth=[0] * 5), of_vertices),
+        (lambda: sf.pool([1, 2], [0, 0], measures=[1]),
+         r"measures must have one value per cell, shape \(2,\), got \(1,\)"),
+        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]),
+         r"measures\[1\] must be finite and not negative, got -1"),
+        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]),
+         "cells already define the measures: leave out cells or measures"),
+        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]),
+         "values must not have masked entries: fill or remove these entries"),
+        (lambda: sf.unpool(3, [0, 0]),
+         "values must have one value or row per region, got a single number"),
+        (lambda: sf.unpool([1, 2], [0, 2]),
+         r"labels\[1\] must be less than 2, the number of values, got 2"),
+        (lambda: sf.unpool([1, 2], [0, -2]), r"labels\[1\] must be -1 to 2147483647, got -2"),
+        (lambda: sf.snap([1, 2], [0, 2]), r"regions\[1\] must be -1 to 1 for 2 cells, got 2"),
+        (lambda: sf.snap([1], [0, 0]),
+         r"noisy_labels must have one value per cell \(2\), got 1 value$"),
+        (lambda: sf.snap([1, -2], [0, 0]), r"noisy_labels\[1\] must be -1 to 2147483647, got -2"),
     ]  # fmt: skip
     for call, message in cases:
         with pytest.raises(ValueError, match=message):
             call()
-    with pytest.raises(TypeError, match="must be integers or bools for"):
+    with pytest.raises(
+        TypeError, match="values must be integers or bools for 'majority', got float64"
+    ):
         sf.pool([1.0, 2.0], [0, 0], how="majority")
     with pytest.raises(TypeError, match="values must be numbers or bools, got <U1"):
         sf.pool(["a", "b"], [0, 0])
-    with pytest.raises(TypeError, match="labels must contain integers"):
+    with pytest.raises(TypeError, match="labels must contain integers, got float64"):
         sf.pool([1, 2], [0.0, 0.0])

@@ -206,11 +206,11 @@ def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
     ("parameters", "error", "message"),
     [
         ({"labels": [0, 2, 0, 0]}, ValueError, "no cell has label 1"),
-        ({"centers": [0]}, ValueError, "centers must have one cell per region: there are 2"),
+        ({"centers": [0]}, ValueError, r"centers must have one cell per region \(2\), got 1 cell"),
         (
             {"centers": [0, 1]},
             ValueError,
-            r"centers\[1\] must be a cell of region 1, got cell 1 of",
+            r"centers\[1\] must be a cell of region 1, got cell 1 of region 0",
         ),
         ({"centers": [0, 7]}, ValueError, r"centers\[1\] must be 0 to 3, got 7"),
         (
@@ -278,5 +278,7 @@ def test_cells_without_a_label_are_left_alone(has_centers):
 
 @pytest.mark.parametrize("function", [enforce_connectivity, smooth_borders])
 def test_labels_that_are_all_missing_are_refused(function):
-    with pytest.raises(ValueError, match="labels must contain at least one region, but all labels"):
+    with pytest.raises(
+        ValueError, match="labels must contain at least one region, but all labels are -1"
+    ):
         function(shapes.strip(4), [-1] * 4)

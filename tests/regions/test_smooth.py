@@ -440,14 +440,19 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
         (
             {"labels": [0, 0, 1]},
             ValueError,
-            "labels must have one value per cell: there are 4 cells,",
+            r"labels must have one value per cell \(4\), got 3 values",
         ),
         ({"labels": [0.0] * 4}, TypeError, "labels must contain integers, got float64"),
         ({"centers": [0, 9]}, ValueError, r"centers\[1\] must be 0 to 3, got 9"),
         ({"max_distance": -1}, ValueError, "max_distance must be finite and not negative"),
         ({"weights": [1.0]}, ValueError, "weights must have one value per arc"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
-        ({"mesh": 5}, TypeError, r"expected a mesh of superfacets, a \(vertices, faces\) pair,"),
+        (
+            {"mesh": 5},
+            TypeError,
+            r"expected a mesh of superfacets, a \(vertices, faces\) pair, a path, or a"
+            r" mesh of trimesh, PyVista \(PolyData\), Open3D or meshio, got int",
+        ),
     ],
 )
 def test_faults_are_found(parameters, error, message):

@@ -136,7 +136,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
             "split",
             {"red": [0], "blue": [-1], "region": 0},
             400,
-            "blue contains a cell that does not exist",
+            "blue contains a cell that does not exist: the mesh has 1152 cells",
         ),
         (
             "split",
@@ -157,8 +157,18 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("classes", {"classes": 3}, 400, "classes must be a list"),
         ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
         ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
-        ("segment", {"n_segments": 5000}, 400, "there are only 1152 cells"),
-        ("segment", {"level": 21}, 400, "level must be at most 20 because"),
+        (
+            "segment",
+            {"n_segments": 5000},
+            400,
+            "n_segments must be at most 1152, the number of cells, got 5000",
+        ),
+        (
+            "segment",
+            {"level": 21},
+            400,
+            "level must be at most 20, the number of regions on the finest level, got 21",
+        ),
         ("segment", {"beta": 1}, 400, "unknown parameter beta"),
         ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
         ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
@@ -196,7 +206,9 @@ def test_what_is_no_json_object(client):
 
 
 def test_files_and_routes_that_are_not_there(client):
-    assert client.get("state", 1).json() == {"error": "file 1 does not exist: there are 1 files"}
+    assert client.get("state", 1).json() == {
+        "error": "file 1 does not exist: the studio has 1 file"
+    }
     assert client.get("dance").json() == {"error": "unknown route: GET /api/files/0/dance"}
     assert client.get("split").status_code == 405
     assert client.get("labels", revision="x").status_code == 400

@@ -177,7 +177,7 @@ def test_a_split_after_undo_is_of_the_regions_of_this_version(foreign):
 def test_a_class_that_cells_have_is_not_removed(document):
     document.paint(cells(1, 2), 3)
     with pytest.raises(
-        ValueError, match="class 3 has 2 cells: give these cells another class first"
+        ValueError, match="class 3 has 2 cells: give all cells of this class another class first"
     ):
         document.set_classes([{"id": 1, "name": "a"}])
     with pytest.raises(ValueError, match="there is no class 8"):
@@ -209,7 +209,9 @@ def test_an_input_that_changed_under_the_work_is_refused(document):
     other = document.path.with_name("other.ply")
     write_mesh(other, shapes.bumpy_sheet(20))
     with pytest.raises(
-        JournalError, match=r"the work file belongs to sheet\.ply, not to other\.ply"
+        JournalError,
+        match=r"the work file belongs to sheet\.ply, not to other\.ply: restore the old"
+        r" file, or use another --work",
     ):
         Document.open(other, work)
     assert work.stat().st_size == size

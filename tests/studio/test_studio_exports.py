@@ -184,24 +184,33 @@ def test_a_cell_gets_what_most_of_its_corners_have():
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, "import one label file"),
-        ({"a.npy": b"", "b.npy": b""}, "import one label file"),
-        ({"a.aggregation.json": b"{}"}, "import one label file"),
+        ({}, r"import one label file, with at most one \.aggregation\.json"),
+        (
+            {"a.npy": b"", "b.npy": b""},
+            r"import one label file, with at most one \.aggregation\.json",
+        ),
+        (
+            {"a.aggregation.json": b"{}"},
+            r"import one label file, with at most one \.aggregation\.json",
+        ),
         ({"a.sstk.json": b"[[["}, "is not JSON"),
         ({"a.segs.json": b"\xff"}, "is not JSON"),
         ({"a.exe": b""}, "expected the ending .sstk.json"),
-        ({"a.seg": b"0\n1\n2\n"}, r"a\.seg: labels must have 2 values, one per cell, got 3"),
-        ({"a.seg": b"0\n70000\n"}, "label 70000 is not a class"),
+        (
+            {"a.seg": b"0\n1\n2\n"},
+            r"a\.seg: labels must have one value per cell \(2\), got 3 values",
+        ),
+        ({"a.seg": b"0\n70000\n"}, "label 70000 is not a class: classes are 0 to 65535"),
         ({"a.segs.json": b"{"}, r"a\.segs\.json: "),
         ({"a.segs.json": b"{}"}, r"a\.segs\.json: the entry 'segIndices' is missing"),
         ({"a.segs.json": b'{"segIndices":[1.5]}'}, "must be a list of whole numbers"),
         (
             {"a.segs.json": b'{"segIndices":[1]}'},
-            "the file has 1 labels, but the mesh has 4 vertices",
+            r"a\.segs\.json: segIndices must have one value per vertex \(4\), got 1 value",
         ),
         (
             {"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
-            "the file has 1 labels, but the mesh has 2 cells",
+            r"a\.sstk\.json: index must have one value per cell \(2\), got 1 value",
         ),
         (
             {"a.seg": b"0\n1\n", "a.aggregation.json": b'{"segGroups":[{"label":"x"}]}'},

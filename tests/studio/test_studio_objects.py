@@ -76,7 +76,8 @@ def test_a_work_file_of_the_first_version_opens(document):
 
 @pytest.mark.parametrize(
     ("entry", "reason"),
-    [({"object": 1000}, "must be 0 to 999, got 1000"), ({"object": "a"}, "to 999, got a"),
+    [({"object": 1000}, "object must be 0 to 999, got 1000"),
+     ({"object": "a"}, "object must be 0 to 999, got a"),
      ({"objects": "eA=="}, "damaged")],
 )  # fmt: skip
 def test_damaged_objects_in_a_work_file_are_told(document, entry, reason):
@@ -321,7 +322,8 @@ def _file(name, content):
         ({}, "the entry 'categories' is missing"),
         ({"categories": [], "annotations": [{}]}, "the entry 'segmentation' is missing"),
         (_one := {"categories": [{"id": 1, "name": "a"}], "annotations": [
-            {"category_id": 1, "segmentation": {"counts": [1, 2]}}]}, "an annotation has 3 "),
+            {"category_id": 1, "segmentation": {"counts": [1, 2]}}]},
+         "an annotation has 3 cells, but the mesh has 2"),
         ({**_one, "annotations": [{"category_id": 2, "segmentation": {"counts": [1, 1]}}]},
          "the entry 2 is missing"),
         ({**_one, "annotations": 1000 * [{"category_id": 1, "segmentation": {"counts": [1, 1]}}]},
@@ -451,7 +453,11 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
 
 
 def test_the_work_on_another_mesh_is_not_compared(two, document):
-    with pytest.raises(ValueError, match="the work file belongs to"):
+    with pytest.raises(
+        ValueError,
+        match=r"the work file belongs to grid\.ply, not to sheet\.ply: restore the old"
+        r" file, or use another --work",
+    ):
         document.compare("mine", two[1].read_bytes())
 
 

@@ -158,7 +158,10 @@ def test_the_token_is_random_or_that_of_the_environment(monkeypatch):
     assert new_token() == TOKEN
     for text in ("short", "x" * 20 + "&", ""):
         monkeypatch.setenv(TOKEN_VARIABLE, text)
-        with pytest.raises(ValueError, match="must have 16 to 200 characters"):
+        with pytest.raises(
+            ValueError,
+            match="SUPERFACETS_STUDIO_TOKEN must have 16 to 200 characters of A-Z a-z 0-9 _ -",
+        ):
             new_token()
 
 

@@ -88,7 +88,11 @@ def test_a_level_below_the_number_of_components_is_refused():
         np.concatenate([one.faces, one.faces + one.n_vertices]),
     )
     segmenter = Segmenter(apart)
-    with pytest.raises(ValueError, match="level must be at least 2 because"):
+    with pytest.raises(
+        ValueError,
+        match="level must be at least 2 because the last regions have no neighbors, got"
+        " 1: without barriers, islands='nearest' also merges across gaps",
+    ):
         segmenter.run({**default_parameters(64, 8), "level": 1})
     segmenter.close()
 
@@ -126,5 +130,9 @@ def test_prepared_points_take_weights_by_name_alone():
     prepared = Prepared.of(cloud, weld=True, n_threads=checked_threads(None))
     expected = superfacets.segment(cloud, 9).labels
     assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
-    with pytest.raises(ValueError, match="prepared cells are sorted"):
+    with pytest.raises(
+        ValueError,
+        match="prepared cells are sorted, but radius_factor and arrays of weights need"
+        " the input order: pass the mesh instead, or leave these parameters out",
+    ):
         superfacets.segment(prepared, 9, weights=[1.0])

@@ -92,8 +92,8 @@ def test_cells_without_area_are_split_too():
 @pytest.mark.parametrize(
     ("red", "blue", "message"),
     [
-        ([], [1], "the red stroke is outside the region"),
-        ([1], [399], "the blue stroke is outside the region"),
+        ([], [1], "the red stroke is outside the region to split"),
+        ([1], [399], "the blue stroke is outside the region to split"),
         ([1, 2], [2, 3], "the strokes cross"),
     ],
 )

@@ -121,7 +121,11 @@ def test_suggestions_survive_the_end_of_the_server_and_undo_goes_on(suggested):
 def test_work_with_a_damaged_suggestion_is_refused(suggested):
     work = suggested.journal.path
     suggested.close()
-    for damage in ({"score": 2}, {"class": -1}, {"cells": ""}):
+    for damage, reason in (
+        ({"score": 2}, "score must be 0 to 1, got 2"),
+        ({"class": -1}, "class must be 0 to 65535, got -1"),
+        ({"cells": ""}, "packed numbers are damaged"),
+    ):
         lines = work.read_bytes().splitlines(keepends=True)
         line = json.loads(lines[-1])
         line["suggestions"][0] |= damage
@@ -129,7 +133,7 @@ def test_work_with_a_damaged_suggestion_is_refused(suggested):
         from superfacets.studio.documents.journal import _coded
 
         work.write_bytes(b"".join([*lines[:-1], _coded(line)]))
-        with pytest.raises(JournalError, match="is not valid"):
+        with pytest.raises(JournalError, match=f"line 3 of the work file is not valid: {reason}"):
             Document.open(suggested.path)
         work.write_bytes(b"".join(lines))
 
@@ -158,7 +162,7 @@ def test_what_cannot_be_settled_changes_nothing(suggested, document):
 def test_a_class_with_suggestions_stays_in_the_list(suggested):
     chair = class_named(suggested, "chair")
     rest = [entry for entry in suggested.class_list if entry["id"] != chair]
-    with pytest.raises(ValueError, match=f"class {chair} has suggestions"):
+    with pytest.raises(ValueError, match=f"class {chair} has suggestions: accept or reject them"):
         suggested.set_classes(rest)
     suggested.settle({}, [ids_by_class(suggested)[chair]])
     suggested.set_classes(rest)
@@ -231,10 +235,12 @@ def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):
     document.suggest(read_import(files, document.cells, document.class_list))
     assert [(one.class_id, one.score) for one in document.state.suggestions] == [(0, 1), (0, 0.125)]
     for scores, error in (
-        ([1], "scores must have 2 values, one per region, got 1"),
-        ([2, 0], r"must be a list of numbers in \[0, 1\], got \[2, 0\]"),
+        ([1], r"scores must have one value per region \(2\), got 1 value"),
+        ([2, 0], r"scores must be a list of numbers in \[0, 1\], got \[2, 0\]"),
     ):
         with pytest.raises(ValueError, match=error):
             write_mesh(tmp_path / "o.aggregation.json", mesh, labels, scores=scores)
-    with pytest.raises(ValueError, match=r"scores needs an output with the ending \.aggregation"):
+    with pytest.raises(
+        ValueError, match=r"scores needs an output with the ending \.aggregation\.json"
+    ):
         write_mesh(tmp_path / "o.ply", mesh, labels, scores=[1, 1])

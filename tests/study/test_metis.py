@@ -166,7 +166,7 @@ def test_a_small_benchmark_model(benchmark_paths):
 def test_wrong_arguments_are_refused():
     mesh = shapes.cube()
     with pytest.raises(
-        ValueError, match="n_segments must be at most 12 because there are only 12 faces"
+        ValueError, match="n_segments must be at most 12, the number of faces, got 13"
     ):
         metis_partition(mesh, 13)
     with pytest.raises(ValueError, match="alpha must be finite and not negative"):

@@ -54,7 +54,7 @@ def test_missing_and_mismatched_ground_truths_are_named_and_left_out(folder):
     assert [truth.tolist() for truth in model.ground_truths] == [[0, 0], [0, 1], [1, 1]]
     missing, wrong = sorted(model.problems, key=lambda line: "3_3" not in line)[:2]
     assert missing == f"{truths / '3_3.seg'}: no such file"
-    assert wrong == f"{truths / '3_2.seg'}: labels must have 2 values, one per cell, got 3"
+    assert wrong == f"{truths / '3_2.seg'}: labels must have one value per cell (2), got 3 values"
     assert len(model.problems) == 3
 
 
@@ -73,7 +73,9 @@ def test_a_damaged_mesh_is_an_error(folder):
 
 
 def test_a_folder_that_is_no_benchmark_is_refused(tmp_path):
-    with pytest.raises(MeshError, match="not a copy of the Princeton benchmark: the folder off"):
+    with pytest.raises(
+        MeshError, match="not a copy of the Princeton benchmark: the folder off is missing"
+    ):
         Benchmark(tmp_path)
     (tmp_path / "off").mkdir()
     with pytest.raises(MeshError, match="contains no model"):

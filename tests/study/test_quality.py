@@ -192,7 +192,7 @@ def test_a_model_of_which_a_run_failed_is_left_out_and_named(folder, tmp_path):
         "model 7, x1, default, k = 6: the record could not be written"
     )
     with pytest.raises(
-        sf.MeshError, match="all models failed; the first failure: model 7, x1, default"
+        sf.MeshError, match="all models failed; the first failure: model 7, x1, default, k = 6: the"
     ):
         study(replace(options, models=(7,)))
 

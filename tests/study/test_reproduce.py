@@ -250,7 +250,7 @@ def test_a_run_that_fails_is_named_and_tried_again(run, benchmark, tmp_path):
     failed = [row for row in rows_of(out) if row["status"] == "failed"]
     assert {(row["model"], row["k"]) for row in failed} == {("1", "250"), ("21", "250")}
     assert all("n_segments" in row["reason"] for row in failed)
-    assert "22 runs failed" in (out / "index.html").read_text()
+    assert "Runs that failed (22)" in (out / "index.html").read_text()
     assert "the 2 of 4 models that have a result for every" in (out / "index.html").read_text()
     path = out / "records" / "stk02" / "1" / "alpha-0_k-250.json"
     before = path.stat().st_mtime_ns
@@ -283,7 +283,7 @@ def test_a_budget_ends_the_run_and_what_is_missing_is_named(run, benchmark, tmp_
         "superfacets: note: not started because time ran out: stk02 on 1, 21, 400, 2 (20 runs)",
     ]
     assert sum(row["status"] == "missing" for row in rows_of(out)) == 44
-    assert "44 runs not started in time" in (out / "index.html").read_text()
+    assert "Runs that were not started in time (44)" in (out / "index.html").read_text()
 
 
 def test_the_page_holds_all_it_shows(run, benchmark, tmp_path):
@@ -621,7 +621,7 @@ def test_a_folder_in_the_place_of_a_record_fails_that_run_alone(run, benchmark, 
     assert status == 0
     assert stdout.startswith("23 runs done, 1 failed, 0 not started")
     assert re.fullmatch(
-        r"superfacets: note: failed: superfacets on 1 \(1 runs\): the record could not be written:"
+        r"superfacets: note: failed: superfacets on 1 \(1 run\): the record could not be written:"
         r" IsADirectoryError: .*\n",
         stderr,
     )

@@ -211,7 +211,7 @@ def test_an_embedding_serves_every_number_of_regions():
     assert embedding.segment().n_segments == embedding.params["n_segments"] == 30
     assert "discretize" not in embedding.timings
     with pytest.raises(
-        ValueError, match="n_segments must be at most 30 because there are only 30 eigenvectors"
+        ValueError, match="n_segments must be at most 30, the number of eigenvectors, got 31"
     ):
         embedding.segment(31)
 
@@ -297,7 +297,7 @@ def test_too_much_memory_is_refused_with_the_size_it_would_take(sheet):
 
 def test_wrong_arguments_are_refused(sheet):
     with pytest.raises(
-        ValueError, match="n_segments must be at most 800 because there are only 800 faces"
+        ValueError, match="n_segments must be at most 800, the number of faces, got 801"
     ):
         normalized_cuts(sheet, 801)
     with pytest.raises(ValueError, match="sigma must be finite and positive"):

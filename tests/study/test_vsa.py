@@ -526,7 +526,7 @@ def test_without_welding_soup_stays_apart():
         (
             {"n_segments": 900},
             ValueError,
-            "n_segments must be at most 800 because there are only 800 faces",
+            "n_segments must be at most 800, the number of faces, got 900",
         ),
         ({"n_segments": 2.0}, TypeError, "n_segments must be an integer"),
         ({"metric": "l1"}, ValueError, "metric must be one of l21, l2, got 'l1'"),

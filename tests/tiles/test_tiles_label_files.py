@@ -84,7 +84,7 @@ def test_a_folder_may_hold_one_file_and_take_its_labels_itself(sheet, tmp_path):
 
 def test_files_with_one_stem_are_refused_before_any_work(sheet, city, tmp_path):
     write_mesh(city / "a.ply", sheet)
-    message = r"a\.off and a\.ply in .*city would both be written to a\.npy: rename one"
+    message = r"a\.off and a\.ply in .*city would both be written to a\.npy: rename one of the two"
     with pytest.raises(ValueError, match=message):
         segment_tiled(city, 12, scratch=tmp_path / "scratch", out=tmp_path / "out")
     assert named(tmp_path) == ["city"]
@@ -94,7 +94,7 @@ def test_files_with_one_stem_are_refused_before_any_work(sheet, city, tmp_path):
 def test_a_folder_is_for_the_labels_of_a_folder(sheet, tmp_path, name):
     write_mesh(tmp_path / "a.ply", sheet)
     for source in (sheet, tmp_path / "a.ply", str(tmp_path / "none.ply")):
-        with pytest.raises(ValueError, match=r"out can be a folder only if"):
+        with pytest.raises(ValueError, match="out can be a folder only if the source is a folder"):
             segment_tiled(source, 12, scratch=tmp_path, out=f"{tmp_path}/{name}")
     assert named(tmp_path) == ["a.ply"]
 
@@ -109,7 +109,7 @@ def test_a_name_that_may_be_a_file_or_a_folder_is_refused(city, tmp_path):
     (tmp_path / "out" / "c.npy").mkdir(parents=True)
     with pytest.raises(IsADirectoryError, match=r"c\.npy: is a folder, not a file"):
         segment_tiled(city, 12, out=tmp_path / "out")
-    with pytest.raises(FileNotFoundError, match="has no file that ends in"):
+    with pytest.raises(FileNotFoundError, match=r"out: has no file that ends in \.glb, "):
         segment_tiled(tmp_path / "out", 12, out=tmp_path / "out")
 
 
@@ -144,11 +144,15 @@ def test_labels_do_not_replace_the_source(sheet, city, tmp_path):
     points = tmp_path / "points.npy"
     np.save(points, sheet.vertices)
     before = points.read_bytes()
-    with pytest.raises(ValueError, match=r"points\.npy: out must not be a file of the source"):
+    with pytest.raises(
+        ValueError, match=r"points\.npy: out must not be a file of the source: choose another"
+    ):
         segment_tiled(points, 5, out=points)
     assert points.read_bytes() == before
     out = tmp_path / "labels"
     out.mkdir()
     (out / "c.npy").symlink_to(city / "c.obj")
-    with pytest.raises(ValueError, match=r"c\.npy: out must not be a file of the source"):
+    with pytest.raises(
+        ValueError, match=r"c\.npy: out must not be a file of the source: choose another"
+    ):
         segment_tiled(city, 5, out=out)

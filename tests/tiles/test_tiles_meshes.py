@@ -115,7 +115,7 @@ def test_a_wrong_coordinate_is_named_as_in_memory(bear, tmp_path, welds):
     vertices[9_000, 1] = np.inf
     with pytest.raises(MeshError) as of_memory:
         Mesh(vertices, bear.faces)
-    with pytest.raises(MeshError, match=r"vertices\[7000\] must be finite") as of_tiles:
+    with pytest.raises(MeshError, match=r"vertices\[7000\] must be finite, got \[") as of_tiles:
         check((vertices, bear.faces), bear, tmp_path, welds=welds)
     assert str(of_tiles.value) == str(of_memory.value)
 
@@ -127,7 +127,7 @@ def test_a_mesh_without_extent_is_refused(tmp_path):
 
 def test_more_faces_than_can_be_numbered_are_refused(tmp_path):
     many = np.broadcast_to(np.int32([0, 1, 2]), (MAX_CELLS + 1, 3))
-    with pytest.raises(MeshError, match=f"{MAX_CELLS + 1} faces; at most {MAX_CELLS} are supp"):
+    with pytest.raises(MeshError, match=f"{MAX_CELLS + 1} faces; at most {MAX_CELLS} are"):
         check((cube().vertices, many), cube(), tmp_path)
 
 

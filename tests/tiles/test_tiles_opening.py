@@ -123,7 +123,9 @@ def test_a_folder_holds_the_meshes_in_it_by_name(scratch, tmp_path):
     (folder / "readme.txt").write_text("of tiles")
     check(folder, scratch, together(parts))
     sf.write_mesh(folder / "d.obj", PolygonMesh(cube().vertices, [0, 4], [0, 1, 3, 2]))
-    with pytest.raises(MeshError, match="all files in a folder must be triangle meshes"):
+    with pytest.raises(
+        MeshError, match="all files in a folder must be triangle meshes, but one has other polygons"
+    ):
         open_pieces(folder, scratch, for_workers=True)
 
 
@@ -159,7 +161,7 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(scratch, tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(FileNotFoundError, match=r"no\.ply: no such file"):
         open_pieces(tmp_path / "no.ply", scratch, for_workers=False)
-    with pytest.raises(FileNotFoundError, match="empty: has no file that ends in"):
+    with pytest.raises(FileNotFoundError, match=r"empty: has no file that ends in \.glb, "):
         open_pieces(tmp_path / "empty", scratch, for_workers=False)
     for text, message in [("v 0 0 0\n", "a.obj: the mesh has no faces"), ("#", "not an OBJ file")]:
         (tmp_path / "a.obj").write_text(text)
@@ -191,7 +193,7 @@ def test_a_ply_that_is_cut_or_damaged_is_named(bear, scratch, tmp_path):
     damaged[-13 * 5] = 2  # the number of corners of the fifth face from the end
     path.write_bytes(damaged)
     pieces = open_pieces(path, scratch, for_workers=False)
-    with pytest.raises(MeshError, match=rf"faces\[{bear.n_faces - 5}\] has 2 corners"):
+    with pytest.raises(MeshError, match=rf"faces\[{bear.n_faces - 5}\] has 2 corners, expected 3"):
         pieces.corners_of(0, bear.n_faces)
 
 
@@ -323,11 +325,13 @@ def test_a_folder_of_clouds(cloud, scratch, tmp_path):
     assert np.array_equal(pieces.normals.read(400, 600), np.roll(one.normals, 100, axis=0)[:200])
     sf.write_mesh(folder / "c.ply", PointCloud(cloud.points))
     with pytest.raises(
-        MeshError, match="all or none of the point clouds in a folder must have normals"
+        MeshError, match="either all or none of the point clouds in a folder must have normals"
     ):
         open_pieces(folder, scratch, for_workers=False)
     sf.write_mesh(folder / "c.ply", cube())
-    with pytest.raises(MeshError, match="the folder has both meshes and point clouds"):
+    with pytest.raises(
+        MeshError, match="the folder has both meshes and point clouds: use separate folders"
+    ):
         open_pieces(folder, scratch, for_workers=False)
 
 
@@ -351,5 +355,7 @@ def test_pipes_are_refused_and_not_waited_for(tmp_path, name):
     folder.mkdir()
     os.mkfifo(folder / name)
     for source in (folder, folder / name):
-        with pytest.raises(OSError, match=rf"{name}: is not a regular file"):
+        with pytest.raises(
+            OSError, match=rf"{name}: is not a regular file, but a device or a pipe"
+        ):
             sf.segment_tiled(source, 2, scratch=tmp_path)

@@ -458,8 +458,16 @@ def test_warnings_name_the_caller(torn, tmp_path):
         ({"tile_size": 0}, ValueError, "tile_size"),
         ({"cache": -1}, ValueError, "cache must be at least 0, got -1"),
         ({"cache": 0.5}, TypeError, "cache must be an integer"),
-        ({"cache": 1, "workers": 2}, ValueError, "cache must be 0 or None"),
-        ({"cache": 1, "scheduler": "tcp://a:1"}, ValueError, "cache must be 0 or None"),
+        (
+            {"cache": 1, "workers": 2},
+            ValueError,
+            "cache must be 0 or None with several workers or with a scheduler",
+        ),
+        (
+            {"cache": 1, "scheduler": "tcp://a:1"},
+            ValueError,
+            "cache must be 0 or None with several workers or with a scheduler",
+        ),
         ({"workers": 0}, ValueError, "workers"),
         ({"weld": 1}, TypeError, "weld"),
         ({"denoise": "much"}, ValueError, "denoise must be 'auto', a number of steps, or None"),

@@ -109,7 +109,7 @@ def test_workers_that_end_for_good_end_the_run(mesh, tmp_path, monkeypatch):
         def kill(*_):
             own.kill(1, 2)
 
-        with pytest.raises(ConnectionError, match="there were no workers for 1 seconds"):
+        with pytest.raises(ConnectionError, match="there were no workers for 1 second: start one"):
             segment_tiled(mesh, scratch=tmp_path, scheduler=own.address, on_tile=kill, **OPTIONS)
     assert left_in(tmp_path) == []
 
@@ -126,7 +126,10 @@ def full_disk(store, piece):
 def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr(calls, "ALLOWED_KILLS", 0)
     with open_run(2, None, tmp_path) as run:
-        message = r"1 worker died while processing piece 0 \(out of memory\?\): use smaller"
+        message = (
+            r"1 worker died while processing piece 0 \(out of memory\?\): use smaller"
+            r" tiles or fewer workers"
+        )
         with pytest.raises(ConnectionError, match=message):
             run.all(end_here, None, 1)
         with pytest.raises(OSError, match=r"No space left on device: '/scratch/a\.npy'"):

@@ -194,7 +194,11 @@ def test_workers_that_never_begin_are_an_error(monkeypatch):
     monkeypatch.setattr(pool, "serve", end)
     with (
         open_pool(2) as team,
-        pytest.raises(ConnectionError, match="cannot be started: 10 of them died before"),
+        pytest.raises(
+            ConnectionError,
+            match=r"worker processes cannot be started: 10 of them died before they were ready"
+            r" \(out of memory\?\)",
+        ),
     ):
         run(team, double, 1)
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array
+from .._validate import counted
 from ..errors import MeshError
 from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh
@@ -100,7 +101,9 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
         return read_cells(source)
     if isinstance(source, (tuple, list)):
         if len(source) != 2:
-            raise TypeError(f"a mesh must be a (vertices, faces) pair, got {len(source)} items")
+            raise TypeError(
+                f"a mesh must be a (vertices, faces) pair, got {counted(len(source), 'item')}"
+            )
         return _mesh_of(source[0], source[1])
     if isinstance(source, np.ndarray):
         return as_cloud(source)
@@ -155,8 +158,9 @@ def as_triangles(source: MeshLike) -> Mesh:
     if (sizes == 3).all():
         return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
     first = int(np.argmax(sizes != 3))
+    corners = counted(int(sizes[first]), "corner")
     raise MeshError(
-        f"faces must be triangles, but faces[{first}] has {sizes[first]} corners: call"
+        f"faces must be triangles, but faces[{first}] has {corners}: call"
         " PolygonMesh.triangulate() first"
     )
 
@@ -223,8 +227,8 @@ def _faces_of_any_length(flat: Array) -> list[Array]:
         end = start + 1 + int(flat[start])
         if not start < end <= len(flat):
             raise MeshError(
-                f"faces[{len(faces)}] of a PolyData has {flat[start]} corners, but only"
-                f" {len(flat) - start - 1} values follow in the array of faces"
+                f"faces[{len(faces)}] of a PolyData has {counted(int(flat[start]), 'corner')}, but"
+                f" the array of faces has only {counted(len(flat) - start - 1, 'more value')}"
             )
         faces.append(flat[start + 1 : end])
         start = end

@@ -16,6 +16,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from .. import __version__
+from .._validate import counted
 from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
@@ -183,7 +184,8 @@ class _Presence:
         if self._n_threads:
             self._seen = now
         elif now > self._seen + PATIENCE:
-            raise ConnectionError(f"there were no workers for {PATIENCE:.0f} seconds: start one")
+            seconds = counted(round(PATIENCE), "second")
+            raise ConnectionError(f"there were no workers for {seconds}: start one")
         return self._n_threads
 
 

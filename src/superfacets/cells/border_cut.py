@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Bools, Bytes, Floats, Ints, Longs
-from .._validate import checked_regions, checked_threads, freeze
+from .._validate import checked_regions, checked_threads, counted, freeze
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
 from ..mesh.faces import cut_into_triangles
@@ -86,7 +86,7 @@ class BorderCut:
         return int(self.sources[-1]) + 1
 
     def __repr__(self) -> str:
-        return f"BorderCut({self.n_sources} faces into {len(self.sources)})"
+        return f"BorderCut({counted(self.n_sources, 'face')} into {len(self.sources)})"
 
 
 def cut_borders(

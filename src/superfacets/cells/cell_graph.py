@@ -20,6 +20,7 @@ from .._validate import (
     checked_positions,
     checked_sides,
     checked_threads,
+    counted,
     freeze,
     owned,
     refuse_mask,
@@ -272,7 +273,7 @@ class CellGraph(Arcs):
         CellGraph.__init__(self, *restored(state, names), **options)
 
     def __repr__(self) -> str:
-        return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
+        return f"CellGraph({counted(self.n_cells, 'cell')}, {counted(self.n_arcs, 'arc')})"
 
 
 def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:

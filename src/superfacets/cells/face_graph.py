@@ -15,6 +15,7 @@ from .._validate import (
     checked_bounds,
     checked_positions,
     checked_threads,
+    counted,
     exact_doubles,
     freeze,
     owned,
@@ -126,7 +127,7 @@ class FaceGraph(Arcs):
         return CellGraph._of_arcs(self, weights, n_threads)
 
     def __repr__(self) -> str:
-        return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
+        return f"FaceGraph({counted(self.n_cells, 'face')}, {counted(self.n_arcs, 'arc')})"
 
 
 class FoundArcs(NamedTuple):

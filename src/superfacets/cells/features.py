@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Floats, Ints
-from .._validate import checked_flag, checked_number, exact_doubles, refuse_mask
+from .._validate import checked_flag, checked_number, counted, exact_doubles, refuse_mask
 from .cell_graph import CellGraph
 from .kinds import kind_of
 from .surface import Surface
@@ -140,7 +140,8 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
         return corners.means(table)
     vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
     raise ValueError(
-        f"features must have one row per cell ({n_cells}){vertices}, got {len(table)} rows"
+        f"features must have one row per cell ({n_cells}){vertices}, got"
+        f" {counted(len(table), 'row')}"
     )
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
-from .._validate import checked_choice, checked_region_centers, checked_regions, freeze
+from .._validate import checked_choice, checked_region_centers, checked_regions, counted, freeze
 from ..adapters.convert import CloudLike, MeshLike
 from ..errors import import_extra
 from .cell_graph import CellGraph
@@ -311,7 +311,7 @@ class RegionGraph:
 
     def __repr__(self) -> str:
         return (
-            f"RegionGraph({self.n_regions} regions, {self.n_arcs} arcs; "
+            f"RegionGraph({counted(self.n_regions, 'region')}, {counted(self.n_arcs, 'arc')}; "
             ".to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
         )
 

@@ -17,6 +17,7 @@ from .._validate import (
     checked_count,
     checked_number,
     checked_threads,
+    counted,
     freeze,
 )
 from ..adapters.convert import MeshLike, as_mesh
@@ -116,7 +117,7 @@ class Subdivision:
         return back
 
     def __repr__(self) -> str:
-        return f"Subdivision({self.n_sources} faces into {len(self.sources)})"
+        return f"Subdivision({counted(self.n_sources, 'face')} into {len(self.sources)})"
 
 
 def subdivide(
@@ -196,8 +197,8 @@ def subdivide(
         )
     except ValueError:  # raised by `_core`
         raise ValueError(
-            f"max_edge={length:g} would make more than {most} faces: use a larger max_edge or, in"
-            " Python, a larger max_faces"
+            f"max_edge={length:g} would make more than {counted(most, 'face')}: use a larger"
+            " max_edge or, in Python, a larger max_faces"
         ) from None
     if polygons is None:
         return Subdivision(Mesh(vertices, faces), sources, depths)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from .._types import Floats, Ints, Longs
-from .._validate import checked_threads
+from .._validate import checked_threads, counted
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, signed_volume
 from .cell_graph import ArcMeasures, CellGraph, CsrArcs
@@ -118,8 +118,8 @@ def face_surface(
 def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
     if graph.n_cells != mesh.n_faces:
         raise ValueError(
-            f"the graph has {graph.n_cells} cells but the mesh has {mesh.n_faces} faces: build the"
-            " graph from this mesh"
+            f"the graph has {counted(graph.n_cells, 'cell')} but the mesh has"
+            f" {counted(mesh.n_faces, 'face')}: build the graph from this mesh"
         )
 
 

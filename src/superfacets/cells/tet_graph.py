@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Floats, Ints, Longs
-from .._validate import checked_threads, freeze
+from .._validate import checked_threads, counted, freeze
 from ..adapters.convert import MeshLike, as_tets
 from ..errors import MeshError
 from ..mesh.tet_mesh import TetMesh
@@ -72,7 +72,7 @@ class TetGraph(Arcs):
         return CellGraph._of_arcs(self, given, n_threads, self.arc_measures, 3)
 
     def __repr__(self) -> str:
-        return f"TetGraph({self.n_cells} tets, {self.n_arcs} arcs)"
+        return f"TetGraph({counted(self.n_cells, 'tet')}, {counted(self.n_arcs, 'arc')})"
 
 
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:

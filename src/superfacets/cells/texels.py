@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Bytes, Floats, Ints
-from .._validate import checked_threads
+from .._validate import checked_threads, counted
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
 from ..io.images import TextureImage
@@ -119,8 +119,10 @@ def check_texture(texture: Texture, mesh: FaceMesh) -> None:
     n_corners = len(corners_of(mesh).vertices)
     if len(texture.corners) != n_corners or len(texture.face_materials) != mesh.n_faces:
         raise MeshError(
-            f"the texture must have {n_corners} corners of {mesh.n_faces} faces, like the mesh, got"
-            f" {len(texture.corners)} corners of {len(texture.face_materials)} faces"
+            f"the texture must have {counted(n_corners, 'corner')} of"
+            f" {counted(mesh.n_faces, 'face')}, like the mesh, got"
+            f" {counted(len(texture.corners), 'corner')} of"
+            f" {counted(len(texture.face_materials), 'face')}"
         )
 
 

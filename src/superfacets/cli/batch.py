@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
+from .._validate import counted
 from ..batches.batching import MANIFEST, BatchProgress, BatchResult, batch
-from ..io.guards import counted
 from .failures import EXIT_DATA, print_error, print_notes
 from .interrupts import soon_ended
 from .options import COUNT, FLAG, FOLDER, json_option, option, options, quiet_option

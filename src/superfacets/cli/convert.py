@@ -11,6 +11,7 @@ from typing import Any
 import click
 import numpy as np
 
+from .._validate import counted
 from ..batches.sources import Source, find_sources, origin_notes, refuse_tileset
 from ..cells.kinds import kind_of
 from ..errors import MeshError
@@ -165,7 +166,7 @@ class _Run:
         elif not self.is_quiet:
             names = [
                 *job.written(kind_of(cells).noun),
-                *([f"{len(parts)} files in {self.folder}"] if parts else []),
+                *([f"{counted(len(parts), 'file')} in {self.folder}"] if parts else []),
             ]
             job.print("\n".join(f"wrote {name}" for name in names))
 

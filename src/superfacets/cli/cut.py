@@ -9,14 +9,13 @@ import click
 import numpy as np
 
 from .._types import Ints
-from .._validate import ranked_labels
+from .._validate import counted, ranked_labels
 from ..adapters.convert import as_mesh
 from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..errors import MeshError
 from ..export.write import check_fit
-from ..io.guards import counted
 from ..mesh.faces import FaceMesh
 from ..pipeline import segment
 from .inputs import Input, labels_beside, read_input

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ..io.guards import counted
+from .._validate import counted
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .failures import print_note

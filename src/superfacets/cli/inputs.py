@@ -11,10 +11,11 @@ import click
 import numpy as np
 
 from .._types import Array, Ints
+from .._validate import check_length
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.guards import Content, counted, known_ending, named_errors, read_content
+from ..io.guards import Content, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import (
     LABEL_ENDINGS,
@@ -125,9 +126,7 @@ def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
     with named_errors(path):
         labels = parse_labels(source.data, ending, None, name)
         if n_vertices is not None and ending in VERTEX_ENDINGS:
-            if len(labels) != n_vertices:
-                found = counted(len(labels), "label")
-                raise MeshError(f"has {found}, but the mesh has {n_vertices} vertices")
+            check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             return GivenLabels(path, labels, True)
         if len(labels) == n_vertices != cells.n_cells:
             return GivenLabels(path, labels, True)

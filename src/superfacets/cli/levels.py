@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from .._options import ISLANDS
-from .._validate import checked_threads, ranked_labels
+from .._validate import checked_threads, counted, ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
 from ..errors import IslandWarning, SliverWarning
@@ -22,7 +22,7 @@ from ..export.scannet import write_sstk
 from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
-from ..io.guards import counted, known_ending
+from ..io.guards import known_ending
 from ..mesh.base import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy

@@ -9,14 +9,13 @@ from typing import Any, get_args
 import click
 
 from .._types import Ints
-from .._validate import ranked_labels
+from .._validate import counted, ranked_labels
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import positive_total
 from ..errors import ViewWarning
 from ..export.write import check_fit
 from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
-from ..io.guards import counted
 from ..io.readers.cameras import read_cameras
 from ..mesh.base import Cells
 from ..mesh.label_images import Overlap
@@ -116,7 +115,8 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
     n_images, n_labels = len(result.mask_labels), len(result.found)
     facts = {"n_images": n_images, "n_labels": n_labels, "mean_score": score}
     text = (
-        f"{counted(n_images, 'image')} see {seen:.1%} of the area, {counted(n_labels, 'label')}"
-        f" cover {labeled:.1%}, with a mean score of {score:.2f}"
+        f"{counted(n_images, 'image')}: {seen:.1%} of the area is visible;"
+        f" {counted(n_labels, 'label')}: {labeled:.1%} of the area is labeled;"
+        f" mean score {score:.2f}"
     )
     run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kind_of(cells).noun)

@@ -12,7 +12,7 @@ import click
 import numpy as np
 
 from .._types import Array, Floats, Ints
-from .._validate import ranked_labels
+from .._validate import counted, ranked_labels
 from ..batches.files import seen_from
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
@@ -20,7 +20,7 @@ from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_lines, write_tables
 from ..io.atomic import checked_targets
-from ..io.guards import counted, known_ending
+from ..io.guards import known_ending
 from ..regions.lines import BorderLines, border_lines
 from . import options as opts
 from .inputs import check_inputs, labels_beside, name_of, read_input

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._types import Floats, Ints, Longs
+from .._validate import counted
 from ..batches.files import Outcome
 from ..cells.kinds import kind_of
 from ..cells.size import sliver_note
@@ -17,7 +18,6 @@ from ..export.ids import RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
 from ..export.ply import names_replaced
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
-from ..io.guards import counted
 from ..mesh.base import Cells
 from ..pipeline import SCANS, barriers_note, fewer_note
 
@@ -35,7 +35,7 @@ def notes_of(
     notes = []
     if listed is not None:
         is_same = len(listed) == mesh.n_cells
-        said = f"{len(listed)} faces were subdivided into {mesh.n_cells}"
+        said = f"subdivision turned {counted(len(listed), 'face')} into {mesh.n_cells}"
         notes.append("no face was subdivided: all edges are short enough" if is_same else said)
     n_kept = int(np.count_nonzero(result.labels >= 0))
     if asked is not None and asked > n_kept:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .._validate import checked_threads
+from .._validate import checked_threads, counted
 from . import options as opts
 from .failures import print_notes
 from .options import COUNT, numbers, option, options
@@ -132,8 +132,8 @@ def _print_report(report: Report) -> None:
     print_notes(f"failed: {line}" for line in results.reasons())
     print_notes(f"picture not drawn: {line}" for line in report.picture_problems)
     print_notes(f"not started because time ran out: {line}" for line in results.not_started())
-    counts = (len(results.done), len(results.failed), len(results.missing))
     click.echo(
-        "{} runs done, {} failed, {} not started".format(*counts)
-        + f"; this start took {report.seconds:.1f} seconds\nwrote {report.page}"
+        f"{counted(len(results.done), 'run')} done, {len(results.failed)} failed,"
+        f" {len(results.missing)} not started; this start took {report.seconds:.1f} seconds\n"
+        f"wrote {report.page}"
     )

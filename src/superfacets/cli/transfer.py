@@ -10,10 +10,10 @@ import click
 import numpy as np
 
 from .._types import Ints
+from .._validate import counted
 from ..cells.kinds import kind_of
 from ..export.write import check_fit
 from ..io.attributes import MeshAttributes
-from ..io.guards import counted
 from ..mesh.base import Cells
 from ..regions.nearest_labels import transfer
 from .inputs import labels_for, read_input

@@ -21,7 +21,7 @@ from .. import _core
 from .._core import Clustering, OrderedGraph
 from .._options import BalanceOptions, LoopOptions, SizeOptions
 from .._types import Array, Bools, Floats, Ints, Longs
-from .._validate import exact_array
+from .._validate import counted, exact_array
 from ..cells.constraints import Cut, in_order
 from ..cells.sums import sums_by_label
 from ..errors import MeshError
@@ -129,7 +129,7 @@ class SizeRules:
         slack = 1e-9 * total
         if n_segments * high < total - slack:
             raise MeshError(
-                f"{n_segments} regions of at most max_measure={high:g} cover only"
+                f"max_measure={high:g} allows {counted(n_segments, 'region')} to cover only"
                 f" {n_segments * high:g} of {total:g}: use at least {math.ceil(total / high)}"
                 " regions"
             )
@@ -140,7 +140,8 @@ class SizeRules:
         if n_segments * low > total + slack:
             raise MeshError(
                 f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g},"
-                f" but all cells have {total:g}: use at most {math.floor(total / low)} regions"
+                f" but all cells have {total:g}: use at most"
+                f" {counted(math.floor(total / low), 'region')}"
             )
 
     def counts(self, found: Longs) -> Longs:
@@ -161,7 +162,7 @@ class SizeRules:
             n_regions = int(found.sum())
             raise MeshError(
                 f"max_measure={high:g} needs at least {n_regions + n_least - n} regions, because no"
-                f" region can extend over two components, got {n_regions} regions"
+                f" region can extend over two components, got {counted(n_regions, 'region')}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts

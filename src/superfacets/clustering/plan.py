@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._options import Init, Seeds, SizeOptions
 from .._types import Array, Floats, Ints, Longs, Singles
-from .._validate import checked_partial_labels, checked_seeds, refuse_mask
+from .._validate import checked_partial_labels, checked_seeds, counted, refuse_mask
 from ..cells.constraints import NO_GROUPS, Cut, in_order
 from ..cells.size import RegionSize, region_size
 from .result import Segmentation
@@ -122,7 +122,8 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
         return np.asarray(init)
     if len(init.labels) != n_cells:
         raise ValueError(
-            f"init must be a segmentation of {n_cells} cells, got one of {len(init.labels)} cells"
+            f"init must be a segmentation of {counted(n_cells, 'cell')}, got one of"
+            f" {counted(len(init.labels), 'cell')}"
         )
     return init.centers
 

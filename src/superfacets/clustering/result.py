@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Ints
+from .._validate import counted
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
@@ -207,8 +208,9 @@ class Segmentation:
 
     def __repr__(self) -> str:
         return (
-            f"Segmentation({len(self.labels)} cells, {self.n_segments} regions, "
-            f"{self.n_iter} iterations, {self.stop_reason})"
+            f"Segmentation({counted(len(self.labels), 'cell')},"
+            f" {counted(self.n_segments, 'region')}, {counted(self.n_iter, 'iteration')},"
+            f" {self.stop_reason})"
         )
 
     def _repr_html_(self) -> str:

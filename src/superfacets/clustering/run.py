@@ -75,7 +75,7 @@ def segment_graph(
     >>> line = CellGraph([[x, 0, 0] for x in range(5)], [1] * 5, [0, 1, 3, 5, 7, 8],
     ...                  [1, 0, 2, 1, 3, 2, 4, 3], [1] * 8)
     >>> segment_graph(line, 2)
-    Segmentation(5 cells, 2 regions, 1 iterations, converged)
+    Segmentation(5 cells, 2 regions, 1 iteration, converged)
 
     A graph with two components, a pair of cells and a single cell:
 

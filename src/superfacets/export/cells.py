@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array, Bytes, Ints
-from .._validate import refuse_mask
+from .._validate import check_length, refuse_mask
 from ..cells.kinds import Kind, kind_of
 from ..cells.texels import check_texture
 from ..errors import MeshError
@@ -122,10 +122,7 @@ class FormatOptions:
             if labels is None:
                 raise MeshError(f"{name} need labels, because there is one value per region")
             n_regions = len(np.unique(labels[labels >= 0]))
-            if len(given) != n_regions:
-                raise MeshError(
-                    f"{name} must have {n_regions} values, one per region, got {len(given)}"
-                )
+            check_length(given, n_regions, name, "region", error=MeshError)
 
 
 def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
@@ -252,10 +249,7 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
     )
     for owner, values, n_rows in owners:
         for name, array in values.items():
-            if len(array) != n_rows:
-                raise ValueError(
-                    f"the {owner} property {name} must have {n_rows} values, got {len(array)}"
-                )
+            check_length(array, n_rows, f"the {owner} property {name}", owner)
     if attributes.texture is not None:
         if not kind_of(cells).has_faces:
             raise ValueError(f"{kind_of(cells).plural} cannot have a texture")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array
-from .._validate import refuse_mask
+from .._validate import check_length, counted, refuse_mask
 from ..errors import MeshError
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
@@ -124,14 +124,14 @@ def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -
     if edges.ndim != 2 or len(edges) != 2:
         raise MeshError(f"{prefix}edge_index must have shape (2, E), got {edges.shape}")
     if "edge_attr" in graph and len(graph["edge_attr"]) != edges.shape[1]:
-        must = f"{edges.shape[1]} rows, one per edge"
-        raise MeshError(f"{prefix}edge_attr must have {must}, got {len(graph['edge_attr'])}")
-    members = graph.get("super_index", np.empty(0, np.int64))
-    if n_below is not None and len(members) != n_below:
         raise MeshError(
-            f"{prefix}super_index must have {n_below} entries, one per region of the previous"
-            f" graph, got {len(members)}"
+            f"{prefix}edge_attr must have one row per edge ({edges.shape[1]}), got"
+            f" {counted(len(graph['edge_attr']), 'row')}"
         )
+    members = graph.get("super_index", np.empty(0, np.int64))
+    if n_below is not None:
+        noun = "region of the previous graph"
+        check_length(members, n_below, f"{prefix}super_index", noun, error=MeshError)
     for name, indices, lowest in (("edge_index", edges, 0), ("super_index", members, -1)):
         if indices.size and not lowest <= indices.min() <= indices.max() < n_regions:
             raise MeshError(

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from .._types import Array
+from .._validate import counted
 from ..io.atomic import atomic_outputs
-from ..io.guards import counted
 from ..io.images import ENDING_OF_IMAGE, TextureImage, kind_of_image
 from ..io.light import srgb_of_linear
 from ..io.textures import Texture

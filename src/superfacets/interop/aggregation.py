@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._types import Ints, Longs
+from .._validate import counted
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.scannet import GROUPS, SEGMENTS, check_truth_stays, scene_of
@@ -101,7 +102,7 @@ def regroup_segments(
     old, new = read_labels(source), read_labels(new_segments)
     if len(old) != len(new):
         raise MeshError(
-            f"{new_segments}: must have {len(old)} vertices like {source}, got {len(new)}"
+            f"{new_segments}: must have {counted(len(old), 'vertex')} like {source}, got {len(new)}"
         )
     before = groups.objects_of(old, source)
     ids, of_vertices = np.unique(new, return_inverse=True)

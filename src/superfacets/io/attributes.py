@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array
-from .._validate import owned, refuse_mask
+from .._validate import counted, owned, refuse_mask
 from .textures import Texture
 
 PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint",
@@ -78,7 +78,7 @@ class MeshAttributes:
     --------
     >>> attributes = MeshAttributes(face={"material": [0, 2]}, comments=["comment by hand"])
     >>> attributes
-    MeshAttributes(vertex: none; face: material; 1 comments)
+    MeshAttributes(vertex: none; face: material; 1 comment)
     >>> attributes.face["material"].dtype
     dtype('int32')
     """
@@ -110,7 +110,7 @@ class MeshAttributes:
     def __repr__(self) -> str:
         vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))
         texture = "" if self.texture is None else f"; {self.texture}"
-        comments = f"{len(self.comments)} comments"
+        comments = counted(len(self.comments), "comment")
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
 
 

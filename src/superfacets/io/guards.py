@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Floats, Longs
-from .._validate import checked_threads
+from .._validate import checked_threads, counted
 from ..errors import MeshError
 
 TriangleArrays = tuple[Floats, Array]
@@ -207,11 +207,6 @@ def check_corner_counts(corner_counts: Array) -> None:
             f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}, expected at least"
             " 3: the file may be truncated or damaged"
         )
-
-
-def counted(n: int, thing: str) -> str:
-    """Return a number and a noun, in the plural if necessary: "1 face", "2 faces"."""
-    return f"{n} {thing}" if n == 1 else f"{n} {'vertices' if thing == 'vertex' else thing + 's'}"
 
 
 def hint_at_integers(names: Sequence[str]) -> str:

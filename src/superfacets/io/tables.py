@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from .._types import Array
+from .._validate import counted
 from ..errors import MeshError
 from .guards import fill
 
@@ -67,8 +68,9 @@ class RecordRows:
         if self.length is not None and np.any(records[self.length] != 3):
             first = int(np.argmax(records[self.length] != 3))
             raise MeshError(
-                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners,"
-                " expected 3: the file may be damaged"
+                f"{self.path}: faces[{begin + first}] has"
+                f" {counted(int(records[self.length][first]), 'corner')}, expected 3: the file may"
+                " be damaged"
             )
         if len(self.columns) == 1:
             return np.ascontiguousarray(records[self.columns[0]])

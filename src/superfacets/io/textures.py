@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array, Floats, Ints
-from .._validate import freeze, owned, refuse_mask
-from .guards import counted
+from .._validate import counted, freeze, owned, refuse_mask
 from .images import TextureImage
 
 WRAPS = ("repeat", "clamp", "mirror")
@@ -145,9 +144,10 @@ class Texture:
         return list(dict.fromkeys(image for image in images if image is not None))
 
     def __repr__(self) -> str:
-        n_coordinates, materials = len(self.coordinates), counted(len(self.materials), "material")
+        coordinates = counted(len(self.coordinates), "coordinate")
+        materials = counted(len(self.materials), "material")
         images = counted(len(self.images), "image")
-        return f"Texture({n_coordinates} coordinates; {materials}, {images})"
+        return f"Texture({coordinates}; {materials}, {images})"
 
 
 def _numbers(values: npt.ArrayLike, name: str, kinds: str) -> Array:

@@ -9,7 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Singles
-from .._validate import checked_colors, checked_normals, checked_points, checked_viewpoints, freeze
+from .._validate import (
+    checked_colors,
+    checked_normals,
+    checked_points,
+    checked_viewpoints,
+    counted,
+    freeze,
+)
 from .base import Cells
 
 
@@ -103,4 +110,4 @@ class PointCloud(Cells):
         also = [name for name in names if getattr(self, name) is not None]
         if self.colors is not None and not self.colors.any():  # files store black for no color
             also.remove("colors")
-        return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"
+        return f"PointCloud({', '.join([counted(self.n_points, 'point'), *also])})"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
-from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays
+from .._validate import checked_polygons, checked_threads, counted, freeze, polygon_arrays
 from .base import CellsOfVertices
 from .triangle_mesh import Mesh
 
@@ -146,4 +146,4 @@ class PolygonMesh(CellsOfVertices):
         return Triangulation(Mesh._of_new(self.vertices, triangles), sources)
 
     def __repr__(self) -> str:
-        return f"PolygonMesh({self.n_vertices} vertices, {self.n_faces} faces)"
+        return f"PolygonMesh({counted(self.n_vertices, 'vertex')}, {counted(self.n_faces, 'face')})"

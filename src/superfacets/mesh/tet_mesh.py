@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Floats, Ints
-from .._validate import checked_mask, checked_tets, checked_threads, freeze
+from .._validate import checked_mask, checked_tets, checked_threads, counted, freeze
 from ..errors import MeshError
 from .base import CellsOfVertices
 from .triangle_mesh import Mesh
@@ -65,7 +65,7 @@ class TetMesh(CellsOfVertices):
     --------
     >>> corner = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
     >>> corner, corner.boundary().mesh
-    (TetMesh(4 vertices, 1 tets), Mesh(4 vertices, 4 faces))
+    (TetMesh(4 vertices, 1 tet), Mesh(4 vertices, 4 faces))
     """
 
     vertices: Floats
@@ -125,7 +125,7 @@ class TetMesh(CellsOfVertices):
         return TetBoundary(Mesh._of_new(self.vertices, triangles), tets.astype(np.int32))
 
     def __repr__(self) -> str:
-        return f"TetMesh({self.n_vertices} vertices, {self.n_tets} tets)"
+        return f"TetMesh({counted(self.n_vertices, 'vertex')}, {counted(self.n_tets, 'tet')})"
 
 
 def sides_of_tets(mesh: TetMesh) -> Ints:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._types import Array, Floats, Ints
-from .._validate import checked_mesh, freeze
+from .._validate import checked_mesh, counted, freeze
 from .base import CellsOfVertices
 
 
@@ -73,7 +73,7 @@ class Mesh(CellsOfVertices):
         return len(self.faces)
 
     def __repr__(self) -> str:
-        return f"Mesh({self.n_vertices} vertices, {self.n_faces} faces)"
+        return f"Mesh({counted(self.n_vertices, 'vertex')}, {counted(self.n_faces, 'face')})"
 
 
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:

@@ -18,6 +18,7 @@ from .._validate import (
     checked_vertex_classes,
     compact_complete,
     compact_truth,
+    counted,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import as_surface, kind_of, measures_of
@@ -92,7 +93,7 @@ class GroundTruths:
         return len(self.truths)
 
     def __repr__(self) -> str:
-        return f"GroundTruths({len(self)} of {self.edges.mesh.n_faces} faces)"
+        return f"GroundTruths({len(self)} of {counted(self.edges.mesh.n_faces, 'face')})"
 
 
 def evaluate(

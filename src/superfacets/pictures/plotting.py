@@ -226,7 +226,7 @@ def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
 
 def _check_titles(titles: Sequence[str] | None, n: int) -> None:
     if titles is not None and (isinstance(titles, str) or len(titles) != n):
-        raise ValueError(f"titles must be a list of {n} titles, one per labeling, got {titles!r}")
+        raise ValueError(f"titles must be a list of one title per labeling ({n}), got {titles!r}")
 
 
 def _colors_by(

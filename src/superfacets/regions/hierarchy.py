@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from .._types import Floats, Ints
-from .._validate import checked_count
+from .._validate import checked_count, counted
 from ..cells.sums import sums_by_label
 from ..clustering.result import Segmentation
 from .edit import BorderCosts
@@ -161,7 +161,8 @@ class Hierarchy:
 
     def __repr__(self) -> str:
         counts = ", ".join(map(str, self.counts))
-        return f"Hierarchy({len(self.finest)} cells, {self.n_finest} regions, levels of {counts})"
+        cells, regions = counted(len(self.finest), "cell"), counted(self.n_finest, "region")
+        return f"Hierarchy({cells}, {regions}, levels of {counts})"
 
 
 def checked_cut(n: int, name: str, tree: MergeTree) -> int:

@@ -19,6 +19,7 @@ from .._validate import (
     checked_fraction,
     checked_regions,
     checked_threads,
+    counted,
 )
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.sums import sums_by_label, weighted_majority
@@ -68,8 +69,11 @@ class LiftedLabels:
         return np.unique(self.region_labels[self.region_labels >= 0])
 
     def __repr__(self) -> str:
-        n_images, n_regions = len(self.mask_labels), len(self.region_labels)
-        return f"LiftedLabels({len(self.found)} labels, {n_regions} regions, {n_images} images)"
+        labels, regions = (
+            counted(len(self.found), "label"),
+            counted(len(self.region_labels), "region"),
+        )
+        return f"LiftedLabels({labels}, {regions}, {counted(len(self.mask_labels), 'image')})"
 
 
 def lift(

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Bools, Floats, Ints, Longs
-from .._validate import checked_regions, checked_threads, freeze
+from .._validate import checked_regions, checked_threads, counted, freeze
 from ..adapters.convert import CloudLike, MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import FaceGraph, build_face_graph
@@ -64,7 +64,9 @@ class BorderLines:
         return self.vertices[self.offsets[i] : self.offsets[i + 1]]
 
     def __repr__(self) -> str:
-        return f"BorderLines({len(self)} lines, {len(self.junctions)} junctions)"
+        return (
+            f"BorderLines({counted(len(self), 'line')}, {counted(len(self.junctions), 'junction')})"
+        )
 
 
 def border_lines(

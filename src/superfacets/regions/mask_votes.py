@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Floats, Ints
-from .._validate import ranked_labels
+from .._validate import counted, ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.sums import sums_by_label
 from ..errors import MeshError, ViewWarning
@@ -130,14 +130,10 @@ def _votes_of_images(
         n_images += 1
     if n_images < len(cameras):
         raise ValueError(
-            f"masks must have one item per camera: there are {len(cameras)} cameras, masks has"
-            f" {n_images} items"
+            f"masks must have one item per camera ({len(cameras)}), got {counted(n_images, 'item')}"
         )
     if next(given, given) is not given:
-        raise ValueError(
-            f"masks must have one item per camera: there are {len(cameras)} cameras, masks has more"
-            " items"
-        )
+        raise ValueError(f"masks must have one item per camera ({len(cameras)}), got more items")
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:

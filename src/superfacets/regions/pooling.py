@@ -16,6 +16,7 @@ from .._validate import (
     checked_nonnegative_array,
     checked_partial_labels,
     checked_threads,
+    counted,
     refuse_first,
     refuse_mask,
 )
@@ -249,7 +250,7 @@ def _members_of(
             vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
             raise ValueError(
                 f"values must have one row per cell ({len(labels)}){vertices}, got"
-                f" {len(values)} rows"
+                f" {counted(len(values), 'row')}"
             )
         rows, sizes = corner_groups(source)
         labels = np.repeat(labels, sizes)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core
 from .._types import Floats, Ints
+from .._validate import counted
 from ..cells.sums import sums_by_label
 from ..clustering.balance import Balancer
 from ..errors import MeshError
@@ -64,7 +65,7 @@ class Goals(NamedTuple):
                 wanted = self.goals[region]
                 raise MeshError(
                     f"no regions with cells_per_region={self.goals.max():g} were found: region"
-                    f" {region} has {size:g} cells instead of {wanted:g}"
+                    f" {region} has {counted(int(size), 'cell')} instead of {wanted:g}"
                 )
             name, bound = ("min", low) if size < low else ("max", high)
             raise MeshError(

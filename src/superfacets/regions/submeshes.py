@@ -67,7 +67,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> part = submesh(square, [0, 1], 1)
     >>> part.mesh, part.cells.tolist(), part.vertices.tolist()
-    (Mesh(3 vertices, 1 faces), [1], [0, 2, 3])
+    (Mesh(3 vertices, 1 face), [1], [0, 2, 3])
     """
     whole = as_cells(cells)
     array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))

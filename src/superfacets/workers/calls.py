@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .. import __version__
-from ..io.guards import counted
+from .._validate import counted
 
 ALLOWED_KILLS = 3
 """A call is not repeated again if more than this number of workers have died during it."""

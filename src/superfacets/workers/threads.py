@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from .._validate import counted
+
 Job = tuple[Any, ...]
 
 
@@ -29,7 +31,8 @@ class ThreadTeam:
             for started in [self._pool.submit(barrier.wait) for _ in range(self._n_threads)]:
                 started.result()
         except RuntimeError:
-            raise MemoryError(f"cannot start {self._n_threads} threads: reduce n_threads") from None
+            threads = counted(self._n_threads, "thread")
+            raise MemoryError(f"cannot start {threads}: reduce n_threads") from None
         finally:
             barrier.abort()  # ends the waiting of threads
 

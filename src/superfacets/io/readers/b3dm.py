@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import Floats
+from ..._validate import counted
 from ...errors import MeshError
 from ..guards import Content
 from .gltf import product
@@ -77,7 +78,7 @@ def open_model(data: Content, placement: Placement | None) -> Model:
 def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
     """Return the GLB in a .b3dm file, and RTC_CENTER, to which its positions are relative."""
     if len(data) < _HEADER:
-        raise MeshError(f"the b3dm file is truncated: it has only {len(data)} bytes")
+        raise MeshError(f"the b3dm file is truncated: it has only {counted(len(data), 'byte')}")
     version, size, *sizes = struct.unpack_from("<6I", data, 4)
     begin = _HEADER + sum(sizes)
     if version != 1:

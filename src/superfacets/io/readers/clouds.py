@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._types import Array, Bools, Floats
+from ..._validate import counted
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes, is_word
@@ -91,12 +92,13 @@ def _read_text(data: Content) -> CloudFile:
     if len(odd):
         line = int(odd[0])
         raise MeshError(
-            f"line {lines.number(line)} has {lines.counts[line]} numbers, but the previous lines"
-            f" have {n_columns}"
+            f"line {lines.number(line)} has {counted(int(lines.counts[line]), 'number')}, but the"
+            f" previous lines have {n_columns}"
         )
     if names is not None and len(names) != n_columns:
         raise MeshError(
-            f"the first line has {len(names)} column names, but the next has {n_columns} numbers"
+            f"the first line has {counted(len(names), 'column name')}, but the next has"
+            f" {counted(n_columns, 'number')}"
         )
     return _cloud_of_table(lines.parse(np.float64).reshape(-1, n_columns), names)
 

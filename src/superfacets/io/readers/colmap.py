@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Floats
+from ..._validate import counted
 from ...errors import MeshError
 from ..guards import named_errors, read_content, rotation_of
 
@@ -181,7 +182,9 @@ class _Reader:
 
     def _check(self) -> None:
         if self._at > len(self._data):
-            raise MeshError(f"the file ends after {len(self._data)} bytes: it may be truncated")
+            raise MeshError(
+                f"the file ends after {counted(len(self._data), 'byte')}: it may be truncated"
+            )
 
 
 def _cameras_in_binary(data: bytes) -> Iterator[tuple[int, _Camera]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..._types import Array
+from ..._validate import counted
 from ...errors import MeshError, import_extra
 from ..guards import shortened
 
@@ -68,8 +69,9 @@ def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
     faces, vertices = (one, other) if is_sequential else (other, one)
     if faces != n_faces or vertices > n_vertices:
         raise MeshError(
-            f"the Draco data has {faces} faces and {vertices} vertices, but the accessors declare"
-            f" {n_faces} faces and {n_vertices} vertices"
+            f"the Draco data has {counted(faces, 'face')} and {counted(vertices, 'vertex')}, but"
+            f" the accessors declare {counted(n_faces, 'face')} and"
+            f" {counted(n_vertices, 'vertex')}"
         )
 
 

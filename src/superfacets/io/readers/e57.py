@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Floats, Ints, Singles
+from ..._validate import counted
 from ...errors import MeshError, import_extra, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, rotation_of, shortened, temporary_file
+from ..guards import Content, rotation_of, shortened, temporary_file
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..._types import Array, Floats
-from ..._validate import MAX_CELLS
+from ..._validate import MAX_CELLS, counted
 from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of, named_errors
 from .compression import DRACO, decode_draco
@@ -284,7 +284,8 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
         raise MeshError(f"broken glTF: a multiple of 3 corners is expected, got {len(corners)}")
     if len(corners) and corners.max() >= n_vertices:
         raise MeshError(
-            f"a face refers to vertex {corners.max()}, but its primitive has {n_vertices} vertices"
+            f"a face refers to vertex {corners.max()}, but its primitive has"
+            f" {counted(n_vertices, 'vertex')}"
         )
     return corners
 

@@ -19,6 +19,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from ..._types import Array, Floats
+from ..._validate import counted
 from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
 from ..images import file_beside
@@ -103,12 +104,14 @@ def _refuse_constant(name: str) -> NoReturn:
 
 def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
     if len(data) < 20:
-        raise MeshError(f"the GLB file is truncated: it has only {len(data)} bytes")
+        raise MeshError(f"the GLB file is truncated: it has only {counted(len(data), 'byte')}")
     version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
     if version != 2:
         raise MeshError(f"the GLB version must be 2, got {version}")
     if size != len(data):
-        raise MeshError(f"the GLB declares {size} bytes but has {len(data)}: it may be damaged")
+        raise MeshError(
+            f"the GLB declares {counted(size, 'byte')} but has {len(data)}: it may be damaged"
+        )
     json_end = 20 + json_size
     if kind != CHUNK_JSON or json_end > len(data):
         raise MeshError("broken GLB: the first chunk must be a complete JSON chunk")

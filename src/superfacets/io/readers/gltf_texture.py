@@ -11,6 +11,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from ..._types import Array, Floats, Ints
+from ..._validate import counted
 from ...errors import MeshError
 from ..attributes import MeshAttributes
 from ..guards import as_doubles, most_bytes_of
@@ -117,7 +118,8 @@ class _Reader:
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
             if len(stored) != n_vertices:
-                raise MeshError(f"expected {n_vertices} texture coordinates, got {len(stored)}")
+                expected = counted(n_vertices, "texture coordinate")
+                raise MeshError(f"expected {expected}, got {len(stored)}")
             pairs = as_doubles(stored)
             if stored.dtype.kind != "f" and self.gltf.item("accessors", accessor).get("normalized"):
                 pairs = np.maximum(pairs / np.iinfo(stored.dtype).max, -1.0)

@@ -9,8 +9,9 @@ from typing import Any, Literal
 import numpy as np
 
 from ..._types import Array, Bools, Floats, Longs
+from ..._validate import counted
 from ...errors import MeshError
-from ..guards import Content, counted
+from ..guards import Content
 from .text import Lines, as_count, as_integers, runs, split_lines
 
 TETS = {10: 4, 24: 10}
@@ -137,8 +138,8 @@ class Cursor:
         first = int(np.searchsorted(lines.starts, self.place))
         if n > len(lines) - first:
             raise MeshError(
-                f"{counted(n, 'line')} of {what} are declared, but only {len(lines) - first}"
-                " follow: the file may be truncated"
+                f"the file declares {counted(n, 'line')} of {what}, but has only"
+                f" {len(lines) - first}: it may be truncated"
             )
         found = lines[first : first + n]
         if n:
@@ -163,6 +164,6 @@ class Cursor:
 
 def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
     return MeshError(
-        f"{counted(n, unit)} of {what} are declared, but at most {n_left} follow:"
-        " the file may be truncated"
+        f"the file declares {counted(n, unit)} of {what}, but has at most {n_left}: it may be"
+        " truncated"
     )

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..._types import Array, Ints
-from ..._validate import hint_at_vertices, refuse_first, refuse_mask
+from ..._validate import check_length, refuse_first, refuse_mask
 from ...errors import MeshError
-from ..guards import Content, counted, hint_at_integers, known_ending, named_errors, read_content
+from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
@@ -121,11 +121,8 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
         raise MeshError("labels must have at least one value, got an empty array")
     if array.dtype.kind not in "iu":
         raise MeshError(f"labels must be integers, got {array.dtype}")
-    if n_faces is not None and len(array) != n_faces:
-        hint = hint_at_vertices(len(array), n_vertices)
-        raise MeshError(
-            f"labels must have {counted(n_faces, 'value')}, one per cell, got {len(array)}{hint}"
-        )
+    if n_faces is not None:
+        check_length(array, n_faces, "labels", n_vertices=n_vertices, error=MeshError)
     is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
     must = f"{NO_REGION} to {MAX_LABEL}"
     refuse_first(is_wrong, "labels", array, must, MeshError)

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Bytes
+from ..._validate import counted
 from ...errors import MeshError, import_extra, reason_of
 from ..attributes import PROJECTION, LasFrame, is_word
-from ..guards import Content, counted, narrowed, shortened
+from ..guards import Content, narrowed, shortened
 
 _MOST_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20; only equal
@@ -101,8 +102,9 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFram
         records = _decompressed(data, header)
     elif n_bytes > len(data) - header.begin:
         raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes but"
-            f" {len(data) - header.begin} bytes follow: the file may be truncated"
+            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, but"
+            f" the file has only {counted(len(data) - header.begin, 'byte')} of points: it may be"
+            " truncated"
         )
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
@@ -281,11 +283,13 @@ def _chunks(
 ) -> list[tuple[int, int]]:
     (n_chunks,) = struct.unpack_from("<I", table, 4)
     if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
-        raise MeshError(f"the file declares {n_chunks} chunks of points, too many for its size")
+        raise MeshError(
+            f"the file declares {counted(n_chunks, 'chunk')} of points, too many for its size"
+        )
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
     if any(size > n_bytes for _, size in chunks):  # otherwise the sum of sizes may overflow
-        raise MeshError(f"a chunk declares more than the {n_bytes} bytes of all chunks")
+        raise MeshError(f"a chunk declares more than the {counted(n_bytes, 'byte')} of all chunks")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk has fewer points
         largest = counts[:-1, 0] = vlr.chunk_size()
@@ -309,5 +313,7 @@ def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_la
         if left >= 0:
             left -= sum(struct.unpack_from(f"<{n_layers}I", content, place + size + 4))
         if left < 0:
-            raise MeshError(f"the layers of chunk {chunk} are larger than its {n_bytes} bytes")
+            raise MeshError(
+                f"the layers of chunk {chunk} are larger than its {counted(n_bytes, 'byte')}"
+            )
         place += n_bytes

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..._types import Array
+from ..._validate import counted
 from ...errors import MeshError
-from ..guards import Content, counted
+from ..guards import Content
 from .grids import Grid
 from .text import Lines, as_count, as_integers, shown, split_lines
 
@@ -59,10 +60,10 @@ def _rows_of(
     n_rows = as_count(tokens[1], f"the number of {what}") if len(tokens) == 2 else -1
     n_found = int(section.counts.sum())
     if n_found != n_rows * width:
-        declared = f"{n_rows} rows" if n_rows >= 0 else "one count"
+        declared = counted(n_rows, "row") if n_rows >= 0 else "one count"
         raise MeshError(
-            f"{what} must have {declared} of {counted(width, 'number')}, but {n_found} numbers"
-            " follow: the file may be truncated"
+            f"{what} must have {declared} of {counted(width, 'number')}, got"
+            f" {counted(n_found, 'number')}: the file may be truncated"
         )
     values = section.parse(dtype) if dtype is np.float64 else section.parse_integers_or_floats()
     return values.reshape(n_rows, width)

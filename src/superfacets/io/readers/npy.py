@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..._types import Array
+from ..._validate import counted
 from ...errors import MeshError
 from ..guards import Content, shortened
 
@@ -40,8 +41,8 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
     n_bytes = math.prod(shape) * dtype.itemsize
     if n_bytes != len(data) - begin or min(shape, default=0) < 0:
         raise MeshError(
-            f"the .npy header declares {n_bytes} bytes of {what}, but"
-            f" {len(data) - begin} bytes follow: the file may be truncated"
+            f"the .npy header declares {counted(n_bytes, 'byte')} of {what}, but is followed by"
+            f" {len(data) - begin}: the file may be truncated or damaged"
         )
     order: Literal["F", "C"] = "F" if is_fortran else "C"
     return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)

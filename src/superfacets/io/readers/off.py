@@ -10,16 +10,9 @@ import re
 import numpy as np
 
 from ..._types import Array
+from ..._validate import counted
 from ...errors import MeshError
-from ..guards import (
-    Arrays,
-    Content,
-    Polygons,
-    check_corner_counts,
-    checked_faces,
-    counted,
-    side_by_side,
-)
+from ..guards import Arrays, Content, Polygons, check_corner_counts, checked_faces, side_by_side
 from .text import Lines, as_integers, runs, shown, split_lines, table
 
 # ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
@@ -35,7 +28,7 @@ def read_off(data: Content) -> Arrays:
     if n_rows < n_vertices + n_faces:
         raise MeshError(
             f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
-            f" but only {counted(n_rows, 'line')} follow: the file may be truncated"
+            f" but the file has only {counted(n_rows, 'more line')}: it may be truncated"
         )
     if n_rows > n_vertices + n_faces:
         extra = lines.number(n_header + n_vertices + n_faces)
@@ -72,9 +65,10 @@ def _read_faces(lines: Lines) -> Array | Polygons:
     short = np.flatnonzero(lines.counts - 1 < n_corners)
     if len(short):
         line = short[0]
+        n = int(n_corners[line])
         raise MeshError(
-            f"line {lines.number(line)}: a face with {n_corners[line]} corners"
-            f" must have {n_corners[line]} indices, got {lines.counts[line] - 1}"
+            f"line {lines.number(line)}: a face with {counted(n, 'corner')} must have"
+            f" {counted(n, 'index')}, got {lines.counts[line] - 1}"
         )
     check_corner_counts(n_corners)
     if len(n_corners) and n_corners.min() == n_corners.max():
@@ -106,8 +100,8 @@ def _read_block(
     n_rows = int(first[:30])  # `int` raises a ValueError for more than 4,300 digits
     if len(lines) - 1 < n_rows:
         raise MeshError(
-            f"the file declares {counted(n_rows, thing)} but only"
-            f" {counted(len(lines) - 1, 'line')} follow: the file may be truncated"
+            f"the file declares {counted(n_rows, thing)} but has only"
+            f" {counted(len(lines) - 1, 'more line')}: it may be truncated"
         )
     rows = lines[1 : 1 + n_rows]
     rows.refuse(rows.counts != 3, f"a {thing} needs 3 numbers")

@@ -10,9 +10,10 @@ import numpy as np
 
 from ... import _core
 from ..._types import Array, Bools, Floats
+from ..._validate import counted
 from ...errors import MeshError
 from ..attributes import is_word
-from ..guards import Content, as_doubles, counted, narrowed
+from ..guards import Content, as_doubles, narrowed
 from .text import as_count, shown, split_lines
 
 _KINDS = {
@@ -169,9 +170,8 @@ def _as_declared(values: Floats, field: _Field) -> Array:
     with np.errstate(invalid="ignore", over="ignore"):
         declared = values.astype(field.dtype)
     if kind != "f" and not np.array_equal(declared, values):
-        raise MeshError(
-            f"the field {field.name} must have integers of {field.dtype.itemsize} bytes"
-        )
+        size = counted(field.dtype.itemsize, "byte")
+        raise MeshError(f"the field {field.name} must have integers of {size}")
     return declared
 
 
@@ -190,9 +190,9 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     n_bytes = header.n_points * header.record_size
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
         raise MeshError(
-            f"{counted(header.n_points, 'point')} need {n_bytes} bytes, but the file declares"
-            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)}: the file may be"
-            " truncated or damaged"
+            f"the file must have {n_bytes} bytes for {counted(header.n_points, 'point')}, but"
+            f" declares {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)}: it may"
+            " be truncated or damaged"
         )
     content = _core.unpack_lzf(packed, n_bytes)
     if len(content) != n_bytes:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Longs, Viewpoint
-from ..._validate import checked_normals, exact_doubles
+from ..._validate import checked_normals, counted, exact_doubles
 from ...errors import MeshError
 from ..guards import check_regular
 from ..tables import ConvertedRows, JoinedRows, RecordRows, Rows
@@ -170,7 +170,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
             if is_cloud or element.name == "face":  # then the file is loaded completely
                 break
             raise MeshError(
-                f"{path}: the PLY header declares {element.n_rows} rows of element"
+                f"{path}: the PLY header declares {counted(element.n_rows, 'row')} of element"
                 f" {element.name!r} but the file has fewer: it may be truncated"
             )
         found[element.name] = begin, element, record

@@ -10,9 +10,9 @@ import numpy as np
 
 from ... import _core
 from ..._types import Array, Bools, Ints, Longs
-from ..._validate import checked_threads
+from ..._validate import checked_threads, counted
 from ...errors import MeshError
-from ..guards import Content, counted
+from ..guards import Content
 from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
@@ -63,7 +63,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
     heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
     least = sum(head.itemsize for head in heads)
     if element.n_rows * least > len(data) - begin:
-        _raise_cut(element, f"after at most {(len(data) - begin) // least} rows")
+        _raise_cut(element, f"after at most {counted((len(data) - begin) // least, 'row')}")
     if not element.n_rows or not least:
         return [Column(np.empty(0), np.empty(0)) for _ in heads], begin
     _, lengths, _ = _walk(element, 1, data, begin)

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._types import Floats, Singles
-from ..._validate import MAX_CELLS
+from ..._validate import MAX_CELLS, counted
 from ...errors import MeshError
-from ..guards import Arrays, Content, as_doubles, counted, side_by_side
+from ..guards import Arrays, Content, as_doubles, side_by_side
 from .text import Lines, iterate_lines, split_lines
 
 HEADER_SIZE = 80
@@ -69,8 +69,8 @@ def _read_binary(data: Content) -> Singles:
     n_faces, size = _declared(data)
     if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
         raise MeshError(
-            f"not an STL file, or damaged: {counted(n_faces, 'declared triangle')} need"
-            f" {size} bytes but the file has {len(data)}"
+            f"not an STL file, or damaged: the size must be {size} bytes for"
+            f" {counted(n_faces, 'declared triangle')}, got {len(data)}"
         )
     triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
     return side_by_side(triangles["corners"].reshape(n_faces, 9))

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..._types import Array
+from ..._validate import check_length, counted
 from ...errors import MeshError
-from ..guards import Content, TriangleArrays, counted
+from ..guards import Content, TriangleArrays
 from .grids import Grid
 from .medit import read_medit
 from .msh import read_msh
@@ -40,11 +41,8 @@ def _read(data: Content, ending: str, name: str) -> Grid:
             f"the file has types of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
             f" {counted(len(grid.corners), 'corner')}: the file may be damaged"
         )
-    if grid.values is not None and len(grid.values) != n_cells:
-        raise MeshError(
-            f"{name} must have one value per cell: there are {n_cells} cells and"
-            f" {counted(len(grid.values), 'value')}"
-        )
+    if grid.values is not None:
+        check_length(grid.values, n_cells, name, error=MeshError)
     return grid
 
 

@@ -8,6 +8,7 @@ from urllib.parse import unquote_to_bytes
 import numpy as np
 
 from ..._types import Array
+from ..._validate import counted
 from ...errors import MeshError
 from ..guards import Content, as_doubles
 from .grids import Cursor, Grid, sizes_between
@@ -171,5 +172,5 @@ def _split_rows(rows: Array, n_rows: int) -> tuple[Array, Array]:
             break
         place += 1 + sizes[place]
     if place != len(rows) or len(places) != n_rows:
-        raise MeshError(f"the numbers in CELLS do not match the declared {n_rows} cells")
+        raise MeshError(f"the numbers in CELLS do not match the declared {counted(n_rows, 'cell')}")
     return rows[places], np.delete(rows, places)

@@ -12,16 +12,9 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 import numpy as np
 
 from ..._types import Array, Floats
+from ..._validate import counted
 from ...errors import MeshError
-from ..guards import (
-    Arrays,
-    Content,
-    as_doubles,
-    checked_faces,
-    counted,
-    most_bytes_of,
-    named_errors,
-)  # fmt: skip
+from ..guards import Arrays, Content, as_doubles, checked_faces, most_bytes_of, named_errors
 from .grids import sizes_between
 from .text import as_count, as_integers, shown, split_lines
 
@@ -250,7 +243,7 @@ def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     size = _stored_size(n, is_base64)
     if size > len(data):
         raise MeshError(
-            f"expected {counted(size, 'byte')}, but {len(data)} follow: the file may be truncated"
+            f"expected {counted(size, 'byte')}, got {len(data)}: the file may be truncated"
         )
     if not is_base64:
         return bytes(data[:n])

@@ -14,7 +14,7 @@ import numpy as np
 
 from ... import _core
 from ..._types import Floats, Ints
-from ..._validate import checked_threads
+from ..._validate import checked_threads, counted
 from ...cells.kinds import measures_of
 from ...io.atomic import atomic_outputs
 from ...mesh.base import Cells
@@ -401,8 +401,8 @@ class Document:
             for class_id in np.flatnonzero(counts).tolist():
                 if class_id and class_id not in kept:
                     raise ValueError(
-                        f"class {class_id} has {counts[class_id]} cells:"
-                        " give these cells another class first"
+                        f"class {class_id} has {counted(counts[class_id], 'cell')}: give all cells"
+                        " of this class another class first"
                     )
             for one in self.state.suggestions:
                 if one.class_id and one.class_id not in kept:

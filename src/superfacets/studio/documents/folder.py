@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..._validate import counted
 from ...batches.sources import find_sources
 from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .changes import REVIEW_MARKS
@@ -62,7 +63,8 @@ class Files:
     def path(self, number: int) -> Path:
         """Return the path of a file; raise an IndexError if there is no such file."""
         if not 0 <= number < len(self.paths):
-            raise IndexError(f"file {number} does not exist: there are {len(self.paths)} files")
+            n_files = counted(len(self.paths), "file")
+            raise IndexError(f"file {number} does not exist: the studio has {n_files}")
         return self.paths[number]
 
     def listed(self) -> list[dict[str, Any]]:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._types import Array
+from ..._validate import counted
 from ...pictures.page.coding import Arrays, little_endian
 
 MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays
@@ -81,10 +82,13 @@ def cells_from(text: object, n_cells: int) -> CellNumbers:
     """Decode cell indices from a client, uint32 as base64, and return them sorted and unique."""
     data = bytes_from(text, "cells")
     if len(data) % 4:
-        raise ValueError(f"cells must be uint32: {len(data)} bytes are not a multiple of 4")
+        raise ValueError(
+            f"cells must be uint32, so the number of bytes must be a multiple of 4, got {len(data)}"
+        )
     cells = np.unique(np.frombuffer(data, "<u4"))
     if len(cells) and cells[-1] >= n_cells:
-        raise ValueError(f"cell {cells[-1]} does not exist: the mesh has {n_cells} cells")
+        whole = counted(n_cells, "cell")
+        raise ValueError(f"cell {cells[-1]} does not exist: the mesh has {whole}")
     return cells.astype(np.uint32)
 
 

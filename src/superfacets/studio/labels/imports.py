@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._types import Bools, Longs
+from ..._validate import check_length, counted
 from ...cells.kinds import kind_of
 from ...errors import MeshError
 from ...export.scannet import NO_CLASS
@@ -109,8 +110,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
     index = _integers(document["segmentation"][0]["index"], "index")
-    if len(index) != n_cells:
-        raise MeshError(f"the file has {len(index)} labels, but the mesh has {n_cells} cells")
+    check_length(index, n_cells, "index", error=MeshError)
     return index
 
 
@@ -135,9 +135,7 @@ def _integers(values: Any, name: str) -> Longs:
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
     """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
-    if len(of_vertices) != n_vertices:
-        n_labels = len(of_vertices)
-        raise MeshError(f"the file has {n_labels} labels, but the mesh has {n_vertices} vertices")
+    check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
     return labels_of_corners(cells, of_vertices)
 
 
@@ -170,7 +168,8 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
     for annotation in document["annotations"]:
         runs = _integers(annotation["segmentation"]["counts"], "counts")
         if runs.min(initial=0) < 0 or runs.sum() != n_cells:
-            raise MeshError(f"an annotation has {runs.sum()} cells, but the mesh has {n_cells}")
+            cells = counted(int(runs.sum()), "cell")
+            raise MeshError(f"an annotation has {cells}, but the mesh has {n_cells}")
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
         name = names[int(annotation["category_id"])]
         wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")

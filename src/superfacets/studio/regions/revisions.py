@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._types import Floats, Ints, Longs
-from ..._validate import checked_fraction
+from ..._validate import checked_fraction, counted
 from ...cells.region_adjacency import RegionGraph, region_graph_of
 from ...cells.surface import Surface
 from ...io.guards import shortened
@@ -32,6 +32,12 @@ class Partition:
     def with_split(self, packed: bytes, digest: str) -> Partition:
         """Return a copy with one more split; `digest` is the hash of labels before all splits."""
         return replace(self, digest=digest, splits=(*self.splits, packed))
+
+
+def _check_exists(region: int, n_regions: int) -> None:
+    if not 0 <= region < n_regions:
+        regions = counted(n_regions, "region")
+        raise ValueError(f"region {region} does not exist: the segmentation has {regions}")
 
 
 class GoneError(LookupError):
@@ -57,8 +63,7 @@ class Revision:
 
     def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
         """Return the cells of a region, ascending, or raise a ValueError if it does not exist."""
-        if not 0 <= region < self.n_regions:
-            raise ValueError(f"region {region} does not exist: there are {self.n_regions} regions")
+        _check_exists(region, self.n_regions)
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
 
@@ -110,8 +115,7 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
     not exist or the tolerance is not between 0 and 1.
     """
     limit = checked_fraction(tolerance, "tolerance")
-    if not 0 <= region < graph.n_regions:
-        raise ValueError(f"region {region} does not exist: there are {graph.n_regions} regions")
+    _check_exists(region, graph.n_regions)
     shapes = _shapes(graph)
     scale = shapes.std(axis=0)
     steps = (shapes - shapes[region]) / np.where(scale > 0, scale, 1.0)

@@ -14,14 +14,13 @@ from typing import Any
 
 from ... import _core
 from ..._types import Ints
-from ..._validate import checked_count, checked_flag, checked_number, checked_threads
+from ..._validate import checked_count, checked_flag, checked_number, checked_threads, counted
 from ...cells.kinds import graph_and_surface
 from ...cells.size import DEFAULT_N_SEGMENTS
 from ...cells.surface import Surface
 from ...cells.weights import WEIGHTS
 from ...clustering.result import Segmentation
 from ...errors import IslandWarning, SliverWarning
-from ...io.guards import counted
 from ...mesh.base import Cells
 from ...pipeline import Prepared, segment
 from ...regions.edit import read_regions

@@ -9,7 +9,7 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from ..._validate import checked_choice, checked_flag
+from ..._validate import checked_choice, checked_flag, counted
 from ...adapters.convert import as_mesh
 from ...cells.kinds import kind_of
 from ...errors import MeshError, MissingExtraError
@@ -238,7 +238,8 @@ def _split(document: Document, body: Body) -> Body:
         given = np.unique(np.asarray(stroke, np.int64))
         if len(given) and not 0 <= given[0] <= given[-1] < document.n_cells:
             raise ValueError(
-                f"{name} contains a cell that does not exist: the mesh has {document.n_cells} cells"
+                f"{name} contains a cell that does not exist: the mesh has"
+                f" {counted(document.n_cells, 'cell')}"
             )
         strokes.append(given.astype(np.uint32))
     region = _whole(body.get("region"), "region")

@@ -100,7 +100,7 @@ def metis_partition(
     --------
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> metis_partition(square, 2)
-    Segmentation(2 cells, 2 regions, 1 iterations, converged)
+    Segmentation(2 cells, 2 regions, 1 iteration, converged)
     """
     threads = checked_threads(n_threads)
     chosen = WeightOptions.checked(weights, alpha, eta_convex)

@@ -167,7 +167,7 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     --------
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> normalized_cuts(square, 2)
-    Segmentation(2 cells, 2 regions, 1 iterations, converged)
+    Segmentation(2 cells, 2 regions, 1 iteration, converged)
     """
     return affinity_embedding(mesh, n_segments, **options).segment()
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
+from ..._validate import counted
 from ...io.atomic import atomic_outputs
 from .gallery import GALLERY, TABLE_METHODS, Picture, picture_path, table_runs
 from .measure import Run
@@ -121,9 +122,9 @@ def _lead(results: Results) -> str:
     methods = len({run.method for run in plan.runs})
     ks = ", ".join(map(str, plan.choice.ks))
     return (
-        f"{len(plan.models)} models of {categories} categories of the Princeton Segmentation"
-        f" Benchmark ({kind}), {methods} methods, k = {ks}: {len(results.done):,} of"
-        f" {len(plan.runs):,} runs done."
+        f"{counted(len(plan.models), 'model')} of {counted(categories, 'category')} of the"
+        f" Princeton Segmentation Benchmark ({kind}), {counted(methods, 'method')}, k = {ks}:"
+        f" {len(results.done):,} of {len(plan.runs):,} runs done."
     )
 
 
@@ -249,8 +250,8 @@ def _time_rows(results: Results) -> list[list[str]]:
 
 def _missing_section(results: Results, files: Files) -> Section:
     lists = (
-        (f"{len(results.missing):,} runs not started in time:", results.not_started()),
-        (f"{len(results.failed):,} runs failed:", results.reasons()),
+        (f"Runs that were not started in time ({len(results.missing):,}):", results.not_started()),
+        (f"Runs that failed ({len(results.failed):,}):", results.reasons()),
         ("Files that are missing or not used:", results.plan.problems),
         ("Pictures that could not be drawn:", files.picture_problems),
         ("Models that are too large for a method:", _too_large(results)),
@@ -269,7 +270,7 @@ def _too_large(results: Results) -> list[str]:
         shown = {run.source for run in results.plan.runs if run.method == method}
         n_left = sum(model not in shown for model in results.plan.models)
         if n_left and METHODS[method].max_faces is not None:
-            lines.append(f"{METHODS[method].title}: {n_left} models")
+            lines.append(f"{METHODS[method].title}: {counted(n_left, 'model')}")
     return lines
 
 
@@ -324,5 +325,5 @@ def _seconds(value: float) -> str:
 
 def _duration(seconds: float) -> str:
     if seconds < 120:
-        return f"{seconds:.0f} seconds"
+        return counted(round(seconds), "second")
     return f"{seconds / 60:.0f} minutes" if seconds < 7200 else f"{seconds / 3600:.1f} hours"

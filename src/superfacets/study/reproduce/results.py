@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._validate import counted
 from ..sources import Source
 from ..table_writer import write_csv
 from ..tasks import Piece, Record, outcome_of
@@ -90,7 +91,7 @@ def _grouped(keys: Mapping[Run, Any]) -> dict[Any, list[Run]]:
 
 def _runs_of(method: str, runs: Sequence[Run]) -> str:
     names = dict.fromkeys(run.source.name for run in runs)
-    return f"{method} on {', '.join(names)} ({len(runs)} runs)"
+    return f"{method} on {', '.join(names)} ({counted(len(runs), 'run')})"
 
 
 def collect(
