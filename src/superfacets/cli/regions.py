@@ -11,10 +11,11 @@ from typing import Any
 import click
 import numpy as np
 
-from .._types import Floats, Ints
+from .._types import Array, Floats, Ints
 from .._validate import ranked_labels
 from ..batches.files import seen_from
 from ..cells.kinds import kind_of
+from ..cells.named_features import property_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
@@ -26,11 +27,14 @@ from ..export.tables import (
     write_tables,
 )
 from ..io.atomic import checked_targets
+from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
+from ..mesh.cells import Cells
 from ..regions.lines import BorderLines, border_lines
+from ..regions.pooling import pool
 from . import options as opts
-from .inputs import check_inputs, labels_beside, load_cells, name_of
+from .inputs import check_inputs, labels_beside, load_cells_and_attributes, name_of
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
@@ -48,10 +52,14 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
            " output (-).  [default: -]"),
     option("--arcs", FILE,
            "Write a table of all pairs of adjacent regions to this .csv, .json or .parquet file."),
-    option("--borders", FILE, "Write the borders of regions as polylines to this .obj file."),
+    option("--borders", FILE,
+           "Write the borders of regions of a mesh as polylines to this .obj file."),
     option("--majority NAME", None,
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
            " such as classification, in each region; may be given several times.", multiple=True),
+    option("--mean NAME", None,
+           "Add a column mean_NAME with the mean of this property of IN, such as intensity, over"
+           " the faces or points of each region; may be given several times.", multiple=True),
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
@@ -60,8 +68,8 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
-    majority: tuple[str, ...], viewpoint: tuple[float, ...] | None, format: str | None,
-    labels_named: str, is_quiet: bool, as_json: bool,
+    majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
+    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -77,8 +85,9 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, Ints, dict[str, Ints], _Drawn | None]:
-        whole: Any = load_cells(cells, format)
+    def compute() -> tuple[RegionGraph, Ints, dict[str, Array], _Drawn | None]:
+        whole: Any
+        whole, attributes = load_cells_and_attributes(cells, format, keep=bool(mean))
         given = labels_beside(Path(cells), labels, whole, labels_named, is_quiet=is_quiet)
         if given is None:
             raise MeshError(f"{name_of(cells)} has no labels: give a label file as LABELS")
@@ -90,19 +99,23 @@ def regions_command(
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
-        majorities = {
+        columns: dict[str, Array] = {
             f"majority_{name}": _most_frequent(
                 compact, read_labels(cells, whole.n_cells, name=name), len(names)
             )
             for name in majority
         }
+        columns |= {
+            f"mean_{name}": pool(_values_of(name, cells, whole, attributes), compact)
+            for name in mean
+        }
         drawn: _Drawn | None = None
         if borders is not None:
             drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
-        return graph, names, majorities, drawn
+        return graph, names, columns, drawn
 
-    graph, names, majorities, drawn = run_in_background(compute)
-    regions = graph.table() | {"region": names} | majorities
+    graph, names, columns, drawn = run_in_background(compute)
+    regions = graph.table() | {"region": names} | columns
     ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
     of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
     tables = [(output, regions), (arcs, of_arcs)]
@@ -131,6 +144,16 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
     kept = regions >= 0
     weights = np.ones(np.count_nonzero(kept))
     return weighted_majority(regions[kept], values[kept], weights, n_regions).winners
+
+
+def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
+    """Return one value of a property per cell, or raise a MeshError that lists all properties."""
+    values = property_of(name, cells, attributes)
+    if values is None:
+        stored = () if attributes is None else (*attributes.face, *attributes.vertex)
+        listed = f"the properties are {', '.join(stored)}" if stored else "it has no properties"
+        raise MeshError(f"{name_of(path)} has no property {name}: {listed}")
+    return values
 
 
 def _checked_outputs(

@@ -10,14 +10,25 @@ import click
 
 from .._options import CLIPS
 from .._types import Array
+from ..batches.files import seen_from
+from ..cells.named_features import property_of
 from ..errors import MeshError
-from ..io.readers.read import read_cells
+from ..io.attributes import MeshAttributes
+from ..io.readers.read import read_cells, read_cells_and_attributes
 from ..mesh.cells import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note
 from .inputs import VALUE_ENDINGS, labels_beside, labels_for, read_values
-from .options import FILE, FLAG, camera_options, labels_named_option, option, options
+from .options import (
+    FILE,
+    FLAG,
+    camera_options,
+    labels_named_option,
+    option,
+    options,
+    viewpoint_option,
+)
 
 if TYPE_CHECKING:
     from .._options import Clip
@@ -59,11 +70,16 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
     return View.named(side, up=up)
 
 
-def _values_named(color_by: str | None) -> Array | str | None:
-    """Read the values if ``--color-by`` names a file; otherwise return the column name."""
-    if color_by is None or Path(color_by).suffix.lower() not in VALUE_ENDINGS:
-        return color_by
-    return read_values(Path(color_by))
+def _values_named(
+    color_by: str | None, cells: Cells, attributes: MeshAttributes | None
+) -> Array | str | None:
+    """Return the values in a file or of a property; otherwise return the column name."""
+    if color_by is None:
+        return None
+    if Path(color_by).suffix.lower() in VALUE_ENDINGS:
+        return read_values(Path(color_by))
+    values = property_of(color_by, cells, attributes)
+    return color_by if values is None else values
 
 
 @click.command("render")
@@ -82,8 +98,10 @@ def _values_named(color_by: str | None) -> Array | str | None:
            "Label file for another picture beside the first; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
-           "Color by values: a .npy or .txt file with one value per cell or per region, or a column"
-           " of the table that superfacets regions prints, such as area."),
+           "Color by values: a .npy or .txt file with one value per cell or per region, a property"
+           " of IN, such as intensity, or a column of the table that superfacets regions prints,"
+           " such as area."),
+    viewpoint_option,
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),
     option("--size WxH", None,
@@ -98,8 +116,8 @@ def _values_named(color_by: str | None) -> Array | str | None:
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
     labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
-    compare: tuple[Path, ...], color_by: str | None, side: str | None,
-    size: tuple[int, int] | None, smooth_borders: bool,
+    compare: tuple[Path, ...], color_by: str | None, viewpoint: tuple[float, ...] | None,
+    side: str | None, size: tuple[int, int] | None, smooth_borders: bool,
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
@@ -113,9 +131,13 @@ def render_command(
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output} must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
-    cells = read_cells(mesh)
+    cells, attributes = read_cells(mesh), None
+    if color_by is not None:
+        cells, attributes = read_cells_and_attributes(mesh)
+    if viewpoint is not None:
+        cells = seen_from(viewpoint, cells)
     shown, others, titles = _series_of(mesh, labels, compare, cells, labels_named)
-    values = _values_named(color_by)
+    values = _values_named(color_by, cells, attributes)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
