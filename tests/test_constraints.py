@@ -319,7 +319,9 @@ def test_labels_begin_with_their_central_cells():
     upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
-    with pytest.raises(ValueError, match="labels in init must be >= 0 for at least one kept cell,"):
+    with pytest.raises(
+        ValueError, match="init must have a label >= 0 for a cell inside the mask, got"
+    ):
         segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
 
@@ -430,12 +432,12 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"init": [0, 0, 2, 2]},
             ValueError,
-            "init is not valid as one label per cell: labels must be",
+            "init must be seeds, or valid labels of all cells: labels must be",
         ),
         (
             {"init": [-1] * 4},
             ValueError,
-            "labels in init must be >= 0 for at least one kept cell,",
+            "init must have a label >= 0 for a cell inside the mask, got",
         ),
         (
             {"init": [0, 0, 1, 1], "n_segments": 3},

@@ -139,6 +139,39 @@ def test_the_python_of_a_page_runs_and_prints_what_it_says(path, files):
         run_page(path)
 
 
+def rounded_slab(n_arc):
+    """A flat prism over a rectangle with rounded corners: 2 triangles per side and per strip."""
+    turns = np.linspace(0, np.pi / 2, n_arc + 1)
+    corners = [(4, 2), (-4, 2), (-4, -2), (4, -2)]
+    arcs = [
+        np.stack([x + np.cos(turns + k * np.pi / 2), y + np.sin(turns + k * np.pi / 2)], axis=1)
+        for k, (x, y) in enumerate(corners)
+    ]
+    outline = np.concatenate(arcs)
+    n = len(outline)
+    i, j = np.arange(n), np.roll(np.arange(n), -1)
+    fan = np.stack([np.zeros(n - 2, int), i[1:-1], i[2:]], axis=1)
+    sides = [np.stack([i, j, n + j], axis=1), np.stack([i, n + j, n + i], axis=1)]
+    levels = [np.insert(outline, 2, z, axis=1) for z in (0, 3)]
+    return sf.Mesh(np.concatenate(levels), np.concatenate([fan[:, ::-1], n + fan, *sides]))
+
+
+@pytest.mark.parametrize("n_arc", [4, 8, 40])
+def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc):
+    pytest.importorskip("scipy")
+    code = next(
+        block.code for block in python_blocks(DOCS / "howto" / "cad.md") if "is_flat" in block.code
+    )
+    part = rounded_slab(n_arc)
+    names = {"part": part, "sf": sf, "np": np}
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, names)
+    assert printed.getvalue() == "10 regions, 6 of them flat\n"
+    normals = np.cross(*np.diff(part.vertices[part.faces], axis=1).transpose(1, 0, 2))
+    is_flat = (np.abs(normals) > 1e-9).sum(axis=1) == 1
+    assert np.array_equal(names["is_flat_face"], is_flat)
+
+
 def test_the_first_example_runs_where_there_are_no_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run_page(ROOT / "README.md")

@@ -179,9 +179,8 @@ def layers_of_core_names() -> dict[str, str]:
     """The folder of the core of each name in `_core`, from the files of bindings."""
     layers = {}
     for file in sorted((CORE / "bindings").glob("*.cpp")):
-        layer = "cells" if file.stem == "weights" else file.stem  # `weights` binds stage 2 of cells
         text = file.read_text(encoding="utf-8")
-        layers |= dict.fromkeys(re.findall(r'\bmodule(?:, |\.def\()\s*"(\w+)"', text), layer)
+        layers |= dict.fromkeys(re.findall(r'\bmodule(?:, |\.def\()\s*"(\w+)"', text), file.stem)
     return layers
 
 

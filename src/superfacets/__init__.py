@@ -7,8 +7,8 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-# `__init__.pyi` lists the public names. Each name is imported on first use, so that programs load
-# only the modules they need.
+# `__init__.pyi` lists the public names. Each name is imported on first use, so that a program loads
+# only the modules that it needs.
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _MODULES = {
     name: home for home, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.MULTILINE)

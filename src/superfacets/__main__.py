@@ -6,7 +6,7 @@ from .cli.interrupts import while_importing
 
 
 def main() -> NoReturn:
-    """Run the `superfacets` command and exit."""
+    """Run the `superfacets` command, and exit with its exit code."""
     with while_importing():
         from .cli.main import main as run
     run()

@@ -1,4 +1,4 @@
-"""Memory limits of the process, of its control groups, and of the machine."""
+"""Determine how much memory the process may use, given limits of control groups and machine."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import sys
 from pathlib import Path
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
-"""Linux lists the control groups of this process in this file."""
+"""File in which Linux lists the control groups of this process."""
 
 _GROUPS = Path("/sys/fs/cgroup")
-"""Linux stores the limits of all control groups in this folder."""
+"""Folder in which Linux stores the limits of all control groups."""
 
 _IF_UNKNOWN = 4 << 30
-"""Assumed memory in bytes if the system does not report it."""
+"""Assumed memory of the machine, in bytes, if the system does not report it."""
 
 
 def usable_memory() -> int:
-    """Return the bytes of memory that the machine and control groups allow this process to use."""
+    """Return the memory in bytes that machine and control groups allow this process to use."""
     return min([_machine_memory(), *_group_limits()])
 
 
 def free_memory() -> int:
-    """Return the free memory in bytes; `usable_memory` is the maximum, and the fallback."""
+    """Return the free memory in bytes; if it is unknown or larger, return `usable_memory`."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -32,7 +32,7 @@ def free_memory() -> int:
 
 
 def memory_of_process() -> int:
-    """Return the memory limit in bytes: the lower of `usable_memory` and `address_limit`."""
+    """Return the lower of `usable_memory` and `address_limit`, in bytes."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -50,7 +50,7 @@ def _machine_memory() -> int:
 
 
 def _group_limits() -> list[int]:
-    """Return the memory limits, in bytes, of the control groups of this process and parents."""
+    """Return the memory limits in bytes of the process's control groups and their parents."""
     limits = []
     with contextlib.suppress(OSError, ValueError):  # the file is missing or has another format
         for line in _OWN_GROUPS.read_text().splitlines():
@@ -63,9 +63,9 @@ def _group_limits() -> list[int]:
 
 
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
-    """Return the memory limits, in bytes, of a control group and its parents, up to the root.
+    """Return the memory limits, in bytes, of a control group and its parents, including the root.
 
-    In a container, the limit of the container is often visible at the root group only.
+    In a container, often only the root group shows the limit of the container.
     """
     group = root / name.lstrip("/")
     limits = []
@@ -78,7 +78,7 @@ def _limits_above(root: Path, name: str, file: str) -> list[int]:
 
 
 def address_limit() -> int | None:
-    """Return the size limit of the address space in bytes, or None if the size is unlimited."""
+    """Return the maximum size of the address space in bytes, or None if there is no maximum."""
     try:
         import resource
     except ImportError:  # Windows

@@ -1,7 +1,7 @@
-"""Options of `segment`: one class for each stage.
+"""Classes for the options of `segment`, one class for each stage of the computation.
 
-The method ``checked`` validates the arguments before any work is done. The property ``params``
-returns the parameters that `segment` reports in its result.
+The method ``checked`` validates arguments before any work is done. The property ``params`` returns
+the entries of `Segmentation.params`.
 """
 
 from __future__ import annotations
@@ -33,18 +33,17 @@ INITS: tuple[str, ...] = get_args(Init)
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""Options for components without a seed, and for small regions without a neighbor."""
+"""Whether components without a seed, and small regions without a neighbor, are kept or joined."""
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
-"""Half-spaces that `render` can cut away to show the inside of a volume."""
+"""Names of the half-spaces that `render` can cut away to show the inside of a volume."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
-"""Seed faces. The type `ArrayLike` would also accept a misspelled name of a seeding method."""
+"""Indices of seed faces. `ArrayLike` would also accept a misspelled name of a seeding method."""
 
 Progress = Callable[[int, int], object]
-"""Function that is called after each iteration with the numbers of the iteration and of moved
-centers."""
+"""Function that is called after each iteration with (iteration number, number of moved centers)."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class SizeOptions:
 
     n_segments: int | None
     radius: float | None  # radius of a region, as a fraction of the bounding box diagonal
-    seeds: Any  # seed faces or a start from the caller; None for a seeding method
+    seeds: Any  # `init` if it is seeds or labels; None if it is the name of a seeding method
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
@@ -74,13 +73,13 @@ class LoopOptions:
     """Options of the clustering loop."""
 
     max_num_iter: int
-    tol: float  # the loop stops when centers move by less, as a fraction of the region radius
-    radius_factor: float | None  # distance in radii at which expansions halt; None for no limit
+    tol: float  # the loop stops if centers move by at most this fraction of the region radius
+    radius_factor: float | None  # maximum distance from the center in radii; None for no limit
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None for the default, which depends on the weights
+    relocate: bool | None = False  # None until `segment` chooses a value based on the weights
 
     @classmethod
     def checked(
@@ -88,7 +87,7 @@ class LoopOptions:
         n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
         *, relocate: bool | None = False,
     ) -> LoopOptions:  # fmt: skip
-        """Check arguments of `segment`, and return them as options."""
+        """Check arguments of `segment` and return them as options."""
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
         relocate = None if relocate is None else checked_flag(relocate, "relocate")
@@ -110,7 +109,7 @@ class LoopOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """Parameters for the result, keyed by name."""
+        """The entries of `Segmentation.params` for these options."""
         names = ("radius_factor", "max_num_iter", "tol", "relocate", "islands")
         return {name: getattr(self, name) for name in names}
 
@@ -123,14 +122,14 @@ class BalanceOptions:
     max_measure: float | None = None
     min_measure: float | None = None
     cells_per_region: int | None = None
-    cell_weights: Any = None  # sizes of cells, checked later by `checked_cell_weights`
+    cell_weights: Any = None  # size of each cell, checked later by `checked_cell_weights`
 
     @classmethod
     def checked(
         cls, balance: float, bounds: tuple[float | None, float | None],
         cells_per_region: int | None, cell_weights: Any,
     ) -> BalanceOptions:  # fmt: skip
-        """Check arguments of `segment`; `bounds` are `min_measure` and `max_measure`."""
+        """Check arguments of `segment`, where `bounds` are (`min_measure`, `max_measure`)."""
         low, high = bounds
         balance = checked_fraction(balance, "balance")
         low = None if low is None else checked_number(low, "min_measure", zero=True)
@@ -152,7 +151,7 @@ class BalanceOptions:
         return options
 
     def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
-        """Raise a ValueError if these options cannot be combined with other options."""
+        """Raise a ValueError if these options cannot be combined with the given other options."""
         if not self.is_used:
             return
         name = "balance" if self.cells_per_region is None else "cells_per_region"
@@ -183,22 +182,22 @@ class BalanceOptions:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Smallest and largest allowed size of a region; 0 and infinity if there is no limit."""
+        """Minimum and maximum size of a region; 0 and infinity if there are no limits."""
         low, high = self.min_measure, self.max_measure
         return 0.0 if low is None else low, math.inf if high is None else high
 
     @property
     def strength(self) -> float:
-        """How equal the sizes of regions become, from 0 (no balancing) to 1 (equal)."""
+        """How equal the sizes of regions become, from 0 (not balanced) to 1 (equal)."""
         return 1.0 if self.cells_per_region is not None else self.balance
 
     def checked_cell_weights(self, n_cells: int) -> Floats:
-        """Check `cell_weights`, and return one weight for each of the cells."""
+        """Return `cell_weights` after checking that there is one weight per cell."""
         return checked_cell_weights(self.cell_weights, n_cells)
 
     @property
     def params(self) -> dict[str, Any]:
-        """Parameters in use for the result, keyed by name."""
+        """The entries of `Segmentation.params` for the options that the caller has set."""
         given = {
             "balance": self.balance or None,
             "max_measure": self.max_measure,
@@ -215,7 +214,7 @@ class CleanupOptions:
 
     smooth: bool
     enforce_connectivity: bool
-    min_size: float  # area, as a fraction of the mean, below which regions are merged
+    min_size: float  # regions smaller than this fraction of the mean area are merged
     islands: str
 
     @classmethod
@@ -232,11 +231,11 @@ class CleanupOptions:
 
     @property
     def is_needed(self) -> bool:
-        """Whether any step of the clean-up is requested."""
+        """Whether any part of the clean-up is requested."""
         return self.smooth or self.enforce_connectivity or self.min_size > 0
 
     @property
     def params(self) -> dict[str, Any]:
-        """Parameters for the result, keyed by name."""
+        """The entries of `Segmentation.params` for these options."""
         names = ("smooth", "enforce_connectivity", "min_size")
         return {name: getattr(self, name) for name in names}

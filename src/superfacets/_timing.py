@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnStage = Callable[[str], object]
-"""Function that is called with the name of each stage when the stage begins."""
+"""Function that is called at the beginning of each stage, with the name of the stage."""
 
 
 @contextmanager
 def timed(timings: dict[str, float], stage: str, on_stage: OnStage | None = None) -> Iterator[None]:
-    """Call `on_stage`, run the block, and add its wall time in seconds to ``timings[stage]``."""
+    """Call `on_stage`, and add the wall time of the with block, in seconds, to `timings`."""
     if on_stage is not None:
         on_stage(stage)
     start = time.perf_counter()

@@ -13,9 +13,9 @@ Bytes: TypeAlias = npt.NDArray[np.uint8]
 Floats: TypeAlias = npt.NDArray[np.float64]
 Singles: TypeAlias = npt.NDArray[np.float32]
 Ints: TypeAlias = npt.NDArray[np.int32]
-"""Indices of cells and vertices, and labels."""
+"""Array of int32, which is used for labels and for indices of cells and vertices."""
 Longs: TypeAlias = npt.NDArray[np.int64]
-"""Offsets into concatenated lists."""
+"""Array of int64, which is used for offsets into concatenated lists."""
 
 ArcLists: TypeAlias = tuple[Longs, Ints]
 """Arcs of N cells in CSR form: offsets of shape (N + 1,) and neighbors of shape (M,)."""

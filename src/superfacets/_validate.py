@@ -1,8 +1,8 @@
-"""All checks and conversions of arguments.
+"""Check and convert arguments.
 
-The C++ core does not check its arguments, so this module returns arrays with the dtype and the
-memory layout that the core expects. Indices are copied before they are checked, so that no other
-thread and no memory-mapped file can change them afterwards. Floats are not copied.
+The C++ core `_core` does not check its arguments. Therefore this module returns arrays with the
+dtype and the memory layout that `_core` expects. Indices are copied before they are checked, so
+that no other thread and no memory-mapped file can change them afterwards. Floats are not copied.
 """
 
 from __future__ import annotations
@@ -26,41 +26,40 @@ from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
-"""Maximum number of cells, labels or vertices, because the C++ core uses int32 indices."""
+"""Maximum number of cells, labels or vertices, because `_core` uses int32 indices."""
 
 EXTENT_RANGE = (1e-15, 1e15)
-"""Allowed extents of a mesh, in any unit of length. The longest product of lengths is the
-determinant of the second moments of a tetrahedron, which multiplies fifteen lengths. For tetrahedra
-down to 1e-5 of the extent, this product neither overflows nor underflows, so labels do not depend
-on the unit."""
+"""Minimum and maximum extent of a mesh, in any unit of length. Within these limits, no product of
+lengths overflows or underflows, so labels do not depend on the unit. The longest product has
+fifteen lengths: the determinant of the second moments of a tetrahedron."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Allowed values of the largest area or weight. They prevent overflow of sums and products."""
+"""Minimum and maximum of the largest area or weight, so that sums and products do not overflow."""
 
 MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
 
 MAX_ROTATION_ERROR = 1e-3
-"""Maximum error of the scalar products of the axes of a pose. Rotations that were rounded to four
-digits are accepted, and poses with a scale are rejected."""
+"""Maximum error of the scalar products of the axes of a camera pose. This accepts rotations that
+were rounded to four digits, and rejects poses with a scale."""
 
 MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
-two threads, because they wait for each other."""
+two threads, because the threads wait for each other."""
 
 
 def exact_array(array: Any, dtype: Any) -> Array:
-    """Return a contiguous, aligned array of this dtype; a copy is made only if necessary."""
+    """Return a contiguous, aligned array of the given dtype; copy the array only if necessary."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
 def exact_doubles(array: Array) -> Floats:
     """Convert an array to float64 with `exact_array`; numbers that are too large become infinite.
 
-    Memory-mapped arrays are copied, because reading the map would kill the process if another
-    program shortened the file.
+    Memory-mapped arrays are copied, because the process would be killed if another program
+    shortened the file.
     """
-    # Later checks find the NaNs and infinities that result from this conversion.
+    # NumPy's warnings are suppressed, because later checks find NaNs and infinities.
     with np.errstate(over="ignore", invalid="ignore"):
         doubles: Floats = exact_array(array, np.float64)
     owner: Any = doubles
@@ -71,12 +70,12 @@ def exact_doubles(array: Array) -> Floats:
 
 
 def owned(array: Array, dtype: Any) -> Array:
-    """Copy an array, so that the caller cannot change the copy after the check."""
+    """Return a copy of an array, so that the caller cannot change the values after the check."""
     return np.array(array, dtype=dtype, order="C")
 
 
 def owned_indices(array: Array) -> Ints:
-    """Copy integers to int32; integers outside the range of int32 become -1."""
+    """Return a copy of integers as int32, where integers outside the range of int32 become -1."""
     # Unsigned integers of 2**63 or more wrap to negative int64, so they also become -1.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
     narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
@@ -84,15 +83,15 @@ def owned_indices(array: Array) -> Ints:
 
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
-    """Raise an error if entries are masked, because NumPy would use the values under the mask."""
-    if "numpy.ma" not in sys.modules:  # masked arrays exist only after this slow import
+    """Raise an error if entries are masked, because NumPy would use the masked values."""
+    if "numpy.ma" not in sys.modules:  # no masked array can exist; this avoids a slow import
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} must not have masked entries: fill or remove these entries")
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """Return the named fields of a pickled state; the caller checks the values."""
+    """Return the values of the named fields of a pickled object; the values are not checked."""
     if not isinstance(state, dict) or not set(names) <= state.keys():
         raise ValueError(
             f"the copy or pickle is damaged: it must have the fields {', '.join(names)}"
@@ -111,10 +110,10 @@ def freeze(instance: object, **arrays: Array) -> None:
 def checked_mesh(
     vertices: Any, faces: Any, *, are_new: bool = False
 ) -> tuple[Floats, Ints, Floats]:
-    """Return checked vertices, faces, and the bounding box (2, 3) of all vertices of faces.
+    """Return checked vertices, checked faces, and the bounding box (2, 3) of all used vertices.
 
-    Raises a MeshError if an array is not valid. With `are_new`, `faces` may be returned without a
-    copy, because the caller has no other reference to the array.
+    Raises a MeshError if an array is not valid. If `are_new`, `faces` need not be copied, because
+    no one else has a reference to the array.
     """
     return _checked_simplices(vertices, faces, "faces", 3, are_new)
 
@@ -122,7 +121,7 @@ def checked_mesh(
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Return checked vertices, offsets and corners, and the bounding box as in `checked_mesh`."""
+    """Return checked vertices, offsets and corners of polygons, and the box of used vertices."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
@@ -136,7 +135,7 @@ def checked_polygons(
 
 
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
-    """Return checked vertices and tetrahedra, and the bounding box as in `checked_mesh`."""
+    """Return checked vertices, checked tetrahedra, and the bounding box of all used vertices."""
     return _checked_simplices(vertices, tets, "tets", 4, False)
 
 
@@ -158,7 +157,7 @@ def _int32_corners(given: Array, are_new: bool) -> Ints:
 
 
 def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
-    """Return the mask as one bool per cell, or an array of True if `mask` is None."""
+    """Return the checked mask, with one bool per cell; None gives an array of True."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
     array = np.asarray(mask)
@@ -170,7 +169,7 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
 
 
 def polygon_arrays(faces: Any) -> tuple[Array, Array]:
-    """Return offsets and corners of faces given as an array (F, n) or as lists of vertices."""
+    """Return offsets and corners of faces, which are an array (F, n) or lists of vertices."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
@@ -196,7 +195,7 @@ def _row_of_integers(value: Any, name: str) -> Array:
 
 
 def _check_offsets(offsets: Longs, n_corners: int) -> None:
-    """Raise a MeshError unless offsets split the corners into faces with three or more corners."""
+    """Raise a MeshError unless offsets divide the corners into faces of three or more corners."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
     _check_size(len(offsets) - 1, "the mesh", "faces")
@@ -212,7 +211,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Return the index of the first invalid corner, or None, and the box around used vertices."""
+    """Return the index of the first invalid corner, or None, and the box around all corners."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         _raise_not_finite(points, "vertices")
@@ -224,7 +223,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
 
 
 def _point_array(vertices: Any) -> Floats:
-    """Return vertex positions as a contiguous (V, 3) float64 array."""
+    """Return vertex positions as a contiguous (V, 3) float64 array, after checking the shape."""
     array = _rows(vertices, "vertices", count="V")
     _check_size(len(array), "the mesh", "vertices")
     return exact_doubles(array)
@@ -236,7 +235,7 @@ def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
 
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
-    """Check triangles or tetrahedra, one per row, and return them in their original dtype."""
+    """Return triangles or tetrahedra, one per row, after a check, in their original dtype."""
     array = _numeric_array(value, name)
     noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
@@ -254,7 +253,7 @@ def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
 
 
 def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "faces") -> None:
-    """Raise the MeshError for a cell with a vertex index that is out of range."""
+    """Raise a MeshError that says which cell refers to a vertex that does not exist."""
     raise MeshError(
         f"{name}[{cell}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
     )
@@ -263,14 +262,14 @@ def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "face
 def refuse_first(
     is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
 ) -> None:
-    """Raise an error for the first wrong value; `must` completes "name[index] must be"."""
+    """Raise an error for the first value that `is_wrong` marks; `must` says what it must be."""
     if is_wrong.any():
         index = int(np.argmax(is_wrong))
         raise error(f"{name}[{index}] must be {must}, got {np.asarray(values)[index].tolist()}")
 
 
 def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = "mesh") -> None:
-    """Raise a MeshError if the bounding box of a mesh is a point, or outside `EXTENT_RANGE`."""
+    """Raise a MeshError if a bounding box is a point, or too small or large for `EXTENT_RANGE`."""
     if np.array_equal(low, high):
         raise MeshError(f"all {things} lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
@@ -283,7 +282,7 @@ def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = 
 
 
 def is_extent_valid(bounds: Floats) -> Bools:
-    """Return whether each of K boxes, shape (K, 2, 3), has an extent within `EXTENT_RANGE`."""
+    """Return, for each of K boxes, (K, 2, 3), whether its longest side is in `EXTENT_RANGE`."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
@@ -301,31 +300,31 @@ def _numeric_array(value: Any, name: str) -> Array:
 
 
 def checked_points(points: Any) -> tuple[Floats, Floats]:
-    """Return points (N, 3) as float64, and their bounding box (2, 3); N must be at least 1.
+    """Return points (N, 3) as float64, and their bounding box (2, 3).
 
-    Raises a MeshError if the points are not valid.
+    Raises a MeshError if there are no points, or if a point is not valid.
     """
     given = _rows(points, "points")
     if not len(given):
         raise MeshError("the cloud has no points")
     _check_size(len(given), "the cloud", "points")
     array = exact_doubles(given)
-    # This is ten times faster than min(axis=0).
+    # A loop over the three axes is ten times faster than min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    if not np.array_equal(*box):  # only some stages need distinct points; they call `check_spread`
+    if not np.array_equal(*box):  # functions that need distinct points also call `check_spread`
         check_spread(box)
     return array, box
 
 
 def check_spread(bounds: Floats) -> None:
-    """Raise a MeshError if the bounding box of a cloud is a point, or outside `EXTENT_RANGE`."""
+    """Raise a MeshError if the box around a cloud is a point, or too small or too large."""
     check_extent(bounds[0], bounds[1], "points", "cloud")
 
 
 def checked_queries(points: Any) -> Floats:
-    """Return query points (M, 3) as float64, or raise a MeshError. M may be 0."""
+    """Return query points (M, 3) as float64, where M may be 0; raise a MeshError if not valid."""
     array = exact_doubles(_rows(points, "points"))
     if not np.isfinite(array).all():
         _raise_not_finite(array, "points")
@@ -339,14 +338,14 @@ def checked_queries(points: Any) -> Floats:
 
 
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
-    """Return normals (N, 3) as float64, scaled to length 1; zero vectors stay zero.
+    """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
 
-    Raises a MeshError for invalid normals. The message adds `first` to the index of the point.
+    Raises a MeshError for invalid normals. `first` is the index of the first row in the message.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
         _raise_not_finite(array, name, first)
-    # Dividing by the largest component first avoids overflow of squares.
+    # Vectors are first divided by their largest component, so that squares cannot overflow.
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
@@ -355,7 +354,7 @@ def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "no
 
 
 def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
-    """Return one viewpoint (3,), or one per point (N, 3), as float64.
+    """Return a checked viewpoint (3,), or checked viewpoints, one per point (N, 3), as float64.
 
     Raises a MeshError if the viewpoints are not valid.
     """
@@ -390,7 +389,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
 
 
 def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
-    """Return an array of numbers of shape (N, 3); N must equal `n_rows` if this is given."""
+    """Return an array of numbers of shape (N, 3); N must equal `n_rows`, unless this is None."""
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
@@ -404,7 +403,7 @@ def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
-    """Return the two corners of a box, (2, 3) float64; the default is the box of the positions."""
+    """Return the corners of a box, (2, 3) float64; if `bounds` is None, the box of positions."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
     array = exact_doubles(_numeric_array(bounds, "bounds"))
@@ -416,7 +415,7 @@ def checked_bounds(bounds: Any, positions: Floats) -> Floats:
 
 
 def checked_positions(positions: Any) -> Floats:
-    """Return cell positions as a contiguous (N, 3) float64 array; N must be at least 1."""
+    """Return checked positions of cells as a contiguous (N, 3) float64 array; N is at least 1."""
     array = exact_doubles(_numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
@@ -434,7 +433,7 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return finite numbers >= 0 as a contiguous (n,) float64 array."""
+    """Return n numbers as float64 after checking that they are >= 0; `per` is "cell" or "arc"."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -455,7 +454,7 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
 
 
 def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
-    """Return arcs in CSR form as (N + 1,) int64 offsets and (M,) int32 neighbors."""
+    """Return checked arcs in CSR form: offsets (N + 1,) int64, and neighbors (M,) int32."""
     starts = owned(_integer_array(offsets, "offsets"), np.int64)
     targets = owned_indices(_integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
@@ -468,7 +467,7 @@ def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
 
 
 def checked_angles(angles: Any, n_arcs: int) -> Floats:
-    """Return one angle per arc, from -pi to pi, as (M,) float64."""
+    """Return checked angles, one per arc from -pi to pi, as (M,) float64."""
     array = owned(_numeric_array(angles, "angles"), np.float64)
     if array.shape != (n_arcs,):
         raise ValueError(
@@ -480,7 +479,7 @@ def checked_angles(angles: Any, n_arcs: int) -> Floats:
 
 
 def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """Return one side >= 0 per arc as (M,) int32; sides of each cell must be in ascending order."""
+    """Return checked sides, one per arc as (M,) int32, which ascend within the arcs of a cell."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
@@ -492,7 +491,7 @@ def checked_sides(sides: Any, offsets: Longs) -> Ints:
 
 
 def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
-    """Return distinct cells as a (K,) int32 array; K must be at least 1."""
+    """Return the indices of K distinct cells as int32, after checking that K is at least 1."""
     given = _integer_array(seeds, name)
     array = owned_indices(given)
     if not len(array):
@@ -507,7 +506,7 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
 
 
 def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
-    """Return one cell of each region as (K,) int32, indexed by label."""
+    """Return checked centers as (K,) int32, where entry i is a cell of region i."""
     cells = checked_seeds(centers, len(labels))
     if len(cells) != n_regions:
         raise ValueError(
@@ -526,7 +525,7 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 
 def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
-    """Return edges, which are pairs of vertices, as an (E, 2) int32 array."""
+    """Return checked edges, which are pairs of vertices, as an (E, 2) int32 array."""
     given = np.asarray(edges)
     if given.ndim != 2 or given.shape[1] != 2:
         raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
@@ -544,7 +543,7 @@ def checked_partial_labels(
     labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
     n_vertices: int | None = None,
 ) -> tuple[Ints, int]:  # fmt: skip
-    """Return labels as an (N,) int32 array, and the number K of regions.
+    """Return checked labels as an (N,) int32 array, and the number K of regions.
 
     Each label from 0 to K - 1 must occur. The label -1, for cells without a region, is only
     allowed if `least` is -1.
@@ -563,7 +562,7 @@ def checked_partial_labels(
 
 
 def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Like `checked_partial_labels`, but there must be at least one region."""
+    """Return the result of `checked_partial_labels`; raise an error if all labels are -1."""
     array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
         raise ValueError("labels must contain at least one region, but all labels are -1")
@@ -571,12 +570,12 @@ def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) ->
 
 
 def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
-    """Return labels as an (N,) int32 array: any integers >= 0, or -1 for cells without a label."""
+    """Return labels of cells as int32; they may be any integers >= 0, or -1 for no label."""
     return _checked_classes(_row_of_labels(labels, n_cells, name), name)
 
 
 def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
-    """Like `checked_classes`, for labels of vertices."""
+    """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
     given = _integer_array(labels, name)
     if len(given) != n_vertices:
         raise ValueError(
@@ -587,7 +586,7 @@ def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
 
 
 def _checked_classes(given: Array, name: str) -> Ints:
-    array = given.astype(np.int32, order="C")  # a copy, so that the caller cannot change it
+    array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
     is_wrong = (array < -1) | (array != given)
     refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
     return array
@@ -605,7 +604,7 @@ def _row_of_labels(labels: Any, n_cells: int, name: str, n_vertices: int | None 
 
 
 def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
-    """Return the end of the message for a wrong number of labels: advice for vertex labels."""
+    """Return advice to append to an error message if the labels seem to be labels of vertices."""
     if n_labels != n_vertices:
         return ""
     call = "superfacets.face_labels(mesh, labels)"
@@ -613,7 +612,7 @@ def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
-    """Return labels, which may be any integers, as an (N,) int64 array."""
+    """Return checked labels, which may be any integers, as an (N,) int64 array."""
     given = _row_of_labels(labels, n_cells, "labels", n_vertices)
     array = owned(given, np.int64)
     if given.dtype.kind == "u":
@@ -624,12 +623,12 @@ def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None)
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Check labels, which may be any integers, and renumber them with `ranked_labels`."""
+    """Check labels, which may be any integers, and return the result of `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
 def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return labels renumbered to 0 to K - 1 in ascending order, and K.
+    """Replace K different labels by 0 to K - 1 in the same order; return the new labels and K.
 
     Raises a MeshError if a label is negative, because metrics need a region for each cell.
     """
@@ -641,7 +640,7 @@ def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -
 
 
 def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Like `compact_complete` for a ground truth, in which -1 means that a cell is unannotated.
+    """Do the same as `compact_complete` for a ground truth, where -1 marks unannotated cells.
 
     Raises a MeshError if a label is below -1, or if all cells are unannotated.
     """
@@ -654,11 +653,11 @@ def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tu
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
-    """Return labels renumbered to 0 to K - 1 in ascending order, and the K original labels.
+    """Replace K different labels by 0 to K - 1 in the same order; the label -1 is not replaced.
 
-    The label -1 is kept.
+    Returns the new labels, and the K labels that they replace.
     """
-    if labels.min() >= -1 and labels.max() < len(labels):  # a lookup table replaces sorting
+    if labels.min() >= -1 and labels.max() < len(labels):  # a lookup table is faster than sorting
         is_used = np.bincount(labels + 1) > 0
         names, indices = np.arange(-1, len(is_used) - 1), labels + 1
     else:
@@ -673,7 +672,7 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """Check an integer from `low` to `high`. If `high` is a count of things, `of` names them."""
+    """Return an integer from `low` to `high`; if `high` is a count, `of` says what is counted."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
@@ -691,7 +690,7 @@ def checked_count(
 
 
 def checked_number(value: Any, name: str, *, zero: bool) -> float:
-    """Return a finite number > 0 as float; 0 is also allowed if `zero` is True."""
+    """Return a number as float after checking that it is finite and > 0, or >= 0 if `zero`."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a number, got {reprlib.repr(value)}")
     try:
@@ -705,7 +704,7 @@ def checked_number(value: Any, name: str, *, zero: bool) -> float:
 
 
 def checked_fraction(value: Any, name: str) -> float:
-    """Return a number from 0 to 1 as float."""
+    """Return a number as float after checking that it is 0 to 1."""
     number = checked_number(value, name, zero=True)
     if number > 1.0:
         raise ValueError(f"{name} must be from 0 to 1, got {number}")
@@ -713,7 +712,7 @@ def checked_fraction(value: Any, name: str) -> float:
 
 
 def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
-    """Return one finite number >= 0 per cell as (N,) float64."""
+    """Return `weights` as (N,) float64 after checking that each is finite and >= 0."""
     refuse_mask(weights, "cell_weights")
     given = np.asarray(weights)
     if given.dtype.kind not in "iufb":
@@ -727,14 +726,14 @@ def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
 
 
 def checked_flag(value: Any, name: str) -> bool:
-    """Return the value as bool, or raise a TypeError if it is not True or False."""
+    """Return the value as bool; raise a TypeError if it is neither True nor False."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {reprlib.repr(value)}")
     return bool(value)
 
 
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
-    """Return the value, or raise a ValueError if it is not one of the choices."""
+    """Return the value; raise a ValueError if it is not one of the choices."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
@@ -744,9 +743,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Return a decorator that raises a TypeError with advice for parameters of other tools.
+    """Return a decorator that raises a helpful TypeError for parameters that other tools have.
 
-    `others` maps names of parameters of other tools to advice for the message.
+    `others` maps names of these parameters to advice for the message.
     """
 
     def decorate(function: Function) -> Function:
@@ -762,7 +761,7 @@ def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Funct
 
 
 def checked_generator(value: Any, name: str) -> np.random.Generator:
-    """Return the given random number generator, or create one from a seed >= 0."""
+    """Return `value` if it is a random number generator, or make one if it is a seed >= 0."""
     if isinstance(value, np.random.Generator):
         return value
     if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
@@ -774,7 +773,7 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
 
 
 def checked_pose(pose: Any) -> Floats:
-    """Return the pose of a camera, a rotation and a position, as a new (4, 4) float64 array."""
+    """Return the checked pose of a camera, a rotation and a position, as a new (4, 4) array."""
     given = _numbers_of(pose, "pose")
     if given.shape not in ((4, 4), (3, 4)):
         raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
@@ -797,7 +796,7 @@ def checked_pose(pose: Any) -> Floats:
 
 
 def checked_intrinsics(intrinsics: Any) -> Floats:
-    """Return focal lengths and principal point (fx, fy, cx, cy) of a camera as (4,) float64."""
+    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy)."""
     given = _numbers_of(intrinsics, "intrinsics")
     if given.shape in ((3, 3), (4, 4)):
         if given[0, 1] != 0:
@@ -816,7 +815,7 @@ def checked_intrinsics(intrinsics: Any) -> Floats:
 
 
 def checked_image_size(size: Any) -> tuple[int, int]:
-    """Return the width and height of an image in pixels, both from 1 to `MAX_SIDE`."""
+    """Return width and height of an image after checking that both are 1 to `MAX_SIDE` pixels."""
     if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
         raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
     width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
@@ -835,7 +834,7 @@ def _numbers_of(value: Any, name: str) -> Floats:
 
 
 def checked_callable(value: Any, name: str) -> Any:
-    """Return the value, or raise a TypeError if it is neither callable nor None."""
+    """Return the value; raise a TypeError if it is neither callable nor None."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, got {reprlib.repr(value)}")
     return value
@@ -844,8 +843,8 @@ def checked_callable(value: Any, name: str) -> Any:
 def checked_threads(n_threads: Any) -> int:
     """Return the number of threads to use, at most `MAX_THREADS_PER_CORE` per usable core.
 
-    If `n_threads` is None, the environment variable SUPERFACETS_NUM_THREADS decides. If the
-    variable is not set, there is one thread per usable core.
+    If `n_threads` is None, the environment variable SUPERFACETS_NUM_THREADS is used instead. If the
+    variable is not set, the result is one thread per usable core.
     """
     if n_threads is not None:
         return min(checked_count(n_threads, "n_threads"), MAX_THREADS_PER_CORE * usable_cores())
@@ -867,7 +866,7 @@ def usable_cores() -> int:
 
 
 def _integer_array(value: Any, name: str) -> Array:
-    """Return a one-dimensional array of integers in its original dtype."""
+    """Return a one-dimensional array of integers, in its original dtype, after a check."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.ndim != 1:

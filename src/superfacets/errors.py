@@ -1,4 +1,4 @@
-"""Classes of the errors and warnings of superfacets."""
+"""Classes of errors and warnings that superfacets raises."""
 
 import importlib
 from typing import Any
@@ -12,7 +12,7 @@ class MissingExtraError(ImportError):
     """An optional dependency is missing. The message gives the install command."""
 
     def __init__(self, task: str, extra: str) -> None:
-        """Create the error for a task and the extra to install, or the package ``"torch"``."""
+        """Create an error that says which extra (or ``"torch"``) to install for a task."""
         needs, package = "an extra", f"'superfacets[{extra}]'"
         if extra == "torch":
             needs, package = extra, extra
@@ -21,7 +21,7 @@ class MissingExtraError(ImportError):
 
 
 def import_extra(module: str, task: str, extra: str) -> Any:
-    """Import an optional module; if it is missing, raise a MissingExtraError with the task."""
+    """Import an optional module, or raise a MissingExtraError that names the task needing it."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError:
@@ -37,7 +37,7 @@ class IslandWarning(UserWarning):
 
 
 class BalanceWarning(UserWarning):
-    """Some regions are disconnected: no connected regions of the requested size were found."""
+    """Some regions are disconnected, because no connected regions of the same size were found."""
 
 
 class MismatchWarning(UserWarning):
@@ -45,7 +45,7 @@ class MismatchWarning(UserWarning):
 
 
 class SliverWarning(UserWarning):
-    """Regions are stripes because faces are long and thin. The message suggests a remedy."""
+    """Regions will be stripes, because faces are long and thin. The message suggests a remedy."""
 
 
 class ViewWarning(UserWarning):

@@ -1,4 +1,4 @@
-"""Compute nested levels of regions of a mesh or a graph with `hierarchy`."""
+"""The function `hierarchy`, which computes nested levels of regions of a mesh or a graph."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ def hierarchy(
               r = \sqrt{\frac{a + b}{\pi}}
 
     where L is the length of their border, and c is its openness: 1 if the border is smooth, and 0
-    if all of the border is in a deep crease. The first factor is from Ward and keeps sizes
-    balanced; the second keeps regions compact and borders in creases. In a volume, r is the radius
-    of a ball, and L is an area.
+    if all of the border is in a deep crease. The first factor comes from Ward's method and balances
+    the sizes of regions. The second factor favors compact regions and borders in creases. In a
+    volume, r is the radius of a ball, and L is an area.
 
     Parameters
     ----------
@@ -68,18 +68,17 @@ def hierarchy(
     features : array_like, shape (N, F) or (V, F), optional
         F numbers per cell or per vertex, from which the cost of merging is computed instead of
         geometry. The cost is then ``a b / (a + b)`` times the squared distance between the mean
-        features of two regions (Ward). The formula above only breaks ties. Without `labels`, the
-        finest regions also follow the features, as in `segment`.
+        features of two regions (Ward's method). The formula above only breaks ties. If `labels` is
+        not given, the finest regions also follow the features, as in `segment`.
     scale_features : bool, default True
         Whether each feature is first divided by its area-weighted standard deviation.
     islands : {"keep", "nearest"}
-        With ``"keep"``, only regions that touch merge, and no level can have fewer regions than
-        there are components. With ``"nearest"``, a component may also merge across the gap to the
-        nearest cell of a larger component, and regions may extend over several components. A gap
-        costs as much as a border of length r in a deep crease. `islands` is also passed to
-        `segment`.
+        With ``"keep"``, only regions that touch are merged, so no level can have fewer regions than
+        there are components. With ``"nearest"``, a component may also be merged across the gap to
+        the nearest cell of a larger component. The cost of a gap is the cost of a border of length
+        r in a deep crease. `islands` is also passed to `segment`.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        As for `segment`: regions never merge across barriers. They are not allowed with
+        As for `segment`: regions are never merged across barriers. Barriers cannot be combined with
         ``islands="nearest"``, because a merge across a gap could bypass a barrier.
     weld, n_threads
         As for `segment`. The result does not depend on the number of threads.
@@ -90,9 +89,9 @@ def hierarchy(
     Returns
     -------
     Hierarchy
-        Levels with exactly these numbers of regions. If the finest regions are connected, all
-        regions are connected, except across merged gaps. If several pairs have the same cost, the
-        pair with the lowest node numbers is merged first.
+        Levels with exactly the requested numbers of regions. If the finest regions are connected,
+        all regions are connected, except for regions that were merged across a gap. If several
+        pairs of regions have the same cost, the pair with the lowest numbers is merged first.
 
     Warns
     -----
@@ -111,10 +110,9 @@ def hierarchy(
     Notes
     -----
     Time is O(N + M) for the borders between regions, and O(m log K) for each merge of regions with
-    m neighbors. The openness of an edge is exp(-x), where x is the length that `crease_weights`
-    adds to the step across the edge, in units of 1.6 expected radii of the finest level. For a
-    graph, x comes from the weights of the graph. The openness of a border is the mean over its
-    length.
+    m neighbors. The openness of an edge is exp(-x), where x is the cost of the crease at the edge
+    in `crease_weights`, in units of 1.6 expected radii of the finest level. For a graph, x is
+    computed from the weights of the graph. The openness of a border is the mean over its length.
 
     References
     ----------
@@ -170,7 +168,7 @@ def hierarchy(
 
 
 def _checked_features(table: Floats | None) -> Floats | None:
-    """Raise a ValueError if squares of features would overflow, as they can without scaling."""
+    """Return `table`, or raise a ValueError if squares of unscaled features would overflow."""
     largest = 0.0 if table is None else float(np.abs(table).max())
     if largest > VALUE_RANGE[1] ** (2 / 3):
         raise ValueError(
@@ -181,7 +179,7 @@ def _checked_features(table: Floats | None) -> Floats | None:
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:
-    """Return the distinct numbers of regions in descending order."""
+    """Return checked numbers of regions in descending order; raise an error if any are equal."""
     if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
         raise TypeError(
             f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
@@ -202,12 +200,12 @@ def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segment
     if isinstance(source, CellGraph):
         return segment_graph(source, n, **options)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", IslandWarning)  # each level has an exact number of regions
+        warnings.simplefilter("ignore", IslandWarning)  # levels get the requested numbers later
         return segment(source, n, weld=weld, **options)
 
 
 def _check_sides(regions: Ints, groups: Ints) -> None:
-    """Raise a ValueError if a region has cells of different groups."""
+    """Raise a ValueError if a region has cells of different groups (see `Cut.groups`)."""
     has_both = (regions >= 0) & (groups != ANY_GROUP)
     group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
     group_of[regions[has_both]] = groups[has_both]

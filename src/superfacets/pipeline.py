@@ -1,4 +1,4 @@
-"""Run all stages of the segmentation of a mesh with `segment`."""
+"""The function `segment`, which runs all stages of the segmentation of a mesh or a cloud."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ from .clustering.run import segment_cells
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
-from .mesh.cells import Cells
+from .mesh.base import Cells
 from .mesh.denoising import (
     STEPS_WITH_SLACK,
     Denoise,
@@ -79,12 +79,13 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "denoise": 0,
     }
 )
-"""Keywords for the algorithm of the paper as published: ``segment(mesh, 150, **PAPER)``. Weights
+"""Keywords for the algorithm as published in the paper: ``segment(mesh, 150, **PAPER)``. Weights
 are computed with equations 1 to 3 of the paper, and seeds are placed by farthest-point sampling.
-Expansions halt at 2 r, and the loop stops when no center changes. Borders are not smoothed."""
+Paths end at 2 r from the center, where r is the expected radius of a region. The loop stops when no
+center moves. Borders are not smoothed."""
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that do not extend over several parts of a shape. These are the defaults."""
+"""Keywords for regions that stay within one part of a shape; the defaults of `segment`."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
@@ -117,16 +118,16 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Result of stages 0 and 1, which several calls of `segment` can use.
+    """A mesh or cloud with its graph of cells, which several calls of `segment` can use.
 
-    `segment` accepts a `Prepared` in place of the mesh and returns the same labels. `weld` then has
-    no effect, and weights must be given by name. `cells`, `graph`, `shapes` and `order` are fields
-    of `OrderedCells`.
+    `segment` accepts a `Prepared` in place of the mesh and returns the same labels. In this case,
+    `weld` has no effect, and weights must be given by name. `cells`, `graph`, `shapes` and `order`
+    have the same meaning as in `OrderedCells`.
     """
 
-    source: Cells  # cells in input order, as given by the caller
-    smooth: Cells  # the source with smoothed positions; the source itself if it was not smoothed
-    n_steps: int | None  # number of smoothing steps; None for cells that are not faces
+    source: Cells  # mesh or cloud given by the caller, in the order of the caller
+    smooth: Cells  # `source` with smoothed positions, or `source` itself if it was not smoothed
+    n_steps: int | None  # number of smoothing steps; None if cells are not faces
     slack: float  # angle in radians below which edges are treated as flat after smoothing
     kind: Kind
     cells: Any
@@ -139,7 +140,7 @@ class Prepared:
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto",
     ) -> Prepared:  # fmt: skip
-        """Smooth noisy cells and build their graph, with sorted cells if this is faster."""
+        """Smooth noisy meshes and build the graph of all cells, sorted if this is faster."""
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
@@ -170,7 +171,7 @@ class Prepared:
         return cls(source, smooth, n_steps, slack, kind, *made)
 
     def given_measures(self, n_threads: int) -> Floats:
-        """Return the measures of the cells before smoothing, (N,)."""
+        """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
         if not self.n_steps:
             return np.asarray(self.graph.measures)
         measures = self.kind.measures(self.source, n_threads)
@@ -226,11 +227,11 @@ def segment(
         Number of regions k, from 1 to the number of faces N. The default is 150, or N for meshes
         with fewer faces.
     alpha : float, optional
-        How strongly borders follow creases, >= 0. Regions are most compact if it is 0.
+        How strongly borders follow creases, >= 0. With 0, regions are most compact.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
-        Data that borders follow in addition to creases: F numbers per face or per vertex, or names
-        of data. Names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
-        ``"normals"``, ``"height"``, and the properties in the file.
+        Data that borders follow in addition to creases: F numbers per face or per vertex, or names.
+        The names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
+        ``"normals"``, ``"height"``, and all properties of faces or vertices in the file.
     denoise : int or "auto", default "auto"
         Number of smoothing steps before creases are measured. The input mesh is not changed.
         ``"auto"`` estimates the noise, and takes 0 steps if the mesh is smooth.
@@ -247,12 +248,12 @@ def segment(
         One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
     eta_convex, ridges : float, optional
-        Costs of convex edges, relative to concave edges with the same angle. `ridges` is for sharp
-        edges between flat faces, and `eta_convex` for other convex edges.
+        Costs of convex edges, relative to concave edges with the same angle. `ridges` is the cost
+        of sharp edges between flat faces, and `eta_convex` the cost of other convex edges.
     init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
-        Seeding method. The default is ``"geodesic"``, or ``"curve"`` for 10,000 or more regions of
-        fewer than 100 faces each. Alternatively, an array of seed faces, an array of one initial
-        label per face, or an earlier result.
+        Seeding method; see `place_seeds`. The default is ``"geodesic"``, or ``"curve"`` for 10,000
+        or more regions of fewer than 100 faces each. It may also be an array of seed faces, an
+        array of one initial label per face, or an earlier result of `segment`.
     relocate : bool, optional
         Whether centers of small regions may move into large regions. The default is True for the
         weights ``"parts"``, and False for other weights.
@@ -262,7 +263,7 @@ def segment(
         The loop stops after `max_num_iter` iterations, or when the root mean square of the moves of
         centers is at most `tol` * r.
     radius_factor : float, optional
-        Distance from the center, in units of r, at which expansions halt. The paper uses 2.
+        Distance from the center, in units of r, at which paths of a region end. The paper uses 2.
     islands : {"keep", "nearest"}
         Whether each component without a seed becomes a region (``"keep"``) or joins the nearest
         region (``"nearest"``).
@@ -271,21 +272,21 @@ def segment(
         `merge_small_regions`.
     enforce_connectivity : bool
         Whether each region keeps only the connected piece that contains its center; see
-        `enforce_connectivity`. Without `radius_factor`, regions are connected anyway.
+        `enforce_connectivity`. Regions can only be disconnected if `radius_factor` is given.
     balance : float
         How equal the areas (volumes) of regions become, from 0 (not balanced) to 1 (equal).
     max_measure, min_measure : float, optional
-        Limits on the area (volume) of each region. An error is raised if no regions meet them.
+        Limits on the area (volume) of each region. If no regions meet them, an error is raised.
     cell_weights : array_like of float, shape (N,), optional
         Sizes of cells, >= 0, that `balance`, `max_measure` and `min_measure` use instead of areas.
     cells_per_region : int, optional
-        Exact number of cells in each region. It replaces `n_segments`. In each component, one
-        region may be smaller and contains the remaining cells. See `Segmentation.patches`.
+        Exact number of cells in each region. It replaces `n_segments`. One region of each component
+        may be smaller, and contains the remaining cells. See `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
         Faces where the mask is False are left out and get the label -1.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        Either one number per face, such that all faces of a region have the same number; or edges
-        as pairs of vertices, such that no region extends across these edges.
+        Either one number per face, so that all faces of a region have the same number; or edges as
+        pairs of vertices, so that no region extends across these edges.
     feature_weight, scale_features : float, bool
         `feature_weight` is the cost of a feature difference of 1, in units of r. If
         `scale_features` is True, each feature is first divided by its standard deviation.
@@ -301,20 +302,20 @@ def segment(
     -------
     Segmentation
         Labels are int32 from 0 to K - 1, one per face in input order, and -1 where the mask is
-        False. They are the same on every run. K equals k with ``islands="nearest"``. With
-        ``"keep"``, each component without a seed adds one region. K may differ more from k with
-        ``init="flood"``, ``init="grid"`` or `radius_factor`.
+        False. Labels are the same on every run. With ``islands="nearest"``, K equals k. With
+        ``islands="keep"``, each component without a seed adds one region. With ``init="flood"``,
+        ``init="grid"`` or `radius_factor`, K may differ more from k.
 
     Warns
     -----
     BalanceWarning
-        If `cells_per_region` made some regions disconnected.
+        If some regions are disconnected, because of `cells_per_region`.
     SliverWarning
         If faces that are too long and thin for good regions cover more than a tenth of the area;
         see `subdivide`.
     IslandWarning
-        If there are more regions than `n_segments` because of components without a seed, except
-        for one region with barriers, which gives one region per component.
+        If there are more regions than `n_segments`, because components have no seed. There is no
+        warning for barriers with ``n_segments=1``, which make one region per component.
 
     Raises
     ------
@@ -335,13 +336,13 @@ def segment(
     >>> segmentation.n_segments, segmentation.labels.dtype, int(segmentation.labels.max())
     (20, dtype('int32'), 19)
     """
-    options = Options.checked(locals())  # parameters are checked before the mesh is read
+    options = Options.checked(locals())  # checks parameters before the mesh is read
     with _core.Workspace():  # all stages share the threads of the workspace
         return _run(mesh, options)
 
 
 def _list_of_weights() -> str:
-    """Return a list of all formulas for weights, for the docstring of `segment`."""
+    """Return text that lists all formulas for weights, for the docstring of `segment`."""
     items = []
     for name, weight in WEIGHTS.items():
         values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
@@ -358,7 +359,7 @@ if segment.__doc__ is not None:  # python -OO removes docstrings
 
 @dataclass(frozen=True)
 class Options:
-    """Checked options of all stages."""
+    """Checked arguments of `segment`, grouped by stage."""
 
     weld: bool
     init: Init | Start | None
@@ -368,12 +369,12 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = "auto"  # `smoothed` replaces "auto" by the number of smoothing steps
+    denoise: Denoise = "auto"  # after smoothing, the number of smoothing steps
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     @classmethod
     def checked(cls, arguments: Mapping[str, Any]) -> Options:
-        """Check the arguments of `segment`, keyed by name, and return them as options."""
+        """Check the arguments of `segment`, which are keyed by name, and return them as options."""
         given = SimpleNamespace(**arguments)
         size = SizeOptions.checked(given.n_segments, given.radius, given.init)
         if isinstance(given.init, str):
@@ -398,20 +399,20 @@ class Options:
         )  # fmt: skip
 
     def smoothed(self, n_steps: int | None, slack: float) -> Options:
-        """Return the options for cells that were smoothed in `n_steps` steps."""
+        """Return the options for a mesh that was smoothed in `n_steps` steps."""
         return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
 
     def needs_order(self, kind: Kind) -> bool:
-        """Return whether cells must keep their input order, even if sorted cells are faster.
+        """Return whether cells must keep their input order, even if sorted cells would be faster.
 
-        Weights from the caller are given in input order. With `radius_factor`, labels depend on the
-        order, because the lowest face that no center reaches becomes a center.
+        The reason is that weights from the caller are in input order, or that labels depend on the
+        order: with `radius_factor`, the lowest face that no center reaches becomes a center.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None
 
     def params(self, result: Segmentation) -> dict[str, Any]:
-        """Return all parameters, keyed by name; `result` has the parameters of the loop."""
+        """Return `Segmentation.params`, where `result` has only the parameters of the loop."""
         return {
             "weld": self.weld,
             "denoise": self.denoise,
@@ -426,7 +427,7 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """Results that one stage passes to the next.
+    """Data that each stage passes to the next stage.
 
     A field is None until a stage sets it. The last stage that needs a large array sets the field
     to None again, which frees the memory.
@@ -434,38 +435,38 @@ class _Work:
 
     options: Options
     mesh: Any  # argument of `segment`; None after the first stage
-    prepared: Any = None  # Prepared
-    source: Any = None  # cells in input order
-    order: Any = None  # input index of each sorted cell; None if cells are in input order
-    plan: Any = None  # Plan
+    prepared: Any = None  # a `Prepared` object
+    source: Any = None  # mesh or cloud in input order
+    order: Any = None  # (N,) input index of each sorted cell; None if cells are in input order
+    plan: Any = None  # a `Plan` object
     sizes: SizeRules | None = None
     balancer: Balancer | None = None
     sliver_share: float = 0.0  # fraction of the area in long and thin faces
-    surface: Any = None  # Surface of all cells
-    weights: Any = None  # one weight per arc of all cells
+    surface: Any = None  # `Surface` of all cells
+    weights: Any = None  # (M,) weight of each arc
     steps: FeatureSteps | None = None
-    lengths: Any = None  # one int per arc: the weight as a multiple of `unit`
-    unit: float = 0.0  # quantization step of the weights
-    arcs: Any = None  # ArcLengths of the kept cells, which are the cells to segment
-    ordered: Any = None  # OrderedGraph of the kept cells
-    levels: Any = None  # Levels: coarser versions of the ordered graph
-    of_machine_part: bool = False  # whether the weights are the ones for machine parts
+    lengths: Any = None  # (M,) weight of each arc as an integer multiple of `unit`
+    unit: float = 0.0  # weight that corresponds to an integer length of 1
+    arcs: Any = None  # `ArcLengths` of the cells inside the mask
+    ordered: Any = None  # `OrderedGraph` of the cells inside the mask
+    levels: Any = None  # `Levels`: graphs of coarse cells, which are groups of cells
+    of_machine_part: bool = False  # see `Weighed.of_machine_part`
     parts: PartPrices | None = None
-    result: Any = None  # Segmentation of the kept cells, extended to all cells by the last stage
-    timings: dict[str, float] = field(default_factory=dict)  # seconds, keyed by stage
+    result: Any = None  # `Segmentation` of the cells inside the mask; at the end, of all cells
+    timings: dict[str, float] = field(default_factory=dict)  # wall time in seconds, keyed by stage
 
     @property
     def has_parts(self) -> bool:
-        """Whether steps between parts of the shape have an extra cost.
+        """Whether arcs between parts of the shape have an additional cost.
 
-        Only surfaces without weights from the caller can have this cost.
+        These costs need a surface, and weights that are not given by the caller.
         """
         surface, is_asked = self.surface, self.options.weights.has_parts
         has_creases = surface.weights is None and surface.dimension == 2
         return is_asked and has_creases and self.plan.size.radius > 0.0
 
     def relocating(self) -> _Work:
-        """Return the work with the default value of `relocate` in place of None."""
+        """Return the same data, with the option `relocate` set to its default if it is None."""
         loop = self.options.loop
         if loop.relocate is not None:
             return self
@@ -474,14 +475,14 @@ class _Work:
         return replace(self, options=replace(self.options, loop=loop))
 
     def timed(self, stage: str, *, begins: bool = True) -> AbstractContextManager[None]:
-        """Measure the time of a block; with `begins`, also call `on_stage`."""
+        """Measure the time of a with block; if `begins` is true, also call `on_stage`."""
         return timed(self.timings, stage, self.options.loop.on_stage if begins else None)
 
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
-    """Run all stages. The `stacklevel` of warnings in the stages counts calls from `segment`.
+    """Run all stages. The `stacklevel` of warnings in stages counts calls up to `segment`.
 
-    `_coarsen` runs before `_add_parts`, because part costs are added to all levels.
+    `_coarsen` runs before `_add_parts`, because costs of parts are also added to coarse graphs.
     """
     works = [_Work(options, mesh)]
     for stage in (
@@ -497,13 +498,13 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _clean,
         _finish,
     ):
-        works.append(stage(works.pop()))  # so that a stage can free the results that it replaces
+        works.append(stage(works.pop()))  # keeps no other reference, so a stage can free memory
     result: Segmentation = works[0].result
     return result
 
 
 def _prepare(work: _Work) -> _Work:
-    """Stages 0 and 1: read the cells and build their graph, unless a `Prepared` is given."""
+    """Read the mesh or cloud and build the graph of its cells, unless a `Prepared` is given."""
     options, mesh = work.options, work.mesh
     if isinstance(mesh, Prepared):
         if mesh.order is not None and options.needs_order(mesh.kind):
@@ -534,7 +535,7 @@ def _prepare(work: _Work) -> _Work:
 
 
 def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
-    """Read the cells, and return options with a table in place of names of features."""
+    """Read the mesh or cloud, and replace names of features by a table of their values."""
     names = options.features.names
     if not names:
         return as_cells(mesh), options
@@ -552,7 +553,7 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
 
 
 def _plan(work: _Work) -> _Work:
-    """Determine the cells to segment, the size of regions, and the initial centers."""
+    """Determine the cells to segment, the expected size of regions, and the initial centers."""
     options, prepared, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
@@ -578,7 +579,7 @@ def _plan(work: _Work) -> _Work:
 
 
 def _weigh(work: _Work) -> _Work:
-    """Stage 2: compute the weights of all arcs, for regions of the planned size."""
+    """Compute the weights of all arcs, which depend on the expected radius of regions."""
     prepared = work.prepared
     adapted = prepared.kind.weight_options(prepared.graph, work.options.weights)
     options = replace(work.options, weights=adapted)
@@ -587,7 +588,7 @@ def _weigh(work: _Work) -> _Work:
         weights, of_machine_part = prepared.kind.weights(
             surface, prepared.graph, prepared.shapes, work.plan.size.radius, options.weights
         )
-        if not options.weights.has_other_unit:  # otherwise `_border_costs` needs all fields
+        if not options.weights.has_other_unit:  # otherwise `_border_costs` needs the full surface
             surface = prepared.kind.bare_surface(
                 surface, prepared.cells, prepared.graph, surface.n_threads
             )
@@ -597,7 +598,7 @@ def _weigh(work: _Work) -> _Work:
 
 
 def _add_features(work: _Work) -> _Work:
-    """Stage 2: add the cost of feature differences to the weights, if there are features."""
+    """Add the cost of feature differences to the weights, if there are features."""
     surface, measures = work.surface, work.prepared.graph.measures
     with work.timed("weights", begins=False):
         steps = work.options.features.steps(work.source, measures, surface.n_threads, work.order)
@@ -609,7 +610,7 @@ def _add_features(work: _Work) -> _Work:
 
 
 def _quantize(work: _Work) -> _Work:
-    """Stage 2: round weights to integer multiples of a unit, so that path lengths are exact."""
+    """Round weights to integer multiples of a unit, so that sums of weights are exact."""
     with work.timed("weights", begins=False):
         spare = SPARE if work.has_parts else 1.0
         lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads, spare)
@@ -617,13 +618,13 @@ def _quantize(work: _Work) -> _Work:
 
 
 def _order(work: _Work) -> _Work:
-    """Sort the kept cells along a space-filling curve, which improves cache locality."""
+    """Sort cells along a space-filling curve, so that neighbors are close together in memory."""
     with work.timed("order"):
         n_threads = work.surface.n_threads
         placed, arcs = work.plan.placed_cells(work.prepared.graph, work.lengths, n_threads)
         offsets, neighbors, lengths = arcs
         work = replace(work, prepared=None, arcs=arcs)
-        is_symmetric = work.options.weights.given is None  # weights from formulas are symmetric
+        is_symmetric = work.options.weights.given is None  # formulas give symmetric weights
         straight_unit = work.unit * work.surface.weight_unit if work.has_parts else 0.0
         ordered = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
@@ -634,13 +635,13 @@ def _order(work: _Work) -> _Work:
 
 
 def _coarsen(work: _Work) -> _Work:
-    """Stage 4: group cells into coarse cells, on which most iterations run."""
+    """Group cells into coarse cells, on which most iterations of the loop run."""
     levels = coarsened(work.ordered, work.plan, work.options.loop, work.timings)
     return replace(work, levels=levels)
 
 
 def _add_parts(work: _Work) -> _Work:
-    """Stage 2: add far arcs, between faces two or more arcs apart, and costs between parts."""
+    """Add arcs between faces that are two or more arcs apart, and costs between parts."""
     if not work.has_parts:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
@@ -652,10 +653,10 @@ def _add_parts(work: _Work) -> _Work:
 def price_parts(
     graph: Any, levels: Any, options: WeightOptions, size: RegionSize, n_threads: int
 ) -> PartPrices:
-    """Add costs between parts, and far arcs, to the graphs that the loop runs on.
+    """Add costs between parts of the shape, and far arcs, to the graphs on which the loop runs.
 
-    Far arcs join faces that are two or more arcs apart. `graph` may be a tiled graph, unless
-    ``levels.on_all``.
+    Far arcs join faces that are two or more arcs apart. `graph` must be in memory if
+    ``levels.on_all`` is true; otherwise, it may be on disk.
     """
     factors = (options.params["gamma"], options.crease_price(size.radius))
     if levels.on_all:
@@ -673,7 +674,7 @@ def price_parts(
 
 
 def _cluster(work: _Work) -> _Work:
-    """Stages 3 and 4: place seeds, and move centers until the loop converges."""
+    """Place seeds, and repeatedly label cells and move centers until the centers converge."""
     options = work.options
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
@@ -701,7 +702,7 @@ def _cluster(work: _Work) -> _Work:
 
 
 def _clean(work: _Work) -> _Work:
-    """Stage 5: make regions connected and large enough, and straighten their borders."""
+    """Make regions connected and large enough, and straighten their borders, as requested."""
     options, plan, n_threads = work.options, work.plan, work.surface.n_threads
     if not (options.cleanup.is_needed or options.balance.is_used):
         return work
@@ -746,10 +747,10 @@ def _cleaned(
     smoothing: SmoothOptions,
     goals: Goals | None = None,
 ) -> Segmentation:
-    """Clean up the regions of the result; regions of different groups are never merged."""
+    """Clean up the regions of a result; cells of different `groups` (see `Cut`) stay separate."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
-        # A piece that touches no other region is an island. It keeps its region.
+        # `edit` makes regions of pieces that touch no other region; give them their old labels.
         labels = edit.sources[edit.labels]
         result = replace(result, labels=labels, n_joined=edit.n_joined)
     if options.min_size > 0:
@@ -771,13 +772,13 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Return costs of borders, from the weights of arcs if the unit of the weights allows this."""
+    """Return the costs of borders, computed from the weights of arcs if their unit allows this."""
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
         return BorderCosts(surface, work.lengths, work.unit, scale)
-    # These weights use another unit, or depend on resolution, so border costs are recomputed.
-    weights = creases_of(surface, radius, ridges=0.0)  # weights in another unit have no ridges
+    # The weights have another unit, or depend on resolution, so other weights are computed here.
+    weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
     if work.steps is not None:
         weights = work.steps.added(weights, surface, radius)
     return BorderCosts.of_weights(surface, weights, scale)
@@ -799,20 +800,20 @@ def _finish(work: _Work) -> _Work:
 
 
 def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
-    """Convert a result for sorted cells to input order; `order` has the index of each cell."""
+    """Convert a result for sorted cells to input order; `order` is the input index of each cell."""
     labels = np.empty_like(result.labels)
     labels[order] = result.labels
     return replace(result, labels=labels, centers=order[result.centers])
 
 
 def sliver_advice(radius: float) -> str:
-    """Return advice for meshes with faces that are long and thin for regions of this radius."""
+    """Return advice on how to subdivide long and thin faces, for regions of the given radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Explain why `min_measure` made fewer regions than requested, or return None if not so."""
+    """Return a note if `min_measure` made fewer regions than requested; otherwise None."""
     asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
     least = result.params.get("min_measure")
     if asked is None or n_made >= asked or least is None:
@@ -825,14 +826,14 @@ def fewer_note(result: Segmentation) -> str | None:
 
 
 def barriers_note(asked: int, n_made: int) -> str:
-    """Explain why barriers made more regions than requested."""
+    """Return a note that explains why barriers made more regions than requested."""
     if asked == 1:
         return f"barriers divide the mesh into {n_made} components, each of which is a region"
     return "barriers divide the mesh into components, each of which has at least one region"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Warn if the number of regions is not the requested number, except with `radius_factor`."""
+    """Warn if the number of regions is not the requested number, unless `radius_factor` is set."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
@@ -843,7 +844,7 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
         warnings.warn(fewer, IslandWarning, stacklevel=stacklevel)
         return
     if params["islands"] == "keep" and result.n_unreached:
-        if has_barriers and asked == 1:  # the usual way to get one region per component
+        if has_barriers and asked == 1:  # users request this to get one region per component
             return
         advice = "to join them to the nearest region, use islands='nearest'"
         note = f"{counted(result.n_unreached, 'component')} of the mesh got no seed; {advice}"
@@ -858,6 +859,6 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
 
 
 def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
-    """Return the timings in the order in which the stages run."""
+    """Return the timings with ``"regions"`` last, which is the order in which the stages run."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

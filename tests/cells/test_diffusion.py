@@ -38,8 +38,8 @@ def test_concave_creases_conduct_less():
     found = {}
     for name, mesh in (("valley", valley), ("ridge", ridge)):
         graph, ordered, crease_price = straight_graph(mesh, 10)
-        offsets, neighbors, steps, conductances, hindered = ordered.conducting_arcs(
-            crease_price, 20.0, 1
+        offsets, neighbors, steps, conductances, hindered = _core.conducting_arcs(
+            ordered, crease_price, 20.0, 1
         )
         assert offsets.tolist() == [0, 1, 2]
         assert neighbors.tolist() == [1, 0]
@@ -64,7 +64,7 @@ def test_steps_between_cells_at_one_place_have_a_length():
         placed = _core.PlacedCells(positions, measures, 1)
         lengths = np.ones(graph.n_arcs, np.float32)
         ordered = _core.OrderedGraph(placed, graph.offsets, graph.neighbors, lengths, 1, True, 0.5)
-        _, _, steps, conductances, _ = ordered.conducting_arcs(1.0, 20.0, 1)
+        _, _, steps, conductances, _ = _core.conducting_arcs(ordered, 1.0, 20.0, 1)
         assert steps.min() >= least * (1 - 1e-12)
         assert np.isfinite(conductances).all()
         assert conductances.min() >= LEAST

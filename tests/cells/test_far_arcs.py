@@ -6,6 +6,7 @@ import shapes
 from straight_graphs import StraightGraph, all_paths, distances, far_arcs
 
 import superfacets as sf
+from superfacets import _core
 
 
 def polygons(n=12):
@@ -52,7 +53,7 @@ def test_arcs_lead_where_short_walks_lead_and_cost_as_much(name, n_threads):
     ordered = graph.ordered(n_threads)
     ordered.add_far_arcs(n_threads)
     expected = far_arcs(graph)
-    offsets, neighbors, *_ = ordered.conducting_arcs(0.0, 0.0, 1)
+    offsets, neighbors, *_ = _core.conducting_arcs(ordered, 0.0, 0.0, 1)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(offsets))
     assert set(zip(sources.tolist(), neighbors.tolist(), strict=True)) == set(expected)
     assert np.array_equal(distances(ordered), all_paths(graph.n_cells, expected))

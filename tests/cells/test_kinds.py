@@ -9,7 +9,7 @@ import superfacets
 from superfacets import ArcMeasures, CellGraph, MeshError
 from superfacets.cells import kinds
 from superfacets.cells.kinds import Kind, register
-from superfacets.mesh.cells import Cells
+from superfacets.mesh.base import Cells
 
 
 @dataclass(frozen=True, eq=False)

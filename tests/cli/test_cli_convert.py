@@ -138,7 +138,8 @@ def test_options_of_labels_go_to_the_files(run, folder):
 
 
 def test_solids_of_split_regions_are_named_after_them(run, folder):
-    assert run("convert", "a.ply", "a.npy", "--split", "parts", "--to", "stl")[0] == 0
+    options = ("--split", "parts", "--to", "stl", "--ascii")
+    assert run("convert", "a.ply", "a.npy", *options)[0] == 0
     written = sorted((folder / "parts").glob("*.stl"))
     assert len(written) > 1
     for path in written:

@@ -95,14 +95,14 @@ def test_tetrahedra_have_no_faces_to_cut(run, tmp_path):
     write_mesh(tmp_path / "tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]]))
     status, _, err = run("cut", tmp_path / "tets.vtu", "-o", tmp_path / "cut.ply")
     assert status == 1
-    assert "only a mesh of faces can be cut" in err
+    assert "tets.vtu: expected a mesh of faces to cut, got tetrahedra\n" in err
 
 
 def test_points_have_no_borders_to_cut(run, tmp_path):
     write_mesh(tmp_path / "cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3))))
     status, _, err = run("cut", tmp_path / "cloud.ply", "-o", tmp_path / "cut.ply")
     assert status == 1
-    assert "only a mesh of faces can be cut" in err
+    assert "cloud.ply: expected a mesh of faces to cut, got points\n" in err
 
 
 def test_smooth_borders_are_drawn(run, sheet, labels, tmp_path):

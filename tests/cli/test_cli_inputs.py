@@ -10,7 +10,7 @@ import shapes
 from command_line import COMMAND
 
 from superfacets import MeshError, read_labels, read_mesh, segment, write_mesh
-from superfacets.cli.inputs import load_cells
+from superfacets.cli.inputs import read_input
 from superfacets.io.readers.gltf import open_scene
 from superfacets.io.readers.read import recognized_ending
 
@@ -62,9 +62,9 @@ def test_the_format_of_standard_input_is_recognized_by_its_content(give, tmp_pat
     for ending, data in contents(tmp_path):
         assert recognized_ending(data) == ending
         give(data)
-        assert load_cells("-", None).n_faces == 18, ending
+        assert read_input("-").cells().n_faces == 18, ending
         give(data)
-        assert load_cells("-", ending[1:]).n_faces == 18, ending
+        assert read_input("-", ending[1:]).cells().n_faces == 18, ending
     assert recognized_ending(b"glTF\2\0\0\0") == ".glb"
     assert recognized_ending(b' \n{"asset": {}}') == ".gltf"
 
@@ -83,10 +83,10 @@ def test_what_is_no_mesh_is_not_recognized(give, run, data):
 def test_messages_name_standard_input(give):
     give(b"")
     with pytest.raises(MeshError, match=r"^standard input is empty$"):
-        load_cells("-", None)
+        read_input("-").cells()
     give(b"OFF\n3 1 0\n")
     with pytest.raises(MeshError, match=r"^standard input: the header declares 3 vertices"):
-        load_cells("-", None)
+        read_input("-").cells()
 
 
 def test_gltf_on_standard_input_reaches_no_files():
@@ -102,6 +102,16 @@ def test_a_format_overrides_the_ending(run, tmp_path):
     status, out, _ = run("info", path, "--format", "obj")
     assert status == 0
     assert "faces                18" in out
+
+
+def test_a_format_also_selects_how_labels_are_read(run, sheet, tmp_path):
+    mesh = read_mesh(sheet)
+    labels = np.arange(mesh.n_faces) // 100
+    write_mesh(tmp_path / "mesh.ply", mesh, labels)
+    path = (tmp_path / "mesh.ply").rename(tmp_path / "mesh.dat")
+    status, _, _ = run("convert", path, "--format", "ply", "-o", tmp_path / "labels.npy")
+    assert status == 0
+    assert np.array_equal(read_labels(tmp_path / "labels.npy"), labels)
 
 
 def test_a_pipe_goes_through(sheet):

@@ -2,12 +2,13 @@
 
 import csv
 import json
+import subprocess
 import sys
 
 import numpy as np
 import pytest
 import shapes
-from command_line import files_in
+from command_line import COMMAND, files_in
 
 from superfacets import MeshAttributes, write_mesh
 
@@ -64,9 +65,16 @@ def test_a_column_has_the_most_frequent_value_of_each_region(run, tmp_path):
     assert status == 1
     assert "cloud.csv: the points have no property height: the integer properties are" in notes
     assert notes.endswith(" label, kind, even\n")
-    status, _, notes = run("regions", "-", "--majority", "kind")
-    assert status == 2
-    assert "--majority needs a file" in notes
+    command = [*COMMAND, "regions", "-", "--format", "csv", "--majority", "kind"]
+    piped = subprocess.run(command, input=path.read_bytes(), capture_output=True, check=True)
+    assert [row["majority_kind"] for row in rows_of(piped.stdout.decode())] == ["0", "6"]
+
+
+def test_a_format_without_integers_of_the_cells_is_refused(run, fold):
+    write_mesh(fold / "fold.off", FOLD)
+    status, _, notes = run("regions", fold / "fold.off", fold / "labels.seg", "--majority", "kind")
+    assert status == 1
+    assert notes.endswith("fold.off: expected a format that can store labels, got .off\n")
 
 
 def test_a_column_has_the_mean_of_a_property_in_each_region(run, tmp_path):

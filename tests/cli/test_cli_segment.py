@@ -488,7 +488,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "function"),
     [
-        ("superfacets.cli.segment", "load_cells_and_attributes"),
+        ("superfacets.cli.segment", "read_input"),
         ("superfacets.batches.files", "segment"),
         ("superfacets.export.ply", "_rows"),
     ],

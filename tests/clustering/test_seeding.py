@@ -186,9 +186,7 @@ def test_wrong_arguments_are_refused(arguments, error, message):
 @pytest.mark.parametrize("init", ["flood", "grid"])
 def test_a_radius_cannot_come_from_no_area(init):
     line = shapes.line_graph([1.0] * 4, measures=[0] * 5)
-    with pytest.raises(
-        ValueError, match=f"init='{init}' needs the radius of a region, but all cells"
-    ):
+    with pytest.raises(ValueError, match=f"init='{init}' needs a radius above 0, but all cells"):
         place_seeds(line, 2, init=init)
 
 

@@ -93,7 +93,7 @@ def test_steps_between_coarse_cells_are_straight():
     positions, _ = coarse.cells()
     ends, others = np.array(list(arcs_of(coarse))).T
     ways = np.linalg.norm(positions[ends] - positions[others], axis=1)
-    assert np.allclose(coarse.steps(2), ways)
+    assert np.allclose(_core.straight_steps(coarse.graph, 2), ways)
 
 
 def test_steps_between_coarse_cells_at_one_place_are_not_0():
@@ -102,7 +102,8 @@ def test_steps_between_coarse_cells_at_one_place_are_not_0():
         placed = _core.PlacedCells(np.zeros((2, 3)), np.full(2, measure), 1)
         arcs = (np.array([0, 1, 2]), np.array([1, 0], np.int32), np.ones(2, np.float32))
         ordered = _core.OrderedGraph(placed, *arcs, 1, True, 0.125)
-        assert np.allclose(_core.CoarseGraph(ordered, 1, 1).steps(1), expected)
+        coarse = _core.CoarseGraph(ordered, 1, 1).graph
+        assert np.allclose(_core.straight_steps(coarse, 1), expected)
 
 
 @pytest.mark.parametrize("width", [0, 1, 8])

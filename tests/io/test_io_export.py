@@ -710,6 +710,21 @@ class TestRegions:
         assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(("change", "is_binary"), [(0, True), (1e-9, False)])
+def test_stl_without_labels_is_binary_if_float32_is_exact(tmp_path, square, change, is_binary):
+    mesh = Mesh(square.vertices + change, square.faces)
+    paths = write_regions(tmp_path / "parts", mesh, [0, 7], ending=".stl")
+    write_mesh(tmp_path / "whole.stl", mesh)
+    for path, faces in [(paths[0], [0]), (paths[1], [1]), (tmp_path / "whole.stl", [0, 1])]:
+        data = path.read_bytes()
+        assert (len(data) == 84 + 50 * len(faces)) == is_binary
+        assert data.startswith(b"solid") != is_binary
+        again = read_mesh(path)
+        assert_array_equal(again.vertices[again.faces], mesh.vertices[mesh.faces[faces]])
+    if is_binary:
+        assert np.frombuffer(data, "<f4", 3, offset=84).tolist() == [0, 0, 1]
+
+
 def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
     names = write_regions(tmp_path, PointCloud(VERTICES), [0, 0, 0, 0, 4])
     assert read_cloud(names[1]).points.tolist() == [VERTICES[4].tolist()]

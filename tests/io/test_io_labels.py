@@ -9,9 +9,13 @@ from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError, PointCloud, TetMesh
 from superfacets.export.write import write_labels, write_mesh
-from superfacets.io.readers.labels import LABEL_ENDINGS, has_labels, read_labels
+from superfacets.io.readers.labels import LABEL_ENDINGS, find_labels, read_labels
 
 LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
+
+
+def labels_in(path, name="label"):
+    return find_labels(path.read_bytes(), path.suffix, None, name)
 
 
 def npy(array, **options) -> bytes:
@@ -270,8 +274,8 @@ def test_labels_of_clouds_come_back(tmp_path, ending):
     path = tmp_path / f"a{ending}"
     write_mesh(path, PointCloud(points), labels)
     assert_array_equal(read_labels(path, 300), labels)
-    assert has_labels(path)
-    assert not has_labels(path, name="class")
+    assert_array_equal(labels_in(path), read_labels(path))
+    assert labels_in(path, "class") is None
     with pytest.raises(MeshError, match=r"no property class: the integer properties are .*label"):
         read_labels(path, name="class")
 
@@ -280,8 +284,8 @@ def test_labels_of_another_name_are_read(tmp_path):
     path = tmp_path / "a.ply"
     path.write_bytes(ply_with_labels().replace(b"int label", b"int Part"))
     assert_array_equal(read_labels(path, name="Part"), [3, 0])
-    assert has_labels(path, name="Part")
-    assert not has_labels(path)
+    assert_array_equal(labels_in(path, "Part"), read_labels(path, name="Part"))
+    assert labels_in(path) is None
     message = r"the PLY faces have no property label: the integer properties are Part$"
     with pytest.raises(MeshError, match=message):
         read_labels(path)
@@ -293,9 +297,9 @@ def test_an_array_of_another_name_is_read(tmp_path, ending):
     cells = Mesh(corners, [[0, 1, 2]]) if ending == ".vtp" else TetMesh(corners, [[0, 1, 2, 3]])
     path = tmp_path / f"a{ending}"
     write_mesh(path, cells, [4], label_name="Label")
-    assert has_labels(path, name="Label")
+    assert_array_equal(labels_in(path, "Label"), read_labels(path, name="Label"))
     assert_array_equal(read_labels(path, name="Label"), [4])
-    assert not has_labels(path)
+    assert labels_in(path) is None
     with pytest.raises(MeshError, match="has no cell data label"):
         read_labels(path)
 
@@ -306,9 +310,9 @@ def test_regions_come_back_from_solids_and_groups(tmp_path, ending):
     mesh = Mesh(VERTICES, [[0, 1, 2], [1, 2, 3], [0, 2, 3], [0, 1, 3]])
     write_mesh(path, mesh, [17, -1, 4, 17])
     assert_array_equal(read_labels(path, 4), [-1, 4, 17, 17])  # faces are in the order of regions
-    assert has_labels(path)
+    assert_array_equal(labels_in(path), read_labels(path))
     write_mesh(path, mesh)
-    assert not has_labels(path)
+    assert labels_in(path) is None
 
 
 def test_named_parts_are_numbered_in_their_order(tmp_path):
@@ -317,7 +321,7 @@ def test_named_parts_are_numbered_in_their_order(tmp_path):
     names = ("inlet", "wall", "Inlet", "wall", "")
     path.write_text("".join(f"SOLID {name}\n{2 * facet}endsolid\n" for name in names))
     assert_array_equal(read_labels(path), [0, 0, 1, 1, 2, 2, 1, 1, 3, 3])
-    assert not has_labels(path)
+    assert labels_in(path) is None
     path = tmp_path / "a.obj"
     vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     path.write_text(f"{vertices}f 1 2 3\no car\nf 1 2 3\ng front \\\n door # left\nf 1 2 3\n")

@@ -196,7 +196,7 @@ def test_polydata_of_pyvista_keeps_its_faces_in_order():
 
 def test_polydata_of_strips_or_points_is_refused():
     pyvista = pytest.importorskip("pyvista")
-    with pytest.raises(MeshError, match="a PolyData must not have triangle strips: call its"):
+    with pytest.raises(MeshError, match=r"a PolyData must not have triangle strips: call \.tri"):
         as_mesh(pyvista.Sphere().strip())
     with pytest.raises(MeshError, match="no faces"):
         as_mesh(pyvista.PolyData(np.random.default_rng(0).uniform(size=(5, 3))))
@@ -212,7 +212,7 @@ def test_an_unstructured_grid_is_no_surface():
 
 def test_faces_of_a_polydata_look_alike_must_be_flat():
     odd = types.SimpleNamespace(points=np.array(TRIANGLE), faces=np.zeros((2, 2, 2), int))
-    with pytest.raises(MeshError, match="faces of a PolyData must be one-dimensional, got shape"):
+    with pytest.raises(MeshError, match=r"faces of a PolyData must have shape \(n,\), got shape"):
         as_mesh(odd)
 
 

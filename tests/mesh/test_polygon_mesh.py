@@ -161,7 +161,7 @@ def test_a_mesh_says_what_it_holds():
     assert mesh.face(1).tolist() == [0, 2, 3]
     assert mesh.bounds.tolist() == [[0, 0, 0], [1, 1, 0]]
     for face in (-1, 2):
-        with pytest.raises(IndexError, match=f"the face must be 0 to 1, got {face}"):
+        with pytest.raises(IndexError, match=f"the face index must be 0 to 1, got {face}"):
             mesh.face(face)
 
 
@@ -274,7 +274,9 @@ def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():
 @pytest.mark.parametrize("flat", [[4, 0, 1, 2, 3, 3, 0, 1], [3, 0, 1, 2, -1], [3, 0, 1, 2, 0]])
 def test_flat_faces_that_run_beyond_their_end_are_refused(flat):
     odd = types.SimpleNamespace(points=np.array(SQUARE, float), faces=np.array(flat))
-    message = r"faces\[1\] (has .* corners, but only|must have at least 3 corners, got 0)"
+    message = (
+        r"faces\[1\] (of a PolyData has .* corners, but only|must have at least 3 corners, got 0)"
+    )
     with pytest.raises(MeshError, match=message):
         as_mesh(odd)
 

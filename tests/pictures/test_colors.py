@@ -233,6 +233,14 @@ def test_regions_that_do_not_touch_need_not_differ():
     assert len({tuple(c) for c in colors}) == 3
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_few_regions_have_distinct_colors(seed):
+    graph, labels = grid_of_blocks(20, 5, seed)
+    colors = region_colors(graph, labels)
+    assert 10 < len(colors) == len({tuple(c) for c in colors})
+    assert distance_across_arcs(graph, labels, colors).min() >= MIN_COLOR_DISTANCE
+
+
 def test_one_region_has_the_first_color():
     np.testing.assert_array_equal(region_colors(graph_of_pairs(2, [(0, 1)]), [0, 0]), PALETTE[:1])
 

@@ -195,8 +195,7 @@ def test_soup_is_smoothed_where_it_is_welded(weld):
 
 def steps_of(costs):
     """Lengths of arcs, in the unit of the vertices."""
-    _, lengths, unit, _ = costs.args
-    return lengths.astype(float) * unit
+    return costs.lengths.astype(float) * (costs.unit * costs.surface.weight_unit)
 
 
 MESHES = {
@@ -247,8 +246,10 @@ def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0, sizes=(), goa
         sizes=sizes, goals=goals,
     )  # fmt: skip
     none = np.zeros(0, np.int32)
-    args = (*costs.args, array, none, costs.radius, max_chain, max_sweeps, *stiff, 1)
-    found = _core.smooth_borders(*args, np.array(sizes, float), np.array(goals, float))
+    options = _core.SmoothOptions(
+        costs.radius, max_chain, max_sweeps, *stiff, np.array(sizes, float), np.array(goals, float)
+    )
+    found = _core.smooth_borders(*costs.args, array, none, options, 1)
     assert found.tolist() == expected
 
 

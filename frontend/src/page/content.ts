@@ -68,7 +68,7 @@ export class Content {
     return this.arrays.level_0_labels!;
   }
 
-  /** The label of each cell. Coarser levels are stored as the parent of each region of the first level. */
+  /** The label of each cell. For a coarser level, only the parent of each region of the first level is stored. */
   labelsOf({ name }: Labeling): Numbers {
     const given = this.arrays[`${name}_labels`];
     if (given) return given;

@@ -1,6 +1,6 @@
-// Draws the page with one draw call for the surface and one for the borders. Each frame uploads only
-// a few uniforms. For picking, the cell number of each pixel is drawn to a framebuffer. This is done
-// only once per view, when the pointer is first moved over the canvas.
+// Draws the page with one draw call for the surface and one for the borders. Each frame uploads only a few uniforms.
+// For picking, the cell number of each pixel is drawn to a framebuffer. The cell numbers are drawn only once per view,
+// when the pointer is first moved over the canvas.
 
 import type { Arrays, Numbers } from "../shared/arrays";
 import { Camera } from "../shared/camera";
@@ -14,7 +14,7 @@ import { BORDER, CELLS, INK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
 const SLOW_MS = 40; // frame time in milliseconds above which a moving view is drawn at low resolution
-const COARSE = 0.5; // low resolution, relative to the resolution of the screen
+const COARSE = 0.5; // low resolution as a fraction of the screen resolution
 const REST_MS = 150; // time in milliseconds after the last movement until the view is drawn at full resolution
 
 export type Rgb = readonly [number, number, number];

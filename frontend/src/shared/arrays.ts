@@ -81,7 +81,7 @@ function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
 const CHUNK = 0x8000; // bytes per call of String.fromCharCode, whose number of arguments is limited
 
 interface Decoder {
-  fromBase64?: (text: string) => Uint8Array<ArrayBuffer>; // static method that older browsers lack
+  fromBase64?: (text: string) => Uint8Array<ArrayBuffer>; // static method that is missing in older browsers
 }
 
 export function toBase64(numbers: Uint32Array | Uint8Array): string {

@@ -9,7 +9,7 @@ const MARGIN = 0.94; // fraction of the canvas that the mesh fills at zoom 1
 const NEAREST = 1e-3; // smallest distance from the eye to the target, relative to the size of the mesh
 const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
 const LEAST_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
-const STEEP = 1.2; // largest elevation that a camera animation ends with, in radians
+const STEEP = 1.2; // largest elevation at the end of a camera animation, in radians
 const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
 
 /** Camera angles in degrees, and a zoom factor; zoom 1 shows the whole mesh. */
@@ -38,7 +38,7 @@ export class Camera {
   private facts: ShapeFacts | null = null;
   private positions: Positions | null = null;
   private fitted = 0; // distance from the eye to the target at zoom 1; 0 until `fit` has computed it
-  private flight = 0; // incremented by each camera movement, which stops a running animation
+  private flight = 0; // number of camera movements; a running animation stops when this number changes
 
   constructor(private readonly changed: () => void) {}
 
@@ -148,8 +148,8 @@ export class Camera {
   }
 
   /**
-   * Zoom in (factor > 1) or out. The screen position (x, y) stays fixed; it is relative to the middle
-   * of the canvas and in units of the canvas height.
+   * Zoom in (factor > 1) or out. The screen position (x, y) stays fixed. The position is relative to the middle of the
+   * canvas, in units of the canvas height.
    */
   zoomBy(factor: number, x = 0, y = 0): void {
     this.pan(-x, -y);
@@ -162,7 +162,7 @@ export class Camera {
     this.zoom = (zoom * distance) / Math.max(NEAREST * size, Math.min(FARTHEST * size, wanted));
   }
 
-  /** Size in pixels of a segment of length 1 at distance 1, if the canvas has this height. */
+  /** Size in pixels of a segment of length 1 at distance 1, for a canvas of this height in pixels. */
   pixelsOf(height: number): number {
     return height / (2 * SLOPE);
   }

@@ -4,7 +4,9 @@ import type { Positions } from "./shape";
 
 export const NO_NORMAL = 0; // code of a vertex on a crease, where each triangle is shaded with the triangle's normal
 const DOWNWARD = 0xfefe; // code of the downward direction, used instead of 0 because 0 means NO_NORMAL
-const SMOOTH = 0.9; // smallest cosine of the angle between a vertex normal and its triangles' normals; below it, the vertex is on a crease
+// Smallest cosine of the angle between a vertex normal and its triangles' normals; for a smaller cosine, the vertex is
+// on a crease.
+const SMOOTH = 0.9;
 
 /** Octahedral encoding of a direction in two bytes. */
 function packDirection(x: number, y: number, z: number): number {

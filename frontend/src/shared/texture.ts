@@ -97,7 +97,7 @@ export class Blend {
     this.set(hasTexture ? opacity : 0);
   }
 
-  /** Make the texture fully opaque or, if it already is, hide the texture. */
+  /** Make the texture fully opaque, or hide the texture if it is already fully opaque. */
   toggle(): void {
     if (!this.row.hidden) this.set(this.opacity === 1 ? 0 : 1);
   }

@@ -118,7 +118,7 @@ export class Workbench {
     return classNameIn(this.session.state, id);
   }
 
-  /** Name of the object of a paint or, if the paint has no object, of its class. */
+  /** Name of the object of a paint (class and object) or, if the paint has no object, of its class. */
   paintName(paint: number): string {
     return paintNameIn(this.session.state, paint);
   }
@@ -227,8 +227,8 @@ export class Workbench {
   }
 
   /**
-   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells.
-   * Returns false if all cells are inside the body, where they cannot be seen.
+   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells. Returns false if
+   * all cells are inside a tetrahedral mesh, where they cannot be seen.
    */
   fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;
@@ -264,7 +264,7 @@ export class Workbench {
     this.sayPainted(list, paint, replaced);
   }
 
-  /** Count the regions whose main class or object is replaced by `paint`, for each replaced paint. */
+  /** Count the regions whose main paint (class and object) is replaced by `paint`, and add the counts to `replaced`. */
   noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
     const { session: { paints, regions: all, isLocked } } = this;
     if (isLocked || !paint) return;

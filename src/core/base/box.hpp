@@ -30,7 +30,7 @@ struct Box {
   }
 
   // Lower bound of the squared distance from p to any point in the box. The bound also holds in
-  // floating point, because rounding is monotone and the terms are added in the order of
+  // floating point, because rounding is monotone and the terms are added in the same order as in
   // squared_norm.
   double squared_distance(Point p) const {
     auto gap = [](double from, double to, double value) {

@@ -30,7 +30,7 @@ constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
 void* map_memory(std::size_t n_bytes) {
   void* data = ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (data == MAP_FAILED) throw std::bad_alloc();
-  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint that the kernel may ignore
+  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // the operating system may ignore this hint
   return data;
 }
 
@@ -64,8 +64,8 @@ class Pool {
     return best;
   }
 
-  // Takes memory from the end of a range. Mappings are used from their end to their start, so
-  // memory that was used before is reused before untouched memory.
+  // Takes memory from the end of a range. Each mapping is used from its end to its start, so pages
+  // that were used before are handed out again before untouched pages.
   void* cut(Ranges::iterator range, std::size_t n_bytes) {
     range->second -= n_bytes;
     n_free_ -= n_bytes;
@@ -125,7 +125,8 @@ class Pool {
 
 std::mutex pool_mutex;
 
-// The pool is never destroyed, because arrays may be returned while the process ends.
+// The pool is never destroyed, because arrays may still return memory to it while the process
+// exits.
 Pool& pool() {
   static Pool* const only = new Pool;
   return *only;
@@ -151,7 +152,7 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept {
   }
   try {
     pool().give(memory, n_returned);
-  } catch (const std::bad_alloc&) {  // no memory left to record the range
+  } catch (const std::bad_alloc&) {  // not enough memory to record the range in the pool
     ::munmap(memory, n_returned);
   }
 }
@@ -165,7 +166,7 @@ void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept)
 #else
 
 namespace {
-constexpr std::align_val_t kAlignment{64};  // a cache line
+constexpr std::align_val_t kAlignment{64};  // size of a cache line in bytes
 }
 
 void* take_memory(std::size_t n_bytes) {

@@ -11,8 +11,8 @@
 
 namespace superfacets {
 
-// Size of the smallest array that uses take_memory.
-inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
+// Size in bytes of the smallest array that uses take_memory.
+inline constexpr std::size_t kLargeMemory = 1 << 16;
 
 // Returns uninitialized memory. On Linux, the memory comes from a pool or from the system, is
 // aligned to a page, and is in huge pages if the system supports them. On other systems, the memory
@@ -30,8 +30,8 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept;
 void return_end_of_memory(void* memory, std::size_t n_bytes, std::size_t n_kept) noexcept;
 
 // An array of uninitialized values. A std::vector would first write zeros on one thread, with a
-// page fault for each 4 KiB, which takes longer than most stages on meshes of millions of faces. In
-// a buffer, each thread causes the page faults of the memory that it fills.
+// page fault for each 4 KiB, which takes longer than most stages on meshes of millions of faces. A
+// buffer is filled by several threads, and each thread handles the page faults of its own part.
 template <typename T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -84,16 +84,17 @@ class Buffer {
   std::span<const T> span() const { return {data_, size_}; }
 
  private:
-  static constexpr std::align_val_t kAlignment{64};  // a cache line
+  static constexpr std::align_val_t kAlignment{64};  // size of a cache line in bytes
 
   static std::size_t bytes(std::size_t size) {
-    // Allocates at least one element, because numpy requires a valid pointer also for an empty
+    // Allocates at least one element, because numpy requires a valid pointer even for an empty
     // array.
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 
   // Large arrays do not use malloc. malloc cannot return freed memory to the system while a small
-  // allocation follows it in the heap. This would raise peak memory by a sixth on a million faces.
+  // allocation follows it in the heap. Using malloc would raise peak memory by a sixth on a million
+  // faces.
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
     void* data =

@@ -17,7 +17,8 @@ namespace superfacets {
 namespace elementary_parts {
 
 // Coefficients of P in ascending order, for atan(q) = q + q z P(z) with z = q^2. P is computed with
-// the Remez algorithm. It minimizes the maximum error of z P(z) on 0 <= z <= 1/4, which is 2^-62.
+// the Remez algorithm, which minimizes the maximum error of z P(z) on 0 <= z <= 1/4. This maximum
+// error is 2^-62.
 inline constexpr std::array<double, 13> kSeries{
     -0.33333333333333315,  0.19999999999993445, -0.14285714284977744,  0.11111111069363067,
     -0.09090907692059402,  0.07692277476441967, -0.06666223702917291,  0.05877809365040213,
@@ -25,8 +26,9 @@ inline constexpr std::array<double, 13> kSeries{
     -0.008368794178450841,
 };
 
-// pi / 4 as a sum of two doubles. The first is the double nearest to pi / 4. It ends in three zero
-// bits, so its products with 0 to 4 are exact. The second is the remainder.
+// pi / 4 as a sum of two doubles. The first one is the double nearest to pi / 4. The first double
+// ends in three zero bits, so its products with the integers 0 to 4 are exact. The second double is
+// the remainder.
 inline constexpr double kEighthTurn = 0x1.921fb54442d18p-1;
 inline constexpr double kEighthTurnRest = 0x1.1a62633145c07p-55;
 
@@ -46,17 +48,17 @@ SUPERFACETS_ALWAYS_INLINE double round_to_whole(double x) {
 
 // The angle from the positive x axis to (x, y), for y >= 0: atan2(y, x), in [0, pi]. The error is
 // below 1.6 ulp (1.5 is measured in tests/base). The result is exact or correctly rounded at the
-// ends: 0 for y = 0 and x > 0, pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both are 0,
-// of either sign, the result is 0. Arguments are at most 2^1022 in magnitude. The function only
-// adds, multiplies, divides and selects, so the result has the same bits on all platforms where
-// these operations follow IEEE 754 and are not fused.
+// ends: 0 for y = 0 and x > 0, pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both
+// arguments are 0 (with either sign), the result is 0. Arguments are at most 2^1022 in magnitude.
+// The function only adds, multiplies, divides and selects, so the result has the same bits on all
+// platforms where these operations follow IEEE 754 and are not fused.
 SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   using namespace elementary_parts;
   const bool is_left = x < 0.0;
   const double width = std::abs(x);
-  // The angle of (width, y) is measured from the x axis, the diagonal or the y axis: it is 0, pi /
-  // 4 or pi / 2, plus atan(q) with |q| <= 1/2. For the diagonal, the subtraction is exact
-  // (Sterbenz). Selections between a number and 0 are single instructions, and adding 0 is exact.
+  // The angle of (width, y) is computed as 0, pi / 4 or pi / 2 plus atan(q), where |q| <= 1/2. If
+  // pi / 4 is added, the subtraction below is exact (Sterbenz lemma). Selecting between a number
+  // and 0 takes a single instruction, and adding 0 is exact.
   const bool is_flat = y + y <= width;
   const bool is_steep = y > width + width;
   const double top = (is_steep ? 0.0 : y) - (is_flat ? 0.0 : width);
@@ -98,12 +100,13 @@ constexpr std::array<double, 14> inverse_factorials() {
 }
 
 // exp(x) for x <= 0, in [0, 1]. The error is below 1 ulp (0.87 is measured in tests/base). The
-// result is exactly 1 for x = 0. It is 0 for NaN and for x < -708, where exp(x) is less than
-// 2^-1021.
+// result is exactly 1 for x = 0. The result is 0 for NaN and for x < -708, where exp(x) is less
+// than 2^-1021.
 inline double exponential(double x) {
   using namespace elementary_parts;
   constexpr double kLowest = -708.0;
-  constexpr double kWhole = 0x1.8p52;  // adding and subtracting it rounds to a whole number
+  // Adding and then subtracting this number rounds to an integer.
+  constexpr double kWhole = 0x1.8p52;
   if (!(x >= kLowest)) return 0.0;
   const double n = (x * std::numbers::log2e + kWhole) - kWhole;
   const double high = x - n * kLn2;  // exact

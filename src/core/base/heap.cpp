@@ -17,9 +17,9 @@ namespace superfacets {
 #if defined(__GLIBC__)
 namespace {
 
-// Largest mmap threshold that glibc accepts, in bytes. glibc adapts its thresholds. In a process
-// that has freed arrays of this size, the mmap threshold has this value, and the trim threshold is
-// twice the value.
+// Largest mmap threshold that glibc accepts, in bytes. glibc adapts its thresholds at run time:
+// after a process has freed arrays of this size, its mmap threshold equals this value, and its trim
+// threshold is twice this value.
 constexpr int kLargestFromHeap = 32 << 20;
 constexpr int kUsuallyKept = 2 * kLargestFromHeap;
 

@@ -45,9 +45,11 @@ Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
-  const std::int64_t n_parts = 4 * std::int64_t{team.size()};  // to balance the load
+  // Several parts per thread, to balance the load.
+  const std::int64_t n_parts = 4 * std::int64_t{team.size()};
   const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
-  std::vector<std::vector<std::int64_t>> next(n_parts);  // sizes, then write cursors
+  // Size of each list in each part, later the write cursors.
+  std::vector<std::vector<std::int64_t>> next(n_parts);
   team.for_each(n_parts, [&](std::int64_t part, int) {
     std::vector<std::int64_t> sizes(n_lists, 0);
     for_each(start_of(part), start_of(part + 1),
@@ -128,7 +130,8 @@ Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
   constexpr std::int64_t kBlock = 1 << 14;
   std::vector<std::vector<Entry>> lists((n + kBlock - 1) / kBlock);
   const auto append_range = [&](std::int64_t begin, std::int64_t end) {
-    // A local list, because vectors next to each other in `lists` share cache lines.
+    // A local list, because threads that append to adjacent vectors of `lists` would write to the
+    // same cache lines.
     std::vector<Entry> list;
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) append(cell, list);
     lists[begin / kBlock] = std::move(list);

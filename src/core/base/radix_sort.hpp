@@ -25,7 +25,7 @@ void radix_sort(Buffer<Entry>& entries) {
   }
   Buffer<Entry> sorted(entries.size());
   for (int pass = 0; pass < kPasses; ++pass) {
-    auto& next = counts[pass];  // becomes the write cursor of each digit
+    auto& next = counts[pass];  // counts, converted below to the write cursor of each digit
     if (std::ranges::find(next, entries.size()) != next.end()) continue;
     std::size_t n_before = 0;
     for (std::size_t& count : next) n_before += std::exchange(count, n_before);

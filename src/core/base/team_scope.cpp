@@ -15,18 +15,19 @@ long process_id() {
 #endif
 }
 
-// State of one thread: the number of open TeamScopes, and the idle team that they keep alive.
+// State of one thread: the number of open TeamScopes, and the idle team that these scopes keep
+// alive.
 struct Kept {
   int n_scopes = 0;
   std::unique_ptr<ThreadTeam> team;
-  long process = 0;  // ID of the process that has the threads of the team
+  long process = 0;  // ID of the process in which the threads of the team run
 };
 
 thread_local Kept kept;
 
-// Takes the kept team of this thread. Returns null if there is no team, or if the team has fewer
-// than n_threads threads. A team kept before a fork is dropped without calling its destructor,
-// because its threads do not exist in this process.
+// Removes and returns the team that is kept for this thread. Returns null if there is no team, or
+// if the team has fewer than n_threads threads. A team kept before a fork is dropped without
+// calling its destructor, because its threads do not exist in this process.
 std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
   if (kept.team != nullptr && kept.process != process_id()) {
     const ThreadTeam* const lost = kept.team.release();

@@ -15,7 +15,7 @@ class TeamScope {
   TeamScope();
   TeamScope(const TeamScope&) = delete;
   TeamScope& operator=(const TeamScope&) = delete;
-  ~TeamScope();  // must run on the thread of the constructor
+  ~TeamScope();  // must run on the same thread as the constructor
 };
 
 // The team of one kernel call: the team of the scope, or a new one. A kernel that is called while

@@ -19,8 +19,8 @@ namespace superfacets {
 // the work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
-// Minimum number of elements per thread for slow loops, whose elements take about ten times as
-// long. An example is a loop that visits 20 arcs of each cell.
+// Minimum number of elements per thread for slow loops, in which an element takes about ten times
+// as long as in other loops. An example is a loop that visits 20 arcs of each cell.
 inline constexpr std::int64_t kMinSlowPerThread = 1 << 11;
 
 // The number of threads, at most n_threads, that are worth starting for n elements.
@@ -47,8 +47,8 @@ class JoiningThread {
   std::thread thread_;
 };
 
-// A team consists of the calling thread and n_threads - 1 helpers. It has fewer helpers if the
-// system cannot start more threads.
+// A team consists of the calling thread and n_threads - 1 helpers. The team has fewer helpers if
+// the system cannot start more threads.
 class ThreadTeam {
  public:
   explicit ThreadTeam(int n_threads) {
@@ -145,7 +145,7 @@ class ThreadTeam {
 
   // generation_ equals (loop number) * kGeneration + (number of helpers).
   static constexpr std::uint32_t kGeneration = 1 << 13;
-  // special number of helpers that tells all helper threads to exit
+  // Special number of helpers that tells all helper threads to exit.
   static constexpr std::uint32_t kClosing = kGeneration - 1;
 
   // Number of polls before a thread sleeps. These polls take about fifty microseconds, as long as
@@ -199,7 +199,8 @@ class ThreadTeam {
     }
   }
 
-  // The current loop. It is written before generation_ increases, and read by helpers afterwards.
+  // The body of the current loop. The loop body is set before generation_ increases, and helpers
+  // read it afterwards.
   const void* work_ = nullptr;
   void (*call_)(const void*, std::int64_t, int) = nullptr;
   std::int64_t n_tasks_ = 0;

@@ -4,7 +4,7 @@ namespace superfacets {
 
 InstructionSet best_instruction_set() {
 #if SUPERFACETS_HAS_VERSIONS
-  // The results are cached, because a query of the processor is slow compared with a short loop.
+  // The results are cached, because querying the processor is slow compared with a short loop.
   static const bool has_avx512 = __builtin_cpu_supports("avx512f") &&
                                  __builtin_cpu_supports("avx512dq") &&
                                  __builtin_cpu_supports("avx512vl");

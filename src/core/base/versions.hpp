@@ -11,7 +11,7 @@
 #endif
 
 // The version is selected at run time, by best_instruction_set. Selection by the loader (ifunc)
-// does not work with musl, and would run before a sanitizer is ready.
+// does not work with musl, and would run before sanitizers are initialized.
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
 #define SUPERFACETS_HAS_VERSIONS 1
 #else

@@ -62,6 +62,7 @@ void bind_base(nb::module_& module) {
   Context<HeapScope, std::size_t>::bind(module, "KeptHeap", "n_bytes"_a);
   module.def("arctangents", serial(&arctangents_of), "y"_a, "x"_a, "instruction_set"_a);
   module.def("choose_lists", serial(&choose_lists), "offsets"_a, "chosen"_a);
+  module.def("sum_of", threaded(&sum_of), "values"_a, "n_threads"_a);
   module.def("exponentials", serial(&exponentials_of), "x"_a);
   module.def("logarithms", serial(&logarithms_of), "x"_a);
 }

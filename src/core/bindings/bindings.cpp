@@ -6,10 +6,10 @@ NB_MODULE(_core, module) {
   superfacets::bind_base(module);
   superfacets::bind_mesh(module);
   superfacets::bind_cells(module);
-  superfacets::bind_weights(module);
   superfacets::bind_spatial(module);
   superfacets::bind_spectral(module);
-  superfacets::bind_clustering_stages(module);
+  superfacets::bind_paths(module);
+  superfacets::bind_clustering(module);
   superfacets::bind_regions(module);
   superfacets::bind_text(module);
   superfacets::bind_study(module);

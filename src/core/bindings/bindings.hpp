@@ -99,7 +99,7 @@ auto to_numpy(List&& list) {
   using Element = std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
-    owned->reserve(1);  // numpy requires a valid pointer, also for an empty array
+    owned->reserve(1);  // numpy requires a valid pointer, even for an empty array
   }
   const nb::capsule owner(owned,
                           [](void* p) noexcept { delete static_cast<std::decay_t<List>*>(p); });
@@ -122,15 +122,15 @@ struct Anything {
   operator T() const;  // NOLINT(google-explicit-constructor)
 };
 
-// Returns the members of a struct as a tuple of references. Structs with 2 to 5 or 9 members are
+// Returns the members of a struct as a tuple of references. Structs with 2 to 6 members are
 // supported.
 template <typename Struct>
 auto members(Struct&& from) {
   using S = std::decay_t<Struct>;
   using A = Anything;
-  if constexpr (requires { S{A(), A(), A(), A(), A(), A(), A(), A(), A()}; }) {
-    auto& [a, b, c, d, e, f, g, h, i] = from;
-    return std::tie(a, b, c, d, e, f, g, h, i);
+  if constexpr (requires { S{A(), A(), A(), A(), A(), A()}; }) {
+    auto& [a, b, c, d, e, f] = from;
+    return std::tie(a, b, c, d, e, f);
   } else if constexpr (requires { S{A(), A(), A(), A(), A()}; }) {
     auto& [a, b, c, d, e] = from;
     return std::tie(a, b, c, d, e);
@@ -201,8 +201,8 @@ auto on_team(std::size_t n, int n_threads, const Work& work,
   });
 }
 
-// Number of elements of an argument, from which the number of threads is chosen. It is 0 for a
-// scalar.
+// Number of elements of an argument, from which the number of threads is chosen. The number is 0
+// for a scalar.
 template <typename Argument>
 std::size_t size_of(const Argument& argument) {
   if constexpr (requires { argument.n_cells(); }) {
@@ -259,14 +259,14 @@ void def_view(Class& bound, const Make& make, const Names&... names) {
   }(std::make_index_sequence<sizeof...(Names)>());
 }
 
-void bind_base(nb::module_& module);               // lists, scopes, elementary functions
-void bind_mesh(nb::module_& module);               // stage 0
-void bind_cells(nb::module_& module);              // stage 1
-void bind_weights(nb::module_& module);            // stage 2
-void bind_spatial(nb::module_& module);            // spatial search and sorting
-void bind_spectral(nb::module_& module);           // diffusion and eigenvectors
-void bind_clustering_stages(nb::module_& module);  // stages 3 and 4
-void bind_regions(nb::module_& module);            // stage 5
+void bind_base(nb::module_& module);        // lists, scopes, elementary functions
+void bind_mesh(nb::module_& module);        // stage 0: checks and geometry of meshes
+void bind_cells(nb::module_& module);       // stages 1 and 2: graphs of cells, weights of arcs
+void bind_spatial(nb::module_& module);     // spatial search and sorting
+void bind_spectral(nb::module_& module);    // diffusion and eigenvectors
+void bind_paths(nb::module_& module);       // shortest paths
+void bind_clustering(nb::module_& module);  // stages 3 and 4: seeds and regions
+void bind_regions(nb::module_& module);     // stage 5: borders and region graphs
 void bind_text(nb::module_& module);
 void bind_study(nb::module_& module);
 

@@ -1,19 +1,25 @@
-// Bindings of stage 1: graphs of cells, and surfaces for later stages. The functions are documented
-// in the headers of cells/. Their preconditions are checked by superfacets/_validate.py.
+// Bindings of stages 1 and 2: graphs of cells, surfaces, weights of arcs, and colors of textures.
+// The functions are documented in the headers of cells/. Their preconditions are checked by
+// superfacets/_validate.py.
 
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
 #include "cells/far_arcs.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
+#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
+#include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
+#include "cells/quantization.hpp"
 #include "cells/sub_surface.hpp"
+#include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
+#include "cells/texels.hpp"
+#include "cells/triangle_graph.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
-#include "spectral/diffusion.hpp"
 
 namespace superfacets {
 namespace {
@@ -127,33 +133,25 @@ PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers represent
   return build_polygon_graph({offsets, corners}, representative, team);
 }
 
-auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& team) {
-  PolygonGraph graph = build_tet_graph(tets, representative, team);
+std::tuple<TetGraph, TetMeasures> tet_graph(Points vertices, Tets tets, Integers representative,
+                                            ThreadTeam& team) {
+  TetGraph graph = build_tet_graph(tets, representative, team);
   TetMeasures measures = measure_tets(vertices, tets, graph, team);
-  const EdgeCounts& counts = graph.counts;
-  return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.sides),
-                    std::move(measures.centroids), std::move(measures.volumes),
-                    std::move(measures.border_areas), std::move(measures.step_lengths),
-                    std::move(measures.open_areas),
-                    std::tuple(counts.edges, counts.boundary, counts.non_manifold));
+  return {std::move(graph), std::move(measures)};
 }
 
-auto sorted_point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
-                        double cutoff, bool has_normals, Points axes, ThreadTeam& team) {
-  PointGraph graph =
+// If `sorted` is true, cells are points sorted along the space-filling curve. If `sorted` is false,
+// cells are in the order of the input, and PointGraph::points contains the order of the points
+// along the curve.
+PointGraph point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around,
+                       double cutoff, bool has_normals, Points axes, bool sorted,
+                       ThreadTeam& team) {
+  PointGraph found =
       build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
-  return std::tuple(std::move(graph.positions), std::move(graph.offsets),
-                    std::move(graph.neighbors), std::move(graph.measures), std::move(graph.normals),
-                    std::move(graph.points));
-}
-
-auto point_graph(Points positions, std::size_t n_neighbors, std::size_t n_around, double cutoff,
-                 bool has_normals, Points axes, ThreadTeam& team) {
-  PointGraph sorted =
-      build_point_graph(positions, {n_neighbors, n_around, cutoff, has_normals, axes}, team);
-  PointGraph graph = in_input_order(sorted, team);
-  return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.measures),
-                    std::move(graph.normals), std::move(sorted.points));
+  if (sorted) return found;
+  PointGraph graph = in_input_order(found, team);
+  graph.points = std::move(found.points);
+  return graph;
 }
 
 void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
@@ -191,7 +189,7 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {
   std::vector<double> costs;
-  // (P, 4) `lower`, `higher`, `from` and `to` of each NormalPair
+  // Array of shape (P, 4): the members lower, higher, from and to of each NormalPair.
   std::vector<Cell> numbers;
   std::vector<std::uint8_t> opposite;
   for (const NormalPair& pair : pairs_apart(sets, normal_tile(rows, places, cells, normals))) {
@@ -215,6 +213,88 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
     turned[place - begin] = static_cast<std::uint8_t>(is_turned);
   }
   return std::tuple(std::move(roots), std::move(turned));
+}
+
+auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
+                          Points normals, const EdgeFactors& factors, bool wants_turn,
+                          Bytes is_counted, ThreadTeam& team) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  const NetTurn net_turn(factors.diagonal, is_counted);
+  const EdgeSums sums = triangle_weights(surface, {centroids, areas, normals}, factors,
+                                         wants_turn ? &net_turn : nullptr, team, weights.span());
+  return std::tuple(std::move(weights), sums);
+}
+
+auto weights_of_surface(const Surface& surface, const EdgeFactors& factors, bool wants_turn,
+                        Bytes is_counted, ThreadTeam& team) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  const NetTurn net_turn(factors.diagonal, is_counted);
+  const EdgeSums sums =
+      surface_weights(surface, factors, wants_turn ? &net_turn : nullptr, team, weights.span());
+  return std::tuple(std::move(weights), sums);
+}
+
+Buffer<double> weights_of_points(const PointSurface& surface, const EdgeFactors& factors,
+                                 ThreadTeam& team) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  point_weights(surface, factors, team, weights.span());
+  return weights;
+}
+
+Buffer<double> stk02_of_triangles(const TriangleSurface& surface, Points centroids, double alpha,
+                                  ThreadTeam& team) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  stk02_weights(surface, centroids, alpha, team, weights.span());
+  return weights;
+}
+
+Buffer<double> stk02_of_polygons(const PolygonSurface& surface, double alpha, ThreadTeam& team) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  stk02_weights(surface, alpha, team, weights.span());
+  return weights;
+}
+
+Buffer<float> with_part_prices(Offsets offsets, Integers neighbors, Floats lengths,
+                               Integers group_of, const Table<float>& vectors, double factor,
+                               ThreadTeam& team) {
+  const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}, group_of};
+  return add_part_prices({offsets, neighbors}, lengths, psi, factor, team);
+}
+
+Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
+                                  const Table<double>& features, double factor, ThreadTeam& team) {
+  return add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
+                           features.shape(1), factor, team);
+}
+
+auto quantized(Doubles weights, ThreadTeam& team) {
+  Buffer<float> lengths(weights.size());
+  const double unit = quantize_weights(weights, team, lengths.span());
+  return std::tuple(std::move(lengths), unit);
+}
+
+Buffer<float> rounded(Doubles weights, double unit, ThreadTeam& team) {
+  Buffer<float> lengths(weights.size());
+  round_weights(weights, unit, team, lengths.span());
+  return lengths;
+}
+
+TexelGrid grid_of(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v) {
+  return {width, height, static_cast<Wrap>(wrap_u), static_cast<Wrap>(wrap_v)};
+}
+
+TexelColors colors_of_texels(Bytes pixels, std::int64_t width, std::int64_t height, int wrap_u,
+                             int wrap_v, Integers linear, Doubles coordinates, Integers corners,
+                             ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return texel_colors(pixels, grid, linear, {coordinates, corners}, team);
+}
+
+Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v,
+                                 Doubles coordinates, Integers corners, Integers ids, int bleed,
+                                 ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return paint_ids(grid, {coordinates, corners}, ids, bleed, team);
 }
 
 void bind_surfaces(nb::module_& module) {
@@ -260,8 +340,6 @@ void bind_graphs(nb::module_& module) {
       .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "group_of"_a,
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
-      .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting_arcs), "crease_unit"_a,
-           "steepness"_a, "n_threads"_a)
       .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {
              return std::vector(graph.cells.begin(), graph.cells.end());
@@ -269,16 +347,14 @@ void bind_graphs(nb::module_& module) {
       .def("positions_of", serial(&positions_of), "cells"_a);
   module.def("graph_in_place", threaded(&graph_in_place), "positions"_a, "measures"_a, "offsets"_a,
              "targets"_a, "lengths"_a, "straight_unit"_a, "n_threads"_a);
-  module.def("build_face_graph", threaded(&build_face_graph), "faces"_a, "representative"_a,
+  module.def("build_triangle_graph", threaded(&build_triangle_graph), "faces"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_polygon_graph", threaded(&polygon_graph), "offsets"_a, "corners"_a,
              "representative"_a, "n_threads"_a);
   module.def("build_tet_graph", threaded(&tet_graph), "vertices"_a, "tets"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_point_graph", threaded(&point_graph), "positions"_a, "n_neighbors"_a,
-             "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
-  module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,
-             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
+             "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "sorted"_a, "n_threads"_a);
   module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
              "n_groups"_a);
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
@@ -294,11 +370,40 @@ void bind_graphs(nb::module_& module) {
       .def("roots", serial(&roots_of), "begin"_a, "end"_a);
 }
 
+void bind_weights(nb::module_& module) {
+  nb::class_<EdgeFactors>(module, "EdgeFactors")
+      .def(nb::init<double, double, double, double, double, double, bool, bool, double>(),
+           nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
+           "evened"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
+  module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
+             "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+  module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
+             "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+  module.def("point_weights", threaded(&weights_of_points), "surface"_a, "factors"_a,
+             "n_threads"_a);
+  module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
+             "n_threads"_a);
+  module.def("polygon_stk02_weights", threaded(&stk02_of_polygons), "surface"_a, "alpha"_a,
+             "n_threads"_a);
+  module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
+             "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
+  module.def("add_part_prices", threaded(&with_part_prices), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
+  module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
+  module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
+  module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);
+  module.def("texel_colors", threaded(&colors_of_texels), "pixels"_a, "width"_a, "height"_a,
+             "wrap_u"_a, "wrap_v"_a, "linear"_a, "coordinates"_a, "corners"_a, "n_threads"_a);
+  module.def("paint_ids", threaded(&painted_ids), "width"_a, "height"_a, "wrap_u"_a, "wrap_v"_a,
+             "coordinates"_a, "corners"_a, "ids"_a, "bleed"_a, "n_threads"_a);
+}
+
 }  // namespace
 
 void bind_cells(nb::module_& module) {
   bind_surfaces(module);
   bind_graphs(module);
+  bind_weights(module);
 }
 
 }  // namespace superfacets

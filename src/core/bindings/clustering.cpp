@@ -1,5 +1,5 @@
-// Bindings of stages 3 and 4. The functions are documented in the headers of clustering/ and
-// paths/. Their preconditions are checked by superfacets/_validate.py.
+// Bindings of stages 3 and 4. The functions are documented in the headers of clustering/. Their
+// preconditions are checked by superfacets/_validate.py.
 #include "clustering/clustering.hpp"
 
 #include "bindings/bindings.hpp"
@@ -8,7 +8,6 @@
 #include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"
 #include "paths/tile_paths.hpp"
-#include "spectral/diffusion.hpp"
 
 namespace superfacets {
 namespace {
@@ -50,10 +49,6 @@ auto cells_of(const CoarseGraph& coarse) {
   const OrderedGraph& graph = coarse.graph();
   return std::tuple(std::vector(graph.positions.begin(), graph.positions.end()),
                     std::vector(graph.measures.begin(), graph.measures.end()));
-}
-
-Buffer<double> steps_of(const CoarseGraph& coarse, ThreadTeam& team) {
-  return straight_steps(coarse.graph(), team);
 }
 
 Buffer<float> means_of(const CoarseGraph& coarse, const Table<float>& rows, Integers group_of,
@@ -109,16 +104,9 @@ auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, I
                         columns(joined.arcs, &Arc::to, &Arc::length));
 }
 
-TilePaths improved_paths(Offsets offsets, Integers targets, Floats arc_lengths, Lengths lengths,
-                         Integers labels, Integers places, Lengths proposed_lengths,
-                         Integers proposed_labels, ThreadTeam& team) {
-  return improve_paths({offsets, targets, arc_lengths}, lengths, labels,
-                       {places, proposed_lengths, proposed_labels}, team);
-}
-
 }  // namespace
 
-void bind_clustering_stages(nb::module_& module) {
+void bind_clustering(nb::module_& module) {
   module.def("central_cell", threaded(&central_cell), "graph"_a, "n_threads"_a);
   nb::enum_<Islands>(module, "Islands")
       .value("KEEP", Islands::kKeep)
@@ -159,7 +147,6 @@ void bind_clustering_stages(nb::module_& module) {
       .def("centers", serial([](const CoarseGraph& coarse) { return coarse.centers(); }))
       .def("arcs", serial(&arcs_of))
       .def("cells", serial(&cells_of))
-      .def("steps", threaded(&steps_of), "n_threads"_a)
       .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
       .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "group_of"_a,
            "n_threads"_a)
@@ -184,9 +171,6 @@ void bind_clustering_stages(nb::module_& module) {
   module.def("connect_tile", threaded(&connected_tile), "offsets"_a, "arc_targets"_a,
              "arc_lengths"_a, "coarse"_a, "coarse_lengths"_a, "positions"_a, "coarse_positions"_a,
              "straight_unit"_a, "n_threads"_a);
-  module.def("improve_paths", threaded(&improved_paths), "offsets"_a, "targets"_a, "arc_lengths"_a,
-             "lengths"_a, "labels"_a, "places"_a, "proposed_lengths"_a, "proposed_labels"_a,
-             "n_threads"_a);
   module.def("region_means", serial(&region_means), "coarse"_a, "labels"_a, "n_regions"_a);
   module.def("nearest_of_regions", serial(&nearest_of_regions), "positions"_a, "cells"_a,
              "labels"_a, "targets"_a);

@@ -45,8 +45,8 @@ Buffer<Triangle> triangles_of(Points vertices, Offsets offsets, Integers corners
   return triangulate(vertices, {offsets, corners}, team);
 }
 
-// Minimum number of faces per thread. It is small, because one large face may be cut into thousands
-// of parts.
+// Minimum number of faces per thread. The number is small, because one large face may be cut into
+// thousands of parts.
 constexpr std::int64_t kMinSubdivided = 256;
 
 }  // namespace

@@ -17,17 +17,27 @@
 namespace superfacets {
 namespace {
 
-auto borders_between(const Surface& surface, Floats lengths, double unit, double crease_scale,
-                     Integers labels, ThreadTeam& team) {
-  return columns(region_borders(surface, {lengths, unit, crease_scale}, labels, team),
-                 &RegionBorder::low, &RegionBorder::high, &RegionBorder::cost);
+// These objects refer to the memory of Python arrays, which def_view keeps alive.
+void make_border_costs(BorderCosts* self, Floats lengths, double unit, double crease_scale) {
+  new (self) BorderCosts{lengths, unit, crease_scale};
 }
 
-auto joined_regions(const Surface& surface, Floats lengths, double unit, double crease_scale,
-                    Integers labels, Doubles areas, Bytes stays, double least_area,
-                    ThreadTeam& team) {
-  const BorderCost cost{lengths, unit, crease_scale};
-  return join_regions(areas, region_borders(surface, cost, labels, team), {stays, least_area});
+void make_smooth_options(SmoothOptions* self, double max_distance, std::size_t max_chain,
+                         int max_sweeps, double stiffness, double roundness, Doubles sizes,
+                         Doubles goals) {
+  new (self)
+      SmoothOptions{{max_distance, max_chain}, max_sweeps, {stiffness, roundness, sizes, goals}};
+}
+
+auto borders_between(const Surface& surface, const BorderCosts& costs, Integers labels,
+                     ThreadTeam& team) {
+  return columns(region_borders(surface, costs, labels, team), &RegionBorder::low,
+                 &RegionBorder::high, &RegionBorder::cost);
+}
+
+auto joined_regions(const Surface& surface, const BorderCosts& costs, Integers labels,
+                    Doubles areas, Bytes stays, double least_area, ThreadTeam& team) {
+  return join_regions(areas, region_borders(surface, costs, labels, team), {stays, least_area});
 }
 
 auto region_shapes(const Surface& surface, Integers labels, Label n_regions, ThreadTeam& team) {
@@ -58,39 +68,22 @@ MergeTree tree_of_merges(Doubles areas, Points positions, Doubles features, Inte
   return merge_tree({areas, positions, features, borders}, {crease_weight, dimension});
 }
 
-auto smoothed(const Surface& surface, Floats lengths, double unit, double crease_scale,
-              Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-              int max_sweeps, double stiffness, double roundness, int n_threads, Doubles sizes,
-              Doubles goals) {
-  return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
-    return smooth_borders(
-        surface, {lengths, unit, crease_scale}, labels, fixed,
-        {max_distance, max_chain, max_sweeps, {stiffness, roundness, sizes, goals}}, team);
-  });
+Buffer<Label> moved_cells(const Surface& surface, const BorderCosts& costs, Integers labels,
+                          Doubles sizes, Doubles lows, Doubles highs, bool may_split,
+                          ThreadTeam& team) {
+  return move_cells(surface, costs, labels, {sizes, lows, highs, may_split}, team);
 }
 
-Buffer<Label> moved_cells(const Surface& surface, Floats lengths, double unit, double crease_scale,
-                          Integers labels, Doubles sizes, Doubles lows, Doubles highs,
-                          bool may_split, ThreadTeam& team) {
-  return move_cells(surface, {lengths, unit, crease_scale}, labels, {sizes, lows, highs, may_split},
-                    team);
-}
-
-auto smoothed_part(const Surface& surface, Floats lengths, double unit, double crease_scale,
-                   Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                   int max_sweeps, double stiffness, double roundness, int n_threads, Integers rim,
-                   Doubles areas, Points moments) {
+SmoothedPart smoothed_part(const Surface& surface, const BorderCosts& costs, Integers labels,
+                           Integers fixed, Integers rim, Doubles areas, Points moments,
+                           const SmoothOptions& options, ThreadTeam& team) {
   const RegionSums at_first{{areas.begin(), areas.end()}, {moments.begin(), moments.end()}};
-  return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
-    return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim, at_first,
-                       {max_distance, max_chain, max_sweeps, {stiffness, roundness}}, team);
-  });
+  return smooth_part(surface, costs, labels, fixed, rim, at_first, options, team);
 }
 
 auto cut_through_faces(Points vertices, Triangles faces, Integers representative, Integers labels,
-                       Label n_labels, Bytes is_kept, std::tuple<int, int, int, double> options,
-                       ThreadTeam& team) {
-  const auto [n_rounds, n_steps, n_balances, margin] = options;
+                       Label n_labels, Bytes is_kept, int n_rounds, int n_steps, int n_balances,
+                       double margin, ThreadTeam& team) {
   return cut_borders({vertices, faces, representative, labels, is_kept, n_labels},
                      {n_rounds, n_steps, n_balances, margin}, team);
 }
@@ -144,10 +137,15 @@ Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, In
 }  // namespace
 
 void bind_regions(nb::module_& module) {
-  module.def("region_borders", threaded(&borders_between), "surface"_a, "lengths"_a, "unit"_a,
-             "crease_scale"_a, "labels"_a, "n_threads"_a);
-  module.def("join_regions", threaded(&joined_regions), "surface"_a, "lengths"_a, "unit"_a,
-             "crease_scale"_a, "labels"_a, "areas"_a, "stays"_a, "least_area"_a, "n_threads"_a);
+  nb::class_<BorderCosts> costs(module, "BorderCosts");
+  def_view(costs, &make_border_costs, "lengths"_a, "unit"_a, "crease_scale"_a);
+  nb::class_<SmoothOptions> options(module, "SmoothOptions");
+  def_view(options, &make_smooth_options, "max_distance"_a, "max_chain"_a, "max_sweeps"_a,
+           "stiffness"_a, "roundness"_a, "sizes"_a, "goals"_a);
+  module.def("region_borders", threaded(&borders_between), "surface"_a, "costs"_a, "labels"_a,
+             "n_threads"_a);
+  module.def("join_regions", threaded(&joined_regions), "surface"_a, "costs"_a, "labels"_a,
+             "areas"_a, "stays"_a, "least_area"_a, "n_threads"_a);
   module.def("region_perimeters", threaded(&region_perimeters), "surface"_a, "labels"_a,
              "n_regions"_a, "n_threads"_a);
   module.def("measure_regions", threaded(&region_shapes), "surface"_a, "labels"_a, "n_regions"_a,
@@ -156,17 +154,15 @@ void bind_regions(nb::module_& module) {
   module.def("cells_at_borders", serial(&cells_at_borders), "offsets"_a, "targets"_a, "labels"_a);
   module.def("spread_rings", serial(&spread), "offsets"_a, "corners"_a, "rings"_a);
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
-  module.def("smooth_borders", &smoothed, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
-             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "stiffness"_a,
-             "roundness"_a, "n_threads"_a, "sizes"_a, "goals"_a);
-  module.def("move_cells", threaded(&moved_cells), "surface"_a, "lengths"_a, "unit"_a,
-             "crease_scale"_a, "labels"_a, "sizes"_a, "lows"_a, "highs"_a, "may_split"_a,
-             "n_threads"_a);
-  module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
-             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "stiffness"_a,
-             "roundness"_a, "n_threads"_a, "rim"_a, "areas"_a, "moments"_a);
+  module.def("smooth_borders", threaded(&smooth_borders), "surface"_a, "costs"_a, "labels"_a,
+             "fixed"_a, "options"_a, "n_threads"_a);
+  module.def("move_cells", threaded(&moved_cells), "surface"_a, "costs"_a, "labels"_a, "sizes"_a,
+             "lows"_a, "highs"_a, "may_split"_a, "n_threads"_a);
+  module.def("smooth_part", threaded(&smoothed_part), "surface"_a, "costs"_a, "labels"_a, "fixed"_a,
+             "rim"_a, "areas"_a, "moments"_a, "options"_a, "n_threads"_a);
   module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
-             "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "options"_a, "n_threads"_a);
+             "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "n_rounds"_a, "n_steps"_a,
+             "n_balances"_a, "margin"_a, "n_threads"_a);
   module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
              "ends"_a, "threshold"_a, "least"_a, "n_threads"_a);
   module.def("count_mesh_segments", threaded(&segments_of_mesh), "positions"_a, "normals"_a,

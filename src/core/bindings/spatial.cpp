@@ -17,8 +17,8 @@ SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integer
   return sort_mesh(vertices, representative, {corners, offsets, size}, team);
 }
 
-// The number of threads is chosen as if the rays of one start took as long as building the tree for
-// a hundred faces.
+// The number of threads is chosen as if the rays cast from one starting point took as long as
+// building the tree for a hundred faces.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};

@@ -36,6 +36,9 @@ Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances,
 }  // namespace
 
 void bind_spectral(nb::module_& module) {
+  module.def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting_arcs), "graph"_a,
+             "crease_unit"_a, "steepness"_a, "n_threads"_a);
+  module.def("straight_steps", threaded(&straight_steps), "graph"_a, "n_threads"_a);
   module.def("step_conductances", threaded(&step_conductances), "surface"_a, "areas"_a,
              "n_threads"_a);
   module.def("sum_between", serial(&sums_between), "offsets"_a, "neighbors"_a, "conductances"_a,

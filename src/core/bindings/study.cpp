@@ -1,16 +1,12 @@
-// Bindings for comparisons: another segmentation method, and path lengths. The functions are
-// documented in the headers. Their preconditions are checked by superfacets/study.
+// Bindings of another segmentation method (Variational Shape Approximation), which is only used for
+// comparisons. The functions are documented in the headers of study/. Their preconditions are
+// checked by superfacets/study.
 
 #include "bindings/bindings.hpp"
-#include "paths/path_lengths.hpp"
 #include "study/vsa.hpp"
 
 namespace superfacets {
 namespace {
-
-// Minimum number of source cells per thread. Computing the paths from this number of sources takes
-// longer than starting a thread.
-constexpr std::int64_t kMinSources = 64;
 
 void make_proxy_regions(ProxyRegions* self, Points vertices, Triangles faces, Doubles areas,
                         Offsets offsets, Integers neighbors, ProxyMetric metric, Integers seeds) {
@@ -36,10 +32,6 @@ void bind_study(nb::module_& module) {
            serial([](const ProxyRegions& regions) { return std::vector(regions.labels()); }))
       .def("seeds",
            serial([](const ProxyRegions& regions) { return std::vector(regions.seeds()); }));
-  module.def("path_lengths", threaded<kMinSources>(&path_lengths), "graph"_a, "sources"_a, "unit"_a,
-             "n_threads"_a);
-  module.def("path_lengths_within", threaded<kMinSources>(&path_lengths_within), "graph"_a,
-             "reach"_a, "unit"_a, "n_threads"_a);
 }
 
 }  // namespace superfacets

@@ -22,7 +22,7 @@ struct Tangents {
   }
 };
 
-// A symmetric 2 x 2 matrix, in the basis of two tangents.
+// A symmetric 2 x 2 matrix in the basis of two tangent vectors.
 struct Flat {
   double uu, uv, vv;
 
@@ -35,7 +35,7 @@ struct Flat {
             entry(&Point::y, &Point::y), entry(&Point::y, &Point::z), entry(&Point::z, &Point::z)};
   }
 
-  // This matrix with negative eigenvalues set to 0.
+  // Returns a copy of this matrix in which negative eigenvalues are replaced by 0.
   Flat positive_part() const {
     const double mean = 0.5 * (uu + vv);
     const double half = 0.5 * (uu - vv);
@@ -55,7 +55,7 @@ struct Flat {
 Flat fit(std::span<const Point> positions, std::span<const Point> normals,
          std::span<const Cell> neighbors, Cell point, const Tangents& t) {
   double xx = 0.0, xy = 0.0, yy = 0.0;
-  double a = 0.0, b = 0.0, c = 0.0;  // right-hand sides for uu, uv and vv
+  double a = 0.0, b = 0.0, c = 0.0;  // right-hand sides of the normal equations for uu, uv and vv
   for (const Cell neighbor : neighbors) {
     const Point step = positions[neighbor] - positions[point];
     const Point change = normals[point] - normals[neighbor];
@@ -86,7 +86,8 @@ Flat fit(std::span<const Point> positions, std::span<const Point> normals,
           (p * (middle * c - b * q) - q * q * c + a * q * q) / determinant};
 }
 
-// The mean shape operator of a point and its neighbors, in the tangents of the point.
+// The mean shape operator of a point and its neighbors, expressed in the tangent basis of the
+// point.
 Flat averaged(std::span<const Bend> bends, std::span<const Cell> neighbors, Cell point,
               const Tangents& t) {
   std::array<double, 6> sum{};

@@ -27,7 +27,7 @@ struct Bends {
 
 // Fits a shape operator to the normals around each point, averages it with the operators of the
 // neighbors, and splits it into a concave and a convex part. The operator is zero at a point
-// without a normal. Unlike the angle between two normals, an operator has a sign for each
+// without a normal. Unlike the angle between two normals, a shape operator has a sign for each
 // direction: on a saddle, a step along the ridge is convex although the normal also rotates a
 // little sideways. If `wants_convex` is false, the convex part is left empty. Points are visited in
 // `order`, which should be a spatial order for speed.

@@ -2,9 +2,9 @@
 
 namespace superfacets {
 
-// Threads unite the cells within each block. Blocks write to disjoint entries of the sets, because
-// the root of a set is its lowest cell. Arcs between blocks are processed afterwards, on one
-// thread.
+// Each thread first unites the cells within a block. Blocks write to disjoint entries of the sets,
+// because the root of a set is its lowest cell. Arcs between blocks are processed afterwards, on
+// one thread.
 Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team) {
   SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells()));
   constexpr std::int64_t kBlock = 1 << 14;
@@ -40,8 +40,8 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
     }
   }
   Components components = std::move(sets).number();
-  // Until here, components are numbered in the order of the space-filling curve. They are
-  // renumbered in the order of their lowest cells.
+  // So far, components are numbered in the order of the space-filling curve. The following loop
+  // renumbers them in the order of their lowest cells.
   std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
   for (const Place place : graph.place_of) {

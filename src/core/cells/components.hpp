@@ -8,7 +8,8 @@
 namespace superfacets {
 
 struct Components {
-  Buffer<Cell> of;  // (N,) component of each cell, 0..C-1, sorted by lowest cell index
+  // (N,) component of each cell; components 0..C-1 are numbered by their lowest cells.
+  Buffer<Cell> of;
   Cell n_components = 0;
 };
 
@@ -44,7 +45,8 @@ class DisjointSets {
   Components number() && {
     Cell n_sets = 0;
     for (std::size_t cell = 0; cell < parents_.size(); ++cell) {
-      // A parent is lower than its child, so its entry has already been replaced by its number.
+      // A parent has a lower index than its child, so the parent's entry has already been replaced
+      // by the number of its set.
       const auto parent = static_cast<std::size_t>(parents_[cell]);
       parents_[cell] = parent == cell ? n_sets++ : parents_[parent];
     }

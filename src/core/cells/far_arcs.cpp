@@ -3,8 +3,8 @@
 namespace superfacets {
 namespace {
 
-// Walks do not pass through cells with more than kMostArcs arcs, so the number of walks is linear
-// in the number of cells.
+// Walks do not pass through cells with more than kMostArcs arcs, so the number of walks grows
+// linearly with the number of cells.
 constexpr std::size_t kMostArcs = 24;
 
 // Number of cells per block. The arcs of a block fit into the second-level cache. Small graphs have
@@ -13,8 +13,8 @@ std::int64_t block_size(const OrderedGraph& graph) {
   return graph.n_cells() < (1 << 15) ? 1 << 8 : 1 << 10;
 }
 
-// Crease costs of all arcs, in the order of graph.arcs. Costs are rounded to whole numbers, so that
-// sums do not depend on the order of the terms.
+// Crease cost of each arc (see OrderedGraph::crease_cost), in the order of graph.arcs. Costs are
+// rounded to whole numbers, so that sums do not depend on the order of the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> costs(graph.arcs.size());
   team.for_each_slow(graph.n_cells(), [&](Place place) {
@@ -70,7 +70,7 @@ class ArcFinder {
     return static_cast<std::int64_t>(n_reached_ - first);
   }
 
-  // Writes all arcs found since the last call to the beginning of a list, which grows if needed.
+  // Writes all arcs found since the last call to the beginning of `taken`, which grows if needed.
   void take(std::vector<Arc>& taken) {
     reserve(taken, n_reached_);
     std::array<float, 512> lengths;
@@ -124,8 +124,9 @@ class ArcFinder {
       reached_;  // targets of the found arcs; the first n_reached_ entries are in use
   std::size_t n_reached_ = 0;
   std::vector<double> squared_;  // squared length of each found arc
-  std::vector<double> sums_;   // lowest total crease cost of a walk to the target of each found arc
-  std::vector<double> least_;  // (N,) lowest total crease cost of a walk to each cell, or kNone
+  std::vector<double> sums_;  // lowest total crease cost of a walk to the target of each found arc
+  // (N,) lowest total crease cost of a walk to each cell; kNone if no walk has reached the cell.
+  std::vector<double> least_;
 };
 
 // Maximum number of arcs per walk, chosen so that walks from a cell reach about 20 cells.
@@ -135,8 +136,8 @@ int steps_of(const OrderedGraph& graph) {
   return n_arcs > 3.5 ? 2 : 3;
 }
 
-// Upper bound of the number of walks of up to n_steps arcs that do not turn back. `n_ways_on` is
-// the number of arcs by which a walk can continue from a cell.
+// Upper bound of the number of walks of up to n_steps arcs that do not turn back. `n_ways_on`
+// returns the number of arcs by which a walk can continue from a cell.
 std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team) {
   const auto n_ways_on = [&](Place place) {
     const std::size_t n_arcs = graph.arcs_of(place).size();

@@ -10,13 +10,17 @@ struct GivenMeasures {
   std::span<const Point> positions;        // (N,) position of each cell
   std::span<const double> measures;        // (N,) area or volume of each cell
   std::span<const double> border_lengths;  // (M,) length of the border that each arc crosses
-  std::span<const double> step_lengths;    // (M,) default: distances between positions
-  std::span<const double> angles;          // (M,) signed angles in radians; default: 0
-  std::span<const std::int32_t> sides;     // (M,) default: each arc crosses a different side
-  std::span<const double> open_lengths;    // (N,) border lengths that no arc crosses; default: 0
+  // (M,) step length of each arc; default: distance between its cells.
+  std::span<const double> step_lengths;
+  std::span<const double> angles;  // (M,) signed angle of each arc in radians; default: 0
+  // (M,) side that each arc crosses; default: a different side per arc.
+  std::span<const std::int32_t> sides;
+  // (N,) length of each cell's border that no arc crosses; default: 0.
+  std::span<const double> open_lengths;
 };
 
-// Surface of a graph. It has no corners, because a graph does not define the cells around a corner.
+// Surface of a graph. The surface has no corners, because a graph does not define the cells around
+// a corner.
 class GraphSurface : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {
@@ -66,7 +70,8 @@ class TetSurface final : public GraphSurface {
     SUPERFACETS_ASSERT(std::cmp_equal(tets.size(), arcs.n_cells()));
   }
 
-  // The second moment of a tetrahedron about its centroid is 1/20 of the sum over its corners.
+  // The second moment of a tetrahedron about its centroid is 1/20 of the sum of p p^T over its
+  // corners p, relative to the centroid.
   CellShape shape(Cell tet) const override {
     CellShape shape{position(tet), measure(tet), {}, {}, {}};
     for (const Vertex corner : tets_[tet].corners) {

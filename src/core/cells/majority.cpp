@@ -17,7 +17,7 @@ struct Member {
   Label label() const { return static_cast<Label>(static_cast<std::uint32_t>(key) - 1U); }
 };
 
-// Writes the winner of each group of sorted members. Sums are in the order of the members.
+// Writes the winning label of each group. Weights are summed in the order of the sorted members.
 void find_winners(std::span<const Member> members, std::span<Label> winners) {
   double best = -1.0;
   for (std::size_t begin = 0; begin < members.size();) {

@@ -3,7 +3,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "cells/weights.hpp"
+#include "cells/quantization.hpp"
 #include "spatial/morton.hpp"
 
 namespace superfacets {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
-// Sort order of the arcs of a cell, for binary search.
+// Sort order of the arcs of a cell: by target, then by length. Sorted arcs allow binary search.
 bool is_before(const Arc& a, const Arc& b) {
   return std::tie(a.to, a.length) < std::tie(b.to, b.length);
 }
@@ -141,12 +141,14 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  // Computes an address, because the index `first` is out of range if the cell has no arc.
+  // Computes an address instead of indexing, because the index `first` is out of range if the cell
+  // has no arc.
   prefetch(input.arcs.targets.data() + first);
   prefetch(input.lengths.data() + first);
 }
 
-// Copies the arcs of the cell at a place to index `first` and after. Returns the number of arcs.
+// Copies the arcs of the cell at `place` into the array of arcs, beginning at index `first`.
+// Returns the number of copied arcs.
 std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
   std::size_t next = first;
   for (const auto [arc, neighbor] : input.arcs.steps(cells[place])) {

@@ -1,6 +1,7 @@
 // A cell graph with a cache-friendly layout: the input of stages 3 and 4.
 #pragma once
 
+#include "base/prefetch.hpp"
 #include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 
@@ -9,7 +10,7 @@ namespace superfacets {
 // An arc of a graph. Target and length are adjacent in memory, because relaxation reads both.
 struct Arc {
   Place to;      // target cell
-  float length;  // a whole number >= 1
+  float length;  // quantized length, a whole number >= 1
 };
 
 // Strict upper bound of path lengths. Shortest paths are shorter than 2^kTotalBits units. Each
@@ -30,7 +31,7 @@ struct WeightedArcs {
   std::span<const float> lengths;  // (M,) whole numbers >= 1, from quantize_weights
   // the caller guarantees that each arc has a reverse arc of equal length
   bool is_known_symmetric = false;
-  double straight_unit = 0.0;  // see OrderedGraph
+  double straight_unit = 0.0;  // quantized unit; see OrderedGraph::straight_unit
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are near in memory for any order of
@@ -38,10 +39,10 @@ struct WeightedArcs {
 // in the sorted order. This object is built before the graph, so that the positions and measures of
 // the input can be freed before arcs are copied.
 struct PlacedCells {
-  PlacedCells() = default;  // no cells
+  PlacedCells() = default;  // creates an object without cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
-  // Constructor for cells that are already in a spatial order, which is kept.
+  // This constructor keeps the order of the cells, which must already be a spatial order.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
@@ -58,7 +59,7 @@ struct PlacedCells {
 // Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs.
 class OrderedGraph : public PlacedCells {
  public:
-  OrderedGraph() = default;  // no cells
+  OrderedGraph() = default;  // creates a graph without cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
   // Constructor for arcs between sorted cells, in lists sorted by target. Each arc must have a
@@ -76,7 +77,8 @@ class OrderedGraph : public PlacedCells {
     return arcs.span().subspan(first_arc(place), offsets[place + 1] - offsets[place]);
   }
 
-  // Crease cost of an arc: its length minus the straight distance of its ends, in quantized units.
+  // Crease cost of an arc: its length minus the straight distance between its ends, in quantized
+  // units.
   double crease_cost(Place from, const Arc& arc) const {
     const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
     return std::max(0.0, static_cast<double>(arc.length) - straight);
@@ -93,8 +95,8 @@ class OrderedGraph : public PlacedCells {
   Buffer<Arc> arcs;
   std::int64_t n_arcs = 0;    // number of arcs without padding
   bool is_symmetric = false;  // whether each arc has a reverse arc of equal length
-  // If positive: the length of an arc is the straight distance of its ends plus a crease cost, and
-  // straight_unit is one quantized unit in the unit of the positions. If 0: arcs have arbitrary
+  // If positive: the length of an arc is the straight distance between its ends plus a crease cost,
+  // and straight_unit is one quantized unit in the unit of the positions. If 0: arcs have arbitrary
   // lengths.
   double straight_unit = 0.0;
   // Coarse cells do not extend across arcs whose crease cost is at least this value (see
@@ -113,10 +115,11 @@ class OrderedGraph : public PlacedCells {
   bool all_lead_back(ThreadTeam& team) const;
 };
 
-// Search for the cell nearest to a point. If several cells are equally near, the lowest is found.
+// Search for the cell nearest to a point. If several cells are equally near, the cell with the
+// lowest input index is found.
 class NearestPlace {
  public:
-  // `place` is the first candidate. The search is fast if it is near the target.
+  // `place` is the first candidate. The search is fast if this cell is near the target.
   NearestPlace(const OrderedGraph& graph, Point target, Place place)
       : graph_(&graph),
         target_(target),

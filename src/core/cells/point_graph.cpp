@@ -89,8 +89,8 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
   found.areas = std::move(areas);
 }
 
-// Duplicates: points at the position of a lower point. In the sorted order, all duplicates follow
-// after all representatives.
+// Duplicates: points at the same position as a point with a lower index. In the sorted order, all
+// duplicates follow after all representatives.
 struct Copies {
   std::vector<Cell> points;   // input index of each duplicate, ascending
   std::vector<Place> places;  // sorted index of the representative of each duplicate
@@ -121,7 +121,7 @@ Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   return all;
 }
 
-// Appends for each duplicate a copy of the value of its representative.
+// Appends a copy of the representative's value for each duplicate.
 template <typename T>
 Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
   std::vector<T> same;
@@ -139,7 +139,7 @@ Buffer<double> shared_areas(Buffer<double> areas, const Copies& copies) {
   return with_same(std::move(areas), copies);
 }
 
-// Makes an arc in both directions for each pair in the rows of nearest neighbors.
+// Makes an arc in each direction for each pair in the rows of nearest neighbors.
 class ArcBuilder {
  public:
   ArcBuilder(const NeighborRows& rows, std::span<const Place> places_of_copies, ThreadTeam& team)

@@ -13,9 +13,10 @@ struct PointGraphOptions {
   std::size_t n_around = 12;
   // length limit of an arc, as a multiple of the square root of the smaller area at its ends; > 0
   double cutoff = 4.0;
-  bool has_normals = false;  // true if the caller has normals, so that none are estimated
-  // (N,) axes: normals of unknown sign, or empty. If given, the normal of a point is the mean axis
-  // of its neighborhood.
+  // True if the caller provides normals, so that no normals are estimated.
+  bool has_normals = false;
+  // (N,) axis of each point (a normal of unknown sign), or empty. If axes are given, the normal of
+  // a point is the mean axis of its neighborhood.
   std::span<const Point> axes;
 };
 
@@ -31,9 +32,9 @@ struct PointGraph {
 
 // Sorts points along a space-filling curve, so that neighbors are near in memory in all later
 // stages. Joins each point to its nearest neighbors by arcs in both directions. If several
-// neighbors are equally near, those with the lowest indices are chosen. The lowest point at a
-// position is the representative, and all other points there are duplicates. Duplicates are joined
-// to their representative only, and share its area.
+// neighbors are equally near, the neighbors with the lowest indices are chosen. The lowest point at
+// a position is the representative, and all other points there are duplicates. Duplicates are
+// joined to their representative only, and share its area.
 //
 // The area of a point is 2 pi mean(d^2) / (n + 1), with the squared distances d^2 of its n nearest
 // neighbors. This is the expected area per point of random points on a plane. Arcs longer than the

@@ -13,8 +13,8 @@ namespace {
 constexpr double kLeastTurn = 0.06;
 
 // Distance from a ridge to the flat sides, in mean arc lengths: half the width over which estimated
-// normals and averaged bends spread an edge. A walk that is shorter than kReached has found no
-// side.
+// normals and averaged shape operators spread an edge. A walk shorter than kReached has not reached
+// a flat side.
 constexpr double kAway = 4.5;
 constexpr double kReached = 0.8 * kAway;
 
@@ -42,8 +42,8 @@ double largest_turn(const Bend& bend, double* other = nullptr) {
 }
 
 // The tangent direction of the largest curvature; zero if the curvature is equal in all directions.
-// Subtracting (smaller eigenvalue) x (tangent projection) from the bend leaves a matrix whose rows
-// are all multiples of this direction.
+// Subtracting (smaller eigenvalue) x (tangent projection) from the shape operator leaves a matrix
+// whose rows are all multiples of this direction.
 Point direction_of(const Bend& bend, const Point& normal, double smaller) {
   const auto row = [&](double x, double y, double z, double along, double at_x, double at_y,
                        double at_z) {
@@ -93,7 +93,8 @@ class RidgeFinder {
       if (next == at) break;
       walked += norm(positions_[next] - positions_[at]);
       at = next;
-      const Point flat = along - dot(along, normals_[at]) * normals_[at];  // follows the surface
+      // Direction projected onto the tangent plane.
+      const Point flat = along - dot(along, normals_[at]) * normals_[at];
       const double length = norm(flat);
       if (!(length > 0.0)) break;
       along = (1.0 / length) * flat;

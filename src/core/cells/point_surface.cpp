@@ -5,9 +5,10 @@
 namespace superfacets {
 namespace {
 
-// Factor of the angles between the normals of points. It is below 1 because estimated normals are
-// noisy, and the noise adds up along a path. The undersegmentation error of 12 benchmark models,
-// sampled at 100,000 points, is 0.161 with a factor of 0.5, 0.157 with 0.7 and 0.161 with 1.
+// Factor of the angles between the normals of points. The factor is below 1 because estimated
+// normals are noisy, and the noise adds up along a path. The undersegmentation error of 12
+// benchmark models, sampled at 100,000 points, is 0.161 with a factor of 0.5, 0.157 with 0.7 and
+// 0.161 with 1.
 constexpr double kCertainty = 0.7;
 
 }  // namespace
@@ -32,15 +33,15 @@ double PointSurface::angle(Cell from, std::int64_t arc) const {
   return fold.is_concave(false) ? theta : -theta;
 }
 
-void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
+void point_weights(const PointSurface& surface, const EdgeFactors& factors, ThreadTeam& team,
                    std::span<double> weights) {
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
-  const bool has_costs = options.alpha > 0.0;
-  const bool has_ridges = options.has_ridges();
-  const bool has_convex = has_ridges || options.eta_convex > 0.0;
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && factors.diagonal > 0.0);
+  const bool has_costs = factors.alpha > 0.0;
+  const bool has_ridges = factors.has_ridges();
+  const bool has_convex = has_ridges || factors.eta_convex > 0.0;
   const Bends bends = has_costs ? surface.find_bends(has_convex, team) : Bends{};
   const Buffer<std::uint8_t> is_ridge =
-      has_ridges ? surface.find_ridges(bends, options.crease_length, team) : Buffer<std::uint8_t>();
+      has_ridges ? surface.find_ridges(bends, factors.crease_length, team) : Buffer<std::uint8_t>();
   // The smaller of the two angles by which the shape operators at both ends rotate the normal, at
   // most pi.
   const auto turn = [](const Buffer<Bend>& of, Cell from, Cell to, const Point& step) {
@@ -51,10 +52,10 @@ void point_weights(const PointSurface& surface, const WeightOptions& options, Th
     const Point step = surface.position(to) - surface.position(from);
     double angle = turn(bends.concave, from, to, step);
     const bool crosses = has_ridges && (is_ridge[from] != 0 || is_ridge[to] != 0);
-    const double eta = crosses ? options.ridges : options.eta_convex;
+    const double eta = crosses ? factors.ridges : factors.eta_convex;
     if (eta > 0.0) angle += eta * turn(bends.convex, from, to, step);
-    const double length = options.crease_length;
-    return kCertainty * options.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
+    const double length = factors.crease_length;
+    return kCertainty * factors.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
            angle / std::numbers::pi;  // eq. 2
   };
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
@@ -62,7 +63,7 @@ void point_weights(const PointSurface& surface, const WeightOptions& options, Th
       for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
         const double geodesic = surface.step_length(point, arc);  // eq. 1
         const double angular = has_costs ? cost(point, arc) : 0.0;
-        weights[arc] = (geodesic + angular) / options.diagonal;  // eq. 3
+        weights[arc] = (geodesic + angular) / factors.diagonal;  // eq. 3
       }
     }
   });

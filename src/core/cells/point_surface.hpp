@@ -8,8 +8,8 @@
 
 namespace superfacets {
 
-// Surface of a point cloud and its graph, with arcs in both directions. It has no corners, because
-// the neighbors around a point are not ordered.
+// Surface of a point cloud and its graph, with arcs in both directions. The surface has no corners,
+// because the neighbors around a point are not ordered.
 class PointSurface final : public Surface {
  public:
   // Normals have length 1, or are zero where undefined. `normals` is empty if no kernel needs them.
@@ -73,7 +73,7 @@ class PointSurface final : public Surface {
 // distance of the two points. In the angular term (eq. 2), theta is the smaller of the angles by
 // which the shape operators at both ends rotate the normal along the step (see Bend). Convex angles
 // have a larger weight on ridges (point_ridges.hpp). An arc and its reverse arc get the same bits.
-void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
+void point_weights(const PointSurface& surface, const EdgeFactors& factors, ThreadTeam& team,
                    std::span<double> weights);
 
 }  // namespace superfacets

@@ -1,21 +1,14 @@
 // Stage 1: the graph of polygons that share an edge.
 #pragma once
 
-#include "cells/face_graph.hpp"
+#include "cells/side_graph.hpp"
 #include "mesh/polygons.hpp"
 
 namespace superfacets {
 
-// Graph of polygons or tetrahedra: like FaceGraph, with 32-bit side numbers.
-struct PolygonGraph {
-  Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
-  Buffer<Face> neighbors;          // (M,) target face of each arc
-  Buffer<std::int32_t> sides;      // (M,) side of the face that each arc crosses
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces traverse the edge in the same direction
-  EdgeCounts counts;
-};
+using PolygonGraph = SideGraph<std::int32_t>;
 
-// Builds one arc per shared edge and direction, with the same rules as build_face_graph. For
+// Builds one arc per shared edge and direction, with the same rules as build_triangle_graph. For
 // triangles, both functions build the same arcs. Side s of a face joins its corners s and s + 1;
 // the last side joins the last corner and the first.
 //

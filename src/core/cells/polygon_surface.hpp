@@ -62,8 +62,9 @@ class PolygonSurface final : public Surface {
 
   const std::span<const Point> vertices_;
   const Polygons faces_;
-  const std::span<const std::int32_t> sides_;      // (M,) see PolygonGraph
-  const std::span<const std::uint8_t> same_turn_;  // (M,) see PolygonGraph
+  const std::span<const std::int32_t> sides_;  // (M,) side of the face that each arc crosses
+  // (M,) 1 if both faces traverse the edge in the same direction.
+  const std::span<const std::uint8_t> same_turn_;
   const bool inside_out_;
   const PolygonShapes shapes_;
   std::unordered_map<Face, SortedCorners>

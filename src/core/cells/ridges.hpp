@@ -45,8 +45,8 @@ class CrowdedFaces {
     }
   };
   struct Crowd {
-    std::vector<ArcTo> neighbors;  // sorted by target, then by arc
-    std::vector<double> bends;     // angles of all arcs, ascending
+    std::vector<ArcTo> neighbors;  // arcs of the face, sorted by target, then by arc
+    std::vector<double> bends;     // angles of all arcs of the face, ascending
 
     std::span<const ArcTo> arcs_to(Cell to) const {
       const auto first = std::lower_bound(neighbors.begin(), neighbors.end(), ArcTo{to, 0});
@@ -95,16 +95,17 @@ class CrowdedFaces {
   }
 
  private:
-  static constexpr std::size_t kMostInARow = 32;  // up to this size, a linear search is faster
-  std::vector<Face> faces_;                       // in ascending order
+  // Up to this number of arcs, linear search is faster.
+  static constexpr std::size_t kMostInARow = 32;
+  std::vector<Face> faces_;  // the faces in the index, ascending
   std::vector<Crowd> crowds_;
 };
 
-// Builds the index of the faces with many arcs. The index is empty if the options do not use
+// Builds the index of the faces with many arcs. The index is empty if the factors do not use
 // ridges.
 template <typename Bends>
-CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
-  if (!options.has_ridges()) return {};
+CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const EdgeFactors& factors) {
+  if (!factors.has_ridges()) return {};
   return {arcs, [&](Face face, std::int64_t arc, Face to) { return bends.angle(face, arc, to); }};
 }
 

@@ -1,11 +1,55 @@
-// Builds the graph of cells that share a side, for cells whose sides are sets of vertices.
+// Stage 1: the graph of cells that share a side. Builds the graph for any cells whose sides are
+// sets of vertices. For triangles, triangle_graph.hpp is faster.
 #pragma once
 
 #include <tuple>
 
-#include "cells/polygon_graph.hpp"
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
 
 namespace superfacets {
+
+// The maximum number of arcs is 2^24 (half a gigabyte) or 16 per face, whichever is larger. This
+// limit accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few
+// edges.
+inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
+inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
+
+// Number of edges of each type.
+struct EdgeCounts {
+  std::int64_t edges = 0;
+  std::int64_t boundary = 0;      // number of edges with one face
+  std::int64_t non_manifold = 0;  // number of edges with at least three faces
+  // Number of edges whose two faces traverse them in the same direction.
+  std::int64_t inconsistent = 0;
+};
+
+// Numbers of edges and arcs of a mesh.
+struct EdgeTally {
+  EdgeCounts edges;
+  // Sum of n (n - 1) over edges with n faces; cannot overflow, because n < 2^31.
+  std::uint64_t arcs = 0;
+  std::int64_t most_faces = 0;  // maximum number of faces on one edge
+
+  void add(const EdgeTally& other);
+  // Adds an edge with n_faces faces.
+  void count(std::size_t n_faces, bool is_inconsistent);
+};
+
+// Throws std::length_error if there are too many arcs for a mesh with n_faces faces.
+void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces);
+
+// Graph of cells that share a side: faces that share an edge, or tetrahedra that share a triangle.
+// `Side` is the integer type of side numbers.
+template <typename Side>
+struct SideGraph {
+  Buffer<std::int64_t> offsets;    // (N + 1,) arcs of cell i: offsets[i] .. offsets[i+1]-1
+  Buffer<Cell> neighbors;          // (M,) target cell of each arc
+  Buffer<Side> sides;              // (M,) side of the cell that each arc crosses
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both cells traverse the side in the same direction
+  EdgeCounts counts;
+};
 
 // Sort key of a side: its vertices, except the lowest, packed into one number.
 using SideKey = std::uint64_t;
@@ -15,7 +59,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // the direction, one of two, in which the cell traverses the side
+  bool ascending;  // in which of two directions the cell traverses the side
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -38,7 +82,9 @@ struct SharedSides {
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() +
-                            1);  // sides per vertex, then write cursors, then list ends
+                            // Number of sides per vertex, later write cursors, finally the ends of
+                            // the lists.
+                            1);
   team.fill(ends.span(), std::int64_t{0});
   const auto for_all = [&](const auto& visit) {
     team.for_each_index(cells.n_cells(), [&](Cell cell) {
@@ -69,7 +115,7 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
 }
 
 // Finds the cells on each side with the given lowest vertex, from the sorted list of sides. If a
-// cell has several sides with the same vertices, only the first is kept.
+// cell has several sides with the same vertices, only the first of these sides is kept.
 template <typename Cells>
 void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
                     EdgeTally& tally) {
@@ -97,7 +143,7 @@ template <typename Cells>
 EdgeTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
   team.fill(shared.sizes.span(), 0);
   EdgeTally total;
-  std::mutex mutex;  // guards total
+  std::mutex mutex;  // protects `total`
   team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
     EdgeTally tally;
     for (auto vertex = static_cast<Vertex>(begin); vertex < end; ++vertex) {
@@ -112,7 +158,7 @@ EdgeTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, Shar
 // Writes the arcs of a cell, beginning at graph.offsets[cell].
 template <typename Cells>
 void write_arcs(const Cells& cells, const SideList& list, const SharedSides& shared, Cell cell,
-                PolygonGraph& graph) {
+                SideGraph<std::int32_t>& graph) {
   std::int64_t arc = graph.offsets[cell];
   for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1); ++place) {
     if (shared.sizes[place] == 0) continue;
@@ -134,14 +180,14 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
 // cells on a side are neighbors. No cell is its own neighbor. Throws std::length_error before it
 // allocates arcs, if there are too many arcs (see check_number_of_arcs).
 template <typename Cells>
-PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {
+SideGraph<std::int32_t> build_side_graph(const Cells& cells, ThreadTeam& team) {
   const std::int64_t n_cells = cells.n_cells();
   SideList list = list_sides(cells, team);
   const auto n_places = static_cast<std::size_t>(cells.first_place(cells.n_cells()));
   SharedSides shared{Buffer<std::int64_t>(n_places), Buffer<std::int32_t>(n_places)};
   const EdgeTally tally = share_sides(cells, list, team, shared);
   check_number_of_arcs(tally, n_cells);
-  PolygonGraph graph;
+  SideGraph<std::int32_t> graph;
   graph.counts = tally.edges;
   graph.offsets = Buffer<std::int64_t>(n_cells + 1);
   std::int64_t total = 0;

@@ -15,7 +15,8 @@ struct KeptParts {
 // treated as an open boundary, and no walk around a corner crosses this side.
 class SubSurface final : public Surface {
  public:
-  // `arcs` joins kept cells, by their new indices, and contains every kept arc.
+  // `arcs` contains every kept arc. Its offsets and targets refer to kept cells by their new
+  // indices.
   SubSurface(const Surface& whole, const Arcs& arcs, const KeptParts& kept)
       : Surface(arcs), whole_(whole), kept_(kept), new_cells_(whole.n_cells(), kNoCell) {
     SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(kept.cells.size(), arcs.n_cells()));
@@ -75,7 +76,7 @@ class SubSurface final : public Surface {
 
   const Surface& whole_;
   const KeptParts kept_;
-  // (cells of the whole surface,) new index of each cell; kNoCell if the cell is dropped
+  // New index of each cell of the whole surface, or kNoCell if the cell is dropped.
   std::vector<Cell> new_cells_;
 };
 

@@ -16,15 +16,15 @@ inline constexpr Corner kNoCorner = -1;
 
 // Lengths of the border that an arc crosses and of the step across the border.
 struct CrossedBorder {
-  double border_length;  // see Surface::border_length
-  double step_length;    // see Surface::step_length
+  double border_length;  // length of the border that the arc crosses
+  double step_length;    // length of the step from cell to cell across the border
 };
 
 // Second moment of a shape: the mean of p p^T over the points p of the shape, relative to an
 // origin. This is a symmetric matrix.
 struct SecondMoment {
-  Point squares{0.0, 0.0, 0.0};   // xx, yy, zz
-  Point products{0.0, 0.0, 0.0};  // xy, xz, yz
+  Point squares{0.0, 0.0, 0.0};   // diagonal entries xx, yy, zz
+  Point products{0.0, 0.0, 0.0};  // off-diagonal entries xy, xz, yz
 
   void add(double weight, const SecondMoment& part) {
     squares = squares + weight * part.squares;
@@ -41,7 +41,7 @@ struct CellShape {
   double measure;
   Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero if the cell has no normal
   SecondMoment spread;               // second moment about the position; 0 for a point
-  Box box;                           // bounding box of the vertices
+  Box box;                           // bounding box of the cell's vertices
 };
 
 // Each kind of cell implements this interface. Measures are computed on request, because few arcs
@@ -67,7 +67,7 @@ class Surface {
   }
 
   // Length of the step from cell to cell across the border (eq. 1 in weights.hpp). The default is
-  // the distance of their positions.
+  // the distance between the positions of the two cells.
   virtual double step_length(Cell from, std::int64_t arc) const {
     return norm(position(arcs_.targets[arc]) - position(from));
   }
@@ -84,8 +84,9 @@ class Surface {
     }
   }
 
-  // The angle between the normals of the cells of an arc, -pi to pi. It is 0 where the surface is
-  // flat, and positive where the surface is concave. It is 0 if a cell has no normal.
+  // The angle between the normals of the two cells that an arc joins, from -pi to pi. The angle is
+  // positive where the surface is concave, and 0 where the surface is flat or one of the cells has
+  // no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
   // Index of the side that an arc crosses when it leaves its cell. The arcs of a cell are sorted by
@@ -118,7 +119,8 @@ class Surface {
   // Whether there may be arcs without a reverse arc.
   virtual bool may_have_one_way_arcs() const { return false; }
 
-  // Whether corners are defined. If not, the next functions up to leads_around must not be called.
+  // Whether corners are defined. If not, n_sides, corner_between, next_around and leads_around must
+  // not be called.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 
@@ -127,12 +129,12 @@ class Surface {
     return kNoCorner;
   }
 
-  // The cell that follows after `before` and `here` in a walk around a corner; kNoCell if there is
-  // no such cell or more than one.
+  // The cell that follows after `before` and `here` in a walk around a corner; kNoCell if the next
+  // cell does not exist or is not unique.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
   // Whether a walk around a corner reaches the cell `goal`. The walk begins with the step from
-  // `before` to `here`, and visits only cells with the label of `here`. It fails where the next
+  // `before` to `here`, and visits only cells with the label of `here`. The walk fails if the next
   // cell is not unique.
   virtual bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
                             std::span<const Label> labels) const {

@@ -18,36 +18,36 @@ struct SurfaceBends {
 // Computes weights of arcs, and sums the net turn (see NetTurn) over edges.
 class SurfaceWeigher {
  public:
-  SurfaceWeigher(const Surface& surface, const WeightOptions& options, const NetTurn* net_turn,
+  SurfaceWeigher(const Surface& surface, const EdgeFactors& factors, const NetTurn* net_turn,
                  const CrowdedFaces& crowded)
       : surface_(surface),
-        options_(options),
+        factors_(factors),
         net_turn_(net_turn),
         bends_{surface},
-        ridges_(surface, bends_, crowded, options.all_sharp) {}
+        ridges_(surface, bends_, crowded, factors.all_sharp) {}
 
   const EdgeSums& sums() const { return sums_; }
 
   double weight(Cell cell, std::int64_t arc, Cell to) {
     const double angle = surface_.angle(cell, arc);
-    const bool is_sharp = options_.has_ridges() && angle <= -kSharpAngle;
+    const bool is_sharp = factors_.has_ridges() && angle <= -kSharpAngle;
     const bool is_ridge = is_sharp && ridges_.crosses(cell, arc);
     if (cell < to && (net_turn_ == nullptr || net_turn_->counts(cell))) {
       count_edge(std::abs(angle), is_sharp);
       if (!is_ridge) add_turn(-angle * surface_.border_length(cell, arc));
     }
-    const double eta = is_ridge ? options_.ridges : options_.eta(angle, std::abs(angle));
+    const double eta = is_ridge ? factors_.ridges : factors_.eta(angle, std::abs(angle));
     const double length =
-        options_.crease_length > 0.0 ? options_.crease_length : surface_.border_length(cell, arc);
-    const double angular = options_.angular(eta, length, std::abs(angle));
-    const double step = options_.is_straight ? norm(surface_.position(to) - surface_.position(cell))
+        factors_.crease_length > 0.0 ? factors_.crease_length : surface_.border_length(cell, arc);
+    const double angular = factors_.angular(eta, length, std::abs(angle));
+    const double step = factors_.is_straight ? norm(surface_.position(to) - surface_.position(cell))
                                              : surface_.step_length(cell, arc);
-    return (step + angular) / options_.diagonal;
+    return (step + angular) / factors_.diagonal;
   }
 
  private:
   void count_edge(double bend, bool is_sharp) {
-    if (!options_.has_ridges()) return;
+    if (!factors_.has_ridges()) return;
     ++sums_.n_edges;
     sums_.n_soft += static_cast<std::int64_t>(bend >= kSoftAngle && bend < kSharpAngle);
     sums_.n_sharp += static_cast<std::int64_t>(is_sharp);
@@ -57,7 +57,7 @@ class SurfaceWeigher {
   }
 
   const Surface& surface_;
-  const WeightOptions& options_;
+  const EdgeFactors& factors_;
   const NetTurn* net_turn_;  // null if the net turn is not needed
   const SurfaceBends bends_;
   const Ridges<Surface, SurfaceBends> ridges_;
@@ -66,14 +66,14 @@ class SurfaceWeigher {
 
 }  // namespace
 
-EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
+EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
-  const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, options);
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && factors.diagonal > 0.0);
+  const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, factors);
   EdgeSums total;
-  std::mutex adding;  // guards `total`; sums of integers do not depend on the order
+  std::mutex adding;  // protects `total`; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    SurfaceWeigher weigher(surface, options, net_turn, crowded);
+    SurfaceWeigher weigher(surface, factors, net_turn, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
       for (const auto [arc, to] : surface.arcs().steps(cell)) {
         weights[arc] = weigher.weight(cell, arc, to);

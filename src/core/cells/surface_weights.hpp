@@ -8,10 +8,10 @@ namespace superfacets {
 
 // weights[a] = (step + alpha eta b theta / pi) / d. Step, border length b and angle theta are
 // measures of the arc (see Surface), and eta is 1 if theta is positive. For triangles, the result
-// has the same bits as triangle_weights of weights.hpp. If options have a crease_length, it
+// has the same bits as triangle_weights of weights.hpp. A positive crease_length of the factors
 // replaces b. Ridges may cost more than other convex edges. Returns sums over edges; the net turn
 // is 0 if net_turn is null.
-EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
+EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
 // Version of stk02_weights (weights.hpp) for polygons.

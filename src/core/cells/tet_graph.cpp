@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "cells/side_graph.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
@@ -28,7 +27,7 @@ struct TetSides {
       std::ranges::sort(v);
       if (v[0] == v[1] || v[1] == v[2]) continue;
       const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
-      visit(side, v[0], key, side % 2 == 0);  // the direction has no meaning in a volume
+      visit(side, v[0], key, side % 2 == 0);  // the direction has no meaning for tetrahedra
     }
   }
 };
@@ -61,7 +60,7 @@ double volume_of(std::span<const Point> vertices, const Tet& tet) {
 }
 
 void measure_arcs_of(std::span<const Point> vertices, std::span<const Tet> tets,
-                     const PolygonGraph& graph, Cell tet, TetMeasures& measures) {
+                     const TetGraph& graph, Cell tet, TetMeasures& measures) {
   std::array<bool, 4> is_crossed{};
   for (std::int64_t arc = graph.offsets[tet]; arc < graph.offsets[tet + 1]; ++arc) {
     is_crossed[graph.sides[arc]] = true;
@@ -80,13 +79,13 @@ void measure_arcs_of(std::span<const Point> vertices, std::span<const Tet> tets,
 
 }  // namespace
 
-PolygonGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
-                             ThreadTeam& team) {
+TetGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
+                         ThreadTeam& team) {
   return build_side_graph(TetSides{tets, representative}, team);
 }
 
 TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> tets,
-                         const PolygonGraph& graph, ThreadTeam& team) {
+                         const TetGraph& graph, ThreadTeam& team) {
   const std::size_t n_arcs = graph.neighbors.size();
   TetMeasures measures{Buffer<Point>(tets.size()), Buffer<double>(tets.size()),
                        Buffer<double>(n_arcs), Buffer<double>(n_arcs), Buffer<double>(tets.size())};

@@ -2,9 +2,11 @@
 // arcs.
 #pragma once
 
-#include "cells/polygon_graph.hpp"
+#include "cells/side_graph.hpp"
 
 namespace superfacets {
+
+using TetGraph = SideGraph<std::int32_t>;
 
 struct TetMeasures {
   Buffer<Point> centroids;      // (N,) centroid of each tetrahedron
@@ -18,11 +20,11 @@ struct TetMeasures {
 // Builds one arc per shared triangle and direction, with the same rules as build_polygon_graph.
 // Side s of a tetrahedron is the triangle of all corners except s. A triangle with two equal
 // vertices is not a side.
-PolygonGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
-                             ThreadTeam& team);
+TetGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
+                         ThreadTeam& team);
 
 // Computes all measures. An arc and its reverse arc get the same bits.
 TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> tets,
-                         const PolygonGraph& graph, ThreadTeam& team);
+                         const TetGraph& graph, ThreadTeam& team);
 
 }  // namespace superfacets

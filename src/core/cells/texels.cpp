@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Maximum magnitude of texture coordinates. Beyond it, doubles cannot resolve texels.
+// Maximum magnitude of texture coordinates. Beyond this magnitude, doubles cannot resolve texels.
 constexpr double kMaxTiles = 1 << 20;
 // Maximum number of texels sampled per triangle. More texels would barely change the mean.
 constexpr double kMaxTexels = 1 << 14;
@@ -23,8 +23,8 @@ constexpr std::int64_t kTile = 128;  // width of a tile in texels; a tile fits i
 constexpr double kWhite = 65535.0;   // maximum of linear light
 
 struct TexelPoint {
-  double x;  // in texels, from the left
-  double y;  // in texels, from the upper side
+  double x;  // distance in texels from the left side of the image
+  double y;  // distance in texels from the upper side of the image
 };
 using Corners = std::array<TexelPoint, 3>;
 using Color = std::array<double, 3>;
@@ -46,7 +46,8 @@ void move_near(double& a, double& b, double& c, Wrap wrap) {
   c -= shift;
 }
 
-// The corners of a triangle, in texels. nullopt if a coordinate is missing or exceeds kMaxTiles.
+// Returns the corners of a triangle in texels, or nullopt if a coordinate is missing or exceeds
+// kMaxTiles.
 std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles& triangles,
                                   std::int64_t triangle) {
   std::array<double, 3> u;
@@ -56,7 +57,7 @@ std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles
     if (corner < 0) return std::nullopt;
     u[i] = triangles.coordinates[2 * corner];
     v[i] = 1.0 - triangles.coordinates[2 * corner + 1];
-    // false for NaN
+    // The comparison is false for NaN.
     const bool is_near = std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles;
     if (!is_near) return std::nullopt;
   }
@@ -357,7 +358,7 @@ std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTri
   std::vector<std::int64_t> begins(n_rows * n_columns + 1, 0);
   for (std::size_t triangle = 0; triangle < n; ++triangle) {
     const auto corners = corners_of(grid, triangles, static_cast<std::int64_t>(triangle));
-    if (!corners) continue;  // not sampled, so any tile will do
+    if (!corners) continue;  // the triangle is not sampled, so its tile does not matter
     const auto& [x, y] = corners->front();
     const std::int64_t column = wrapped(static_cast<std::int64_t>(x), grid.width, grid.wrap_u);
     const std::int64_t row = wrapped(static_cast<std::int64_t>(y), grid.height, grid.wrap_v);

@@ -22,7 +22,7 @@ struct TexelGrid {
 // each the index of a pair (u, v), or -1 if the corner has no coordinates. v = 1 is the upper side
 // of the image.
 struct TexturedTriangles {
-  std::span<const double> coordinates;    // (2 T,) pairs (u, v)
+  std::span<const double> coordinates;    // (2 P,) pairs (u, v) of texture coordinates
   std::span<const std::int32_t> corners;  // (3 N,) index of a pair for each corner, or -1
 };
 
@@ -42,10 +42,10 @@ TexelColors texel_colors(std::span<const std::uint8_t> pixels, const TexelGrid& 
                          ThreadTeam& team);
 
 // For each texel, the id of the triangle that covers its center, or -1 if no triangle does. Rows of
-// the result are from top to bottom. If several triangles cover a center, the lowest wins. A
-// triangle that covers no center gets the texel at its centroid, if no triangle covers that texel.
-// Then ids are extended by `bleed` texels into uncovered texels. Triangles are clamped to four
-// images per direction.
+// the result are from top to bottom. If several triangles cover a center, the triangle with the
+// lowest index wins. A triangle that covers no center gets the texel at its centroid, if no
+// triangle covers that texel. Then ids are extended by `bleed` texels into uncovered texels.
+// Triangles are clamped to four images per direction.
 Buffer<std::int32_t> paint_ids(const TexelGrid& grid, const TexturedTriangles& triangles,
                                std::span<const std::int32_t> ids, int bleed, ThreadTeam& team);
 

@@ -36,7 +36,8 @@ double TriangleSurface::angle(Cell from, std::int64_t arc) const {
   return fold_of(normal_from, normal_to, position(to) - position(from)).signed_angle(inside_out_);
 }
 
-// The second moment of a triangle about its centroid is a twelfth of the sum over its corners.
+// The second moment of a triangle about its centroid is 1/12 of the sum of p p^T over its corners
+// p, relative to the centroid.
 CellShape TriangleSurface::shape(Cell face) const {
   const Point doubled = double_area_vector(vertices_, faces_[face]);
   CellShape shape{position(face), 0.5 * norm(doubled), 0.5 * doubled, {}, {}};

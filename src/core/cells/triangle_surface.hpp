@@ -48,14 +48,14 @@ inline bool is_same_position(const Point& p, const Point& q) {
   return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
-// For two neighbors that traverse their edge in the same direction, returns whether the normal of
-// the second face is flipped instead of the first. The normal of the smaller face is flipped; if
-// the areas are equal, the normal of the face with the higher index. An arc and its reverse arc
-// flip the same normal.
+// Decides which normal is flipped if two neighboring faces traverse their edge in the same
+// direction. Returns true for the second face, and false for the first. The normal of the smaller
+// face is flipped. If the areas are equal, the normal of the face with the higher index is flipped.
+// An arc and its reverse arc flip the same normal.
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
 // Surface of a triangle mesh and the arcs of its face graph. Sides are numbered as in
-// build_face_graph. The object only refers to arrays of the caller.
+// build_triangle_graph. The object only refers to arrays of the caller.
 class TriangleSurface final : public Surface {
  public:
   // same_turn is empty if all faces are consistently oriented. inside_out is true if normals point
@@ -95,7 +95,9 @@ class TriangleSurface final : public Surface {
   void prefetch_cell(Cell face, std::int64_t arc) const override {
     prefetch(&faces_[face]);
     prefetch(sides_.data() +
-             arc);  // an address, because `arc` is out of range if the last face has no arc
+             // An address instead of an index, because `arc` is out of range if the last face has
+             // no arc.
+             arc);
   }
 
   // Corners are vertices. If several vertices are at the same position, a corner may be any of
@@ -117,8 +119,9 @@ class TriangleSurface final : public Surface {
 
   const std::span<const Point> vertices_;
   const std::span<const Triangle> faces_;
-  const std::span<const std::uint8_t> sides_;      // (M,) side of each arc, 0, 1 or 2
-  const std::span<const std::uint8_t> same_turn_;  // (M,) see same_turn(); or empty
+  const std::span<const std::uint8_t> sides_;  // (M,) side of each arc, 0, 1 or 2
+  // (M,) value of same_turn() for each arc; empty if all are false.
+  const std::span<const std::uint8_t> same_turn_;
   const bool inside_out_;
 };
 

@@ -36,7 +36,7 @@ std::vector<NormalPair> list_pairs(TurnedSets& sets, const NeighborRows& neighbo
                                    const PlaceOf& place_of) {
   std::vector<NormalPair> pairs;
   for_each_cosine(neighbors, normals, [&](Place row, Place near, double cosine) {
-    if (std::abs(cosine) >= kSameDirection) return;  // already joined
+    if (std::abs(cosine) >= kSameDirection) return;  // similar pairs have already been joined
     const Place from = place_of(row);
     const Place to = place_of(near);
     if (sets.root(from).first == sets.root(to).first) return;
@@ -107,8 +107,8 @@ void turn_consistently(const NeighborRows& neighbors, std::span<const Point> pos
   TurnedSets sets = join_neighbors(neighbors, points, normals);
   struct Sums {
     double area = 0.0;
-    Point moment{0.0, 0.0, 0.0};  // area times position
-    double volume = 0.0;          // three times the volume
+    Point moment{0.0, 0.0, 0.0};  // sum of area times position
+    double volume = 0.0;          // three times the enclosed volume
   };
   std::vector<Sums> sums(points.size());  // sums of each set, stored at the index of its root
   for (Place place = 0; place < n_places; ++place) {

@@ -7,8 +7,8 @@
 namespace superfacets {
 namespace {
 
-// If a face has more arcs than this, its arcs are not searched for a reverse arc, because computing
-// the weight twice is faster.
+// If a face has more arcs than this number, its arcs are not searched for a reverse arc, because
+// computing the weight twice is faster.
 constexpr std::int64_t kFewArcs = 8;
 
 // Number of faces per block. The data of a block and of its neighbors fits into the first-level
@@ -27,7 +27,7 @@ Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
   return normals;
 }
 
-// The data of a mesh that eq. 1-3 need.
+// The data of a mesh from which eq. 1-3 compute weights.
 struct Geometry {
   const TriangleSurface& surface;
   const FaceMeasures& faces;
@@ -80,18 +80,18 @@ SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
 enum class Formula : std::uint8_t {
   kEdgeLengths,  // the published formula: the angular term is proportional to the edge length
   kOneLength,    // the edge length is replaced by the constant crease_length
-  kStraight,     // like kOneLength, with straight steps (see WeightOptions::is_straight)
+  kStraight,     // like kOneLength, with straight steps (see EdgeFactors::is_straight)
 };
 
-Formula formula_of(const WeightOptions& options) {
-  if (options.is_straight) return Formula::kStraight;
-  return options.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
+Formula formula_of(const EdgeFactors& factors) {
+  if (factors.is_straight) return Formula::kStraight;
+  return factors.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
 }
 
-// Calls run with the formula of the options as a std::integral_constant.
+// Calls run(formula), where `formula` is a std::integral_constant chosen from the factors.
 template <typename Run>
-auto with_formula(const WeightOptions& options, const Run& run) {
-  switch (formula_of(options)) {
+auto with_formula(const EdgeFactors& factors, const Run& run) {
+  switch (formula_of(factors)) {
     case Formula::kStraight:
       return run(std::integral_constant<Formula, Formula::kStraight>{});
     case Formula::kOneLength:
@@ -103,20 +103,20 @@ auto with_formula(const WeightOptions& options, const Run& run) {
 
 template <Formula kFormula>
 SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const ArcTurn& turned,
-                                            const WeightOptions& options) {
+                                            const EdgeFactors& factors) {
   const double length =
-      kFormula == Formula::kEdgeLengths ? data.edge.length() : options.crease_length;
-  const double eta = options.eta(turned.rise, turned.theta);
-  const double angular = options.angular(eta, length, turned.theta);
+      kFormula == Formula::kEdgeLengths ? data.edge.length() : factors.crease_length;
+  const double eta = factors.eta(turned.rise, turned.theta);
+  const double angular = factors.angular(eta, length, turned.theta);
   const double step = kFormula == Formula::kStraight ? norm(data.to - data.from)
                                                      : length_over(data.edge, data.from, data.to);
-  return (step + angular) / options.diagonal;
+  return (step + angular) / factors.diagonal;
 }
 
-double any_arc_weight(const ArcData& data, const WeightOptions& options, double up) {
+double any_arc_weight(const ArcData& data, const EdgeFactors& factors, double up) {
   const ArcTurn turned = arc_turn(data, up);
   return with_formula(
-      options, [&](auto formula) { return arc_weight<formula.value>(data, turned, options); });
+      factors, [&](auto formula) { return arc_weight<formula.value>(data, turned, factors); });
 }
 
 SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const ArcTurn& turned) {
@@ -147,7 +147,7 @@ struct FaceBends {
 SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
-  if (neighbors.size() == 3) {  // nearly all faces
+  if (neighbors.size() == 3) {  // true for nearly all faces
     const auto is_second = static_cast<std::int64_t>(neighbors[1] == to);
     const auto is_third = static_cast<std::int64_t>(neighbors[2] == to);
     const std::int64_t n_found =
@@ -167,7 +167,7 @@ SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Fac
 
 struct RisingArc {
   Face from;
-  Face to;  // higher than `from`
+  Face to;  // target face; its index is higher than `from`
   std::int64_t arc;
 };
 
@@ -185,7 +185,7 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     for (const auto [arc, neighbor] : arcs.steps(static_cast<Face>(face))) {
       rising[n_rising] = {static_cast<Face>(face), neighbor, arc};
       n_rising += static_cast<std::size_t>(
-          face < neighbor);  // without a branch, because it is unpredictable
+          face < neighbor);  // no branch, because the comparison is unpredictable
     }
   }
   rising.resize(n_rising);
@@ -228,11 +228,11 @@ struct Block {
 // kHasTurns.
 template <Formula kFormula, bool kHasTurns>
 struct Weigh {
-  SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
+  SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const EdgeFactors& factors,
                                             double up, const NetTurn& net_turn, Numbers* weights,
                                             Numbers* turns, std::size_t n) const {
-    const WeightOptions hoisted =
-        options;  // local copy, so the compiler knows that stores cannot alias it
+    const EdgeFactors hoisted =
+        factors;  // local copy, so the compiler knows that stores cannot alias it
     const NetTurn rounding = net_turn;
     for (std::size_t i = 0; i < n; ++i) {
       const ArcData data = block.get(i);
@@ -243,7 +243,8 @@ struct Weigh {
   }
 };
 
-// Whether an arc and its reverse are the only arcs between two faces; `back` is the reverse, or -1.
+// Whether an arc and its reverse are the only arcs between two faces. Sets `back` to the reverse
+// arc, or to -1 if only_arc finds none.
 bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
   back = only_arc(arcs, step.to, step.from);
   return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
@@ -253,13 +254,13 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 // arc if the reverse arc is unique.
 class Weigher {
  public:
-  Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
+  Weigher(const Geometry& geometry, const EdgeFactors& factors, const NetTurn* net_turn,
           const CrowdedFaces& crowded, std::span<double> weights)
       : geometry_(geometry),
-        options_(options),
-        of_ridges_(options.of_ridges()),
+        factors_(factors),
+        of_ridges_(factors.of_ridges()),
         bends_{geometry},
-        ridges_(geometry.surface, bends_, crowded, options.all_sharp),
+        ridges_(geometry.surface, bends_, crowded, factors.all_sharp),
         net_turn_(net_turn),
         weights_(weights) {}
 
@@ -285,8 +286,8 @@ class Weigher {
     for (std::size_t i = 0; i < rising.size(); ++i) {
       block_.set(i, arc_data(geometry_, rising[i].from, rising[i].to, rising[i].arc));
     }
-    with_formula(options_, [&](auto formula) { weigh_in_vectors<formula.value>(rising.size()); });
-    if (options_.has_ridges()) weigh_ridges(rising);
+    with_formula(factors_, [&](auto formula) { weigh_in_vectors<formula.value>(rising.size()); });
+    if (factors_.has_ridges()) weigh_ridges(rising);
     if (net_turn_ != nullptr) add_turns(rising);
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
@@ -303,7 +304,7 @@ class Weigher {
   void weigh_in_vectors(std::size_t n) {
     const double up = up_of(geometry_);
     const auto run = [&](const auto& weigh) {
-      run_version(with_, weigh, block_, options_, up, rounding_, &numbers_, &turns_, n);
+      run_version(with_, weigh, block_, factors_, up, rounding_, &numbers_, &turns_, n);
     };
     if (net_turn_ != nullptr) return run(Weigh<kFormula, true>{});
     run(Weigh<kFormula, false>{});
@@ -349,8 +350,8 @@ class Weigher {
   }
 
   const Geometry& geometry_;
-  const WeightOptions& options_;
-  const WeightOptions of_ridges_;
+  const EdgeFactors& factors_;
+  const EdgeFactors of_ridges_;
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
   const NetTurn* const net_turn_;  // null if the net turn is not needed
@@ -367,20 +368,20 @@ class Weigher {
 
 // Computes the weights that class Weigher skips: weights of arcs to faces with a lower index for
 // which is_pair is false.
-void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
+void weigh_other_arcs(const Geometry& geometry, const EdgeFactors& factors,
                       const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
                       std::span<double> weights) {
   const double up = up_of(geometry);
-  const WeightOptions of_ridges = options.of_ridges();
+  const EdgeFactors of_ridges = factors.of_ridges();
   const FaceBends bends{geometry};
-  const Ridges ridges(geometry.surface, bends, crowded, options.all_sharp);
+  const Ridges ridges(geometry.surface, bends, crowded, factors.all_sharp);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
-      const bool is_ridge = options.has_ridges() && ridges.crosses(face, arc);
-      weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : options, up);
+      const bool is_ridge = factors.has_ridges() && ridges.crosses(face, arc);
+      weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : factors, up);
     }
   }
 }
@@ -388,29 +389,29 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
 }  // namespace
 
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                          const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
+                          const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
   SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
-  SUPERFACETS_ASSERT(!options.is_straight || options.crease_length > 0.0 || options.alpha == 0.0);
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && factors.diagonal > 0.0);
+  SUPERFACETS_ASSERT(!factors.is_straight || factors.crease_length > 0.0 || factors.alpha == 0.0);
   const bool is_given = !faces.normals.empty();
   const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
-  const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
+  const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, factors);
   std::atomic<std::int64_t> n_weighed = 0;
   EdgeSums total;
-  std::mutex adding;  // guards the sums; sums of integers do not depend on the order
+  std::mutex adding;  // protects the sums; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    Weigher weigher(geometry, options, net_turn, crowded, weights);
+    Weigher weigher(geometry, factors, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);
     const std::scoped_lock lock(adding);
     total.add(weigher.sums());
   });
   if (n_weighed == surface.arcs().n_arcs()) return total;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    weigh_other_arcs(geometry, options, crowded, begin, end, weights);
+    weigh_other_arcs(geometry, factors, crowded, begin, end, weights);
   });
   return total;
 }
@@ -425,29 +426,6 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
       const double geodesic = length_over(surface.edge(face, arc), centroids[face], centroids[to]);
       weights[arc] = stk02_weight(geodesic, normals[face], normals[to], alpha);
     }
-  });
-}
-
-double quantize_weights(std::span<const double> weights, ThreadTeam& team,
-                        std::span<float> lengths) {
-  const double unit = unit_of_lengths(sum_of(weights, team));
-  round_weights(weights, unit, team, lengths);
-  return unit;
-}
-
-double unit_of_lengths(double total_weight) {
-  // The unit is a power of two, so rounding only cuts the last bits of a weight. Sums in another
-  // order of the arcs may differ in the last bits, but give the same unit.
-  return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
-}
-
-void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
-                   std::span<float> lengths) {
-  SUPERFACETS_ASSERT(lengths.size() == weights.size());
-  const auto n_arcs = static_cast<std::int64_t>(weights.size());
-  team.for_each_index(n_arcs, [&](std::int64_t arc) {
-    // Rounds to the 24 bits of a float. The result is at least 1, so every arc makes a path longer.
-    lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
   });
 }
 

@@ -1,6 +1,6 @@
-// Stage 2: weights of arcs, and their rounding to whole units. Equations are numbered as in Simari,
-// Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term
-// of a weight, eq. 2 the angular term, and eq. 3 the normalized sum of both.
+// Stage 2: weights of arcs. Equations are numbered as in Simari, Picciau and De Floriani, "Fast and
+// Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term of a weight, eq. 2 the angular term,
+// and eq. 3 the normalized sum of both.
 #pragma once
 
 #include <numbers>
@@ -9,11 +9,6 @@
 #include "cells/triangle_surface.hpp"
 
 namespace superfacets {
-
-// The sum of all weights, an upper bound of path lengths, is less than 2^kTotalBits units. So path
-// lengths fit into 64 bits, and are exact in a double. On meshes of millions of faces a mean arc
-// has about 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
-inline constexpr int kTotalBits = 48;
 
 // Smallest angle of a sharp edge: 40 degrees, so both edges of a 45-degree chamfer are sharp. Edges
 // on rounded limbs have smaller angles, except on coarse meshes.
@@ -24,7 +19,7 @@ inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 // of cylinders with 36 segments.
 inline constexpr double kSoftAngle = kSharpAngle * 0.26;
 
-struct WeightOptions {
+struct EdgeFactors {
   double alpha = 200.0;        // factor of the angular term, >= 0
   double eta_convex = 0.2;     // eta of convex edges; eta of concave edges is 1
   double crease_length = 0.0;  // replaces the edge length |e| in eq. 2 if > 0
@@ -53,21 +48,21 @@ struct WeightOptions {
   // Whether ridges cost more than other convex edges.
   bool has_ridges() const { return alpha > 0.0 && ridges > eta_convex; }
 
-  // Returns a copy of the options in which convex edges have the eta of ridges.
-  WeightOptions of_ridges() const {
-    WeightOptions options = *this;
-    options.eta_convex = ridges;
-    return options;
+  // Returns a copy of the factors in which convex edges have the eta of ridges.
+  EdgeFactors of_ridges() const {
+    EdgeFactors factors = *this;
+    factors.eta_convex = ridges;
+    return factors;
   }
 };
 
-// Sums over edges. Each edge is counted once, at the face with the lower index. If the options do
+// Sums over edges. Each edge is counted once, at the face with the lower index. If the factors do
 // not use ridges, only `turn` is computed.
 struct EdgeSums {
   std::int64_t turn = 0;     // net turn, in the units of class NetTurn
   std::int64_t n_edges = 0;  // number of all edges
-  std::int64_t n_soft = 0;   // edges with an angle from kSoftAngle to below kSharpAngle
-  std::int64_t n_sharp = 0;  // convex edges with an angle of at least kSharpAngle
+  std::int64_t n_soft = 0;   // number of edges with an angle from kSoftAngle to below kSharpAngle
+  std::int64_t n_sharp = 0;  // number of convex edges with an angle of at least kSharpAngle
 
   void add(const EdgeSums& other) {
     turn += other.turn;
@@ -78,7 +73,7 @@ struct EdgeSums {
 };
 
 // Net outward turn of a surface: the sum over edges of angle times length, where concave edges are
-// negative. The sum is twice the total mean curvature of the surface. If the options use ridges,
+// negative. The sum is twice the total mean curvature of the surface. If the factors use ridges,
 // ridges are left out of the sum. Each edge is counted once, at the face with the lower index. Each
 // term is rounded to a whole number of units, so that sums over parts of a mesh add up exactly, in
 // any order.
@@ -104,8 +99,9 @@ class NetTurn {
  private:
   static constexpr int kTurnBits = 31;
 
-  double units_ = 1.0;                        // number of units per radian and unit of length
-  std::span<const std::uint8_t> is_counted_;  // (N,) or empty if all faces are counted
+  double units_ = 1.0;  // number of units per radian and unit of length
+  // (N,) 1 if a face is counted; empty if all faces are counted.
+  std::span<const std::uint8_t> is_counted_;
 };
 
 // Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs
@@ -116,7 +112,8 @@ struct FaceMeasures {
   std::span<const Point> normals;
 };
 
-// The weight of an arc, computed with eq. 6. A normal is zero if undefined.
+// The weight of an arc, computed with eq. 6 of Shlafman, Tal and Katz 2002. A normal is zero if
+// undefined.
 inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
                            double alpha) {
   const double cosine = dot(normal_from, normal_to);
@@ -128,12 +125,12 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. A positive
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
-// crease_length must be positive. theta is in [0, pi], and 0 if a face has no normal. The slack of
-// the options is subtracted from theta, but not below 0. An arc and its reverse arc get the same
-// bits. Ridges may cost more than other convex edges. Returns sums over edges. The net turn is 0 if
-// net_turn is null. Otherwise the sums include only the faces that net_turn counts.
+// crease_length must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal.
+// The slack of the factors is subtracted from theta, but not below 0. An arc and its reverse arc
+// get the same bits. Ridges may cost more than other convex edges. Returns sums over edges. The net
+// turn is 0 if net_turn is null. Otherwise the sums include only the faces that net_turn counts.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                          const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
+                          const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);
 
 // weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
@@ -141,17 +138,5 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
 // term is 0 where a face has no normal. Memory: 24 bytes per face.
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);
-
-// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. The unit is the
-// power of two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The
-// result is the same for any number of threads.
-double quantize_weights(std::span<const double> weights, ThreadTeam& team,
-                        std::span<float> lengths);
-
-// The two steps of quantize_weights. unit_of_lengths returns the unit for a given sum of weights.
-// round_weights rounds weights to multiples of a given unit.
-double unit_of_lengths(double total_weight);
-void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
-                   std::span<float> lengths);
 
 }  // namespace superfacets

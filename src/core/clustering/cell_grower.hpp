@@ -2,19 +2,19 @@
 #pragma once
 
 #include "cells/ordered_graph.hpp"
-#include "cells/weights.hpp"
+#include "cells/quantization.hpp"
 #include "paths/radix_heap.hpp"
 
 namespace superfacets {
 
 // Divides ranges of consecutive cells among centers, one range after another. Each cell is assigned
 // to the center with the shortest path within the range; if two paths are equally short, to the
-// first center. A range should fit into the first-level cache.
+// center that comes first. A range should fit into the first-level cache.
 class CellGrower {
  public:
   static constexpr int kRangeBits = 12;  // a range has at most 2^kRangeBits cells
 
-  // `spacing` is the distance between two centers, in cells of the sorted order.
+  // `spacing` is the distance between consecutive centers, counted in cells of the sorted order.
   CellGrower(const OrderedGraph& graph, Place spacing) : graph_(graph), spacing_(spacing) {}
 
   // Divides the cells begin .. end-1. As long as some cell is not reached by any path, the first
@@ -60,8 +60,8 @@ class CellGrower {
   std::size_t size_ = 0;  // number of cells in the range
   std::vector<Place> centers_;
   std::vector<PackedPath>
-      paths_;                 // best path to each cell of the range, plus one entry for outside
-  std::vector<float> costs_;  // crease costs of each path; empty without straight_unit
+      paths_;  // best path to each cell of the range, plus one entry for all cells outside
+  std::vector<float> costs_;  // sum of crease costs of each path; empty if straight_unit is 0
   std::vector<std::uint8_t> is_waiting_;     // 1 if a cell is in the list of the next round
   std::vector<std::size_t> waiting_, next_;  // cells to expand in this round and in the next round
   RadixHeap heap_;

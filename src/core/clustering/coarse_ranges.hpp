@@ -70,8 +70,9 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
 // plus the lowest crease cost of a path across their border.
 struct CrossingLengths {
   const OrderedGraph& fine;
-  std::span<const float> from_center;  // (N,) `length` of each fine cell; see divide_range
-  std::span<const Point> positions;    // positions of coarse cells; empty if straight_unit is 0
+  // (N,) `length` of each fine cell, as defined at divide_range.
+  std::span<const float> from_center;
+  std::span<const Point> positions;  // positions of coarse cells; empty if straight_unit is 0
 
   // The length (or crease cost, if straight_unit > 0) of the path from center to center via an arc
   // between fine cells. The values at both ends are added first, so that both directions of the arc

@@ -14,8 +14,8 @@ std::pair<Place, Place> places_of_range(std::int64_t range, Place n_own) {
   return {begin, std::min(begin + (1 << CellGrower::kRangeBits), n_own)};
 }
 
-// Concatenates the coarse cells of all ranges. They are numbered from the first coarse cell of the
-// tile.
+// Concatenates the coarse cells of all ranges. The coarse cells are numbered from the first coarse
+// cell of the tile.
 TileCells joined(std::span<const RangeCells> parts, Buffer<Cell> of, Buffer<float> lengths) {
   TileCells cells;
   for (const RangeCells& part : parts) {

@@ -13,7 +13,7 @@ struct TileCells {
   Buffer<Point> positions;     // mean position of each coarse cell
   Buffer<double> measures;     // area or volume of each coarse cell
   Buffer<Cell> of;             // (n_own,) coarse cell of each fine cell
-  Buffer<float> lengths;       // (n_own,) `length` of each fine cell; see divide_range
+  Buffer<float> lengths;       // (n_own,) `length` of each fine cell, as defined at divide_range
 };
 
 // Divides a tile into coarse cells. The graph of a tile has n_own consecutive cells of the

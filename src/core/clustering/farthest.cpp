@@ -7,8 +7,8 @@ namespace {
 constexpr double kBelowAll = -2.0;
 
 // Tree level whose nodes are updated on several threads, if a new center may change at least
-// kMinShared of these nodes. A node of this level contains 2^11 cells, about ten microseconds of
-// work.
+// kMinShared of these nodes. A node of this level contains 2^11 cells, and updating it takes about
+// ten microseconds.
 constexpr std::size_t kSharedLevel = 2;
 constexpr std::size_t kMinShared = 8;
 

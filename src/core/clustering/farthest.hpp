@@ -9,7 +9,7 @@ namespace superfacets {
 // cell.
 class FarthestPoints {
  public:
-  // Starts without centers.
+  // Initially, there are no centers.
   FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
 
   // Excludes the cells for which is_left_out(place) is true, so that they are never the farthest.
@@ -29,13 +29,13 @@ class FarthestPoints {
   Place farthest() const;
 
  private:
-  // Squared distance stored for centers and excluded cells. It is less than every actual squared
-  // distance, so these cells are never the farthest.
+  // Squared distance stored for centers and excluded cells. This value is less than every actual
+  // squared distance, so these cells are never the farthest.
   static constexpr double kIsCenter = -1.0;
 
   struct Summary {
     double farthest_squared;  // maximum squared distance of the cells of a node
-    Place farthest;           // the cell at that distance, the lowest if there are several
+    Place farthest;           // the cell at this distance; the lowest if there are several
   };
 
   bool can_change(std::size_t level, std::size_t index, Point center) const;

@@ -22,7 +22,7 @@ struct Candidate {
 };
 
 // A box tree of the labeled cells only. A search in the tree of all cells would also visit the
-// cells of other islands, and there may be thousands of these near an island.
+// cells of other islands, and there may be thousands of such cells near an island.
 class LabeledCells {
  public:
   // `labels` is in the sorted order of the graph. `groups` is in the order of the input, or empty.
@@ -51,8 +51,8 @@ class LabeledCells {
   // belongs to `group`. `best` is the best candidate found so far, and is replaced by a nearer
   // cell.
   void search(Point target, Place place, Label group, Candidate& best) const {
-    // The first candidates are the nearest labeled cells along the space-filling curve. They are
-    // usually near in space, so that most boxes are farther away and skipped.
+    // The first candidates are the nearest labeled cells along the space-filling curve. These cells
+    // are usually near in space, so that most boxes are farther away and skipped.
     const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), group, best);

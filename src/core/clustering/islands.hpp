@@ -9,7 +9,7 @@ namespace superfacets {
 // How unreached cells are labeled.
 enum class Islands : std::uint8_t {
   kKeep,     // each island becomes a region
-  kNearest,  // islands have no label during the loop, and join the nearest region after it
+  kNearest,  // islands have no label during the loop, and join the nearest region after the loop
 };
 
 struct JoinedIslands {

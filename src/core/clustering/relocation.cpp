@@ -8,14 +8,15 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
-// Value of kGain for graphs with barriers. It is lower, because one region per side of a machine
-// part matters more than regions of equal size.
+// Value of kGain for graphs with barriers (see OrderedGraph::barrier). This value is lower than
+// kGain, because one region per side of a machine part matters more than regions of equal size.
 constexpr double kGainWithBarriers = 0.25;
 
 struct Need {
-  double removal_cost = 0.0;  // infinite if some cell has no second-nearest center
-  double distortion = 0.0;    // see relocate_centers
-  Place farthest = 0;         // cell with the longest path from the center
+  // Cost of removing the center; infinite if a cell has no second-nearest center.
+  double removal_cost = 0.0;
+  double distortion = 0.0;  // sum of A d1^2 over the region; see relocate_centers
+  Place farthest = 0;       // cell with the longest path from the center
 };
 
 // Computes removal cost, distortion and farthest cell of a region, given as a list of its cells.

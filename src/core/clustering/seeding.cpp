@@ -64,7 +64,7 @@ struct Size {
 
 std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& components) {
   std::vector<Size> sizes(components.n_components);
-  for (const Place place : graph.place_of) {  // in the order of the input
+  for (const Place place : graph.place_of) {  // visits cells in the order of the input
     sizes[components.of[place]].measure += graph.measures[place];
     ++sizes[components.of[place]].n_cells;
   }
@@ -83,7 +83,8 @@ double least_measure(const OrderedGraph& graph, Cell n_seeds) {
 // lower for a fraction of 0.5, and 1% higher for 0.7.
 constexpr double kCurveFraction = 0.6;
 
-// Minimum weight of a cell. It is positive, so that every component has a positive total weight.
+// Minimum weight of a cell. The weight is positive, so that every component has a positive total
+// weight.
 constexpr double kLeastWeight = 1e-300;
 
 // Weight of a cell when seeds are distributed along the curve: its measure times sqrt(sum of its
@@ -220,7 +221,7 @@ class SeededComponents {
   std::vector<Cell> seeded_;     // components that get seeds, the largest first
 };
 
-// The cell at which the flood of each component starts. The component of `first` is the first.
+// The cell at which the flood of each component starts. The component of `first` comes first.
 std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponents& components,
                                 Place first) {
   std::vector<Place> starts{first};
@@ -280,7 +281,8 @@ void add_farthest(LongestPaths& paths, Cell n_seeds, std::vector<Place>& seeds) 
   }
 }
 
-// Integer coordinates of a cube of the grid. They are stored as doubles, which cannot overflow.
+// Integer coordinates of a cube of the grid. The coordinates are stored as doubles, which cannot
+// overflow.
 struct Cube {
   double x, y, z;
   bool operator==(const Cube&) const = default;

@@ -37,7 +37,7 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex>
   findings.is_in_range = mark_used(corners, is_used.span(), team);
 
   Box bounds;
-  std::mutex mutex;  // guards bounds and findings
+  std::mutex mutex;  // protects `bounds` and `findings`
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
   team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
     Box box;
@@ -57,13 +57,13 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex>
 
 NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team) {
   NumberFindings findings;
-  std::mutex mutex;  // guards findings
+  std::mutex mutex;  // protects `findings`
   const auto n = static_cast<std::int64_t>(numbers.size());
   team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
     bool all_valid = true;
     double largest = 0.0;
     for (std::int64_t i = begin; i < end; ++i) {
-      all_valid &= numbers[i] >= 0.0;  // false for NaN
+      all_valid &= numbers[i] >= 0.0;  // the comparison is false for NaN
       largest = std::max(largest, numbers[i]);
     }
     const std::scoped_lock lock(mutex);

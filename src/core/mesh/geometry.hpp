@@ -38,8 +38,7 @@ FaceShapes measure_faces(std::span<const Point> vertices, std::span<const Triang
 
 // Total area of slivers. A sliver is a face whose longest side is longer than min_length, and whose
 // height above this side is less than max_height. The result has the same bits for any number of
-// threads. `longest` is the array of measure_faces, which is used to skip blocks without long
-// sides.
+// threads. `longest` is the member of FaceShapes. It is used to skip blocks without long sides.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
                    std::span<const double> areas, std::span<const double> longest,
                    double min_length, double max_height, ThreadTeam& team);

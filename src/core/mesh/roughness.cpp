@@ -223,7 +223,8 @@ class Quadric {
 
  private:
   static constexpr int kN = 6;
-  std::array<std::array<double, kN + 1>, kN> sums_{};  // upper triangle, and the right-hand side
+  // Upper triangle and right-hand side of the normal equations.
+  std::array<std::array<double, kN + 1>, kN> sums_{};
 };
 
 // Axes of a coordinate system whose z axis is the normal at the center. The unit of length is the
@@ -237,7 +238,7 @@ struct Frame {
     for (const Point& p : around.near()) distance += norm(p - around.center());
     distance /= static_cast<double>(around.near().size());
     const double length = norm(around.normal());
-    const bool has_axes = distance > 0.0 && length > 0.0;  // false for NaN
+    const bool has_axes = distance > 0.0 && length > 0.0;  // the comparison is false for NaN
     if (!has_axes) return;
     const Point unit = (1.0 / length) * around.normal();
     const Point axis = std::abs(unit.x) < 0.6 ? Point{1.0, 0.0, 0.0} : Point{0.0, 1.0, 0.0};
@@ -273,12 +274,12 @@ Heights heights_of(const Surroundings& around) {
 
 struct Plane {
   Point center;
-  Point normal;  // not normalized
+  Point normal;  // not scaled to length 1
 };
 
 Plane plane_of(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point& first = vertices[corners[0]];
-  Point sum{0.0, 0.0, 0.0};  // relative to the first corner
+  Point sum{0.0, 0.0, 0.0};  // sum of the positions of the corners, relative to the first corner
   Point normal{0.0, 0.0, 0.0};
   for (std::size_t i = 1; i < corners.size(); ++i) {
     const Point step = vertices[corners[i]] - first;

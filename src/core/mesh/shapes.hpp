@@ -1,4 +1,5 @@
-// Geometric shapes (point, triangle, tetrahedron) that find their point nearest to a given point.
+// Geometric shapes (point, triangle, tetrahedron). Each finds the point of the shape that is
+// nearest to a given point.
 //
 // The result of nearest() is always in the box() of the shape, despite rounding. So
 // box().squared_distance(p) is a lower bound of the computed squared distance. A search that prunes
@@ -119,7 +120,7 @@ class TetShape {
            sign * volume(a_, b_, c_, p) >= 0.0;
   }
 
-  // Six times the signed volume.
+  // Six times the signed volume of the tetrahedron with these corners.
   static double volume(const Point& a, const Point& b, const Point& c, const Point& d) {
     return dot(cross(b - a, c - a), d - a);
   }

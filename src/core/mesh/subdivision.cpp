@@ -78,7 +78,7 @@ std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t m
   const int end = next_corner(side);
   const Point middle = midpoint(face.points[side], face.points[end]);
   const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
-  if (n_first >= most) return most + 1;  // the other half has at least one part
+  if (n_first >= most) return most + 1;  // the other half adds at least one part
   return n_first + count_parts(face.with(side, middle), limit, most - n_first);
 }
 

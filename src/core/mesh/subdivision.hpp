@@ -11,12 +11,13 @@ struct Subdivision {
   Buffer<Point> vertices;  // vertices of the input, followed by the midpoints
   Buffer<Triangle> faces;  // all parts of input face 0, followed by all parts of face 1, and so on
   Buffer<Face> sources;    // input face of each part
-  // number of bisections that made each part; its area is 2^-depth times the area of its source
+  // number of bisections that made each part; the part's area is 2^-depth times the area of its
+  // source
   Buffer<std::uint8_t> depths;
 };
 
 // Bisects the longest side of every face, and of every part, until no side is longer than max_edge.
-// A side that is too long is bisected in all of its faces, so there are no T-junctions, also on
+// A side that is too long is bisected in all of its faces, so there are no T-junctions, even on
 // non-manifold edges. No other side is bisected. Whether and where a side is bisected depends only
 // on the positions of its ends, so unwelded seams get no gaps. Faces with the same two vertices
 // share the midpoints between these vertices. The smallest angle of a part is at least half the

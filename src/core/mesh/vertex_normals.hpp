@@ -7,9 +7,9 @@
 namespace superfacets {
 
 // For each vertex, the mean of the unit normals of the faces around the vertex. The mean is not
-// normalized, and zero if there are no faces. Corners are replaced by representative[vertex] (see
-// weld_vertices), so duplicates have no faces. In the mean, the normal of a degenerate face is the
-// zero vector.
+// normalized, and is zero if the vertex has no faces. Corners are replaced by
+// representative[vertex] (see weld_vertices), so duplicates have no faces. In the mean, the normal
+// of a degenerate face is the zero vector.
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 

@@ -1,14 +1,14 @@
-// A queue of cells for label-correcting shortest paths, with buckets ordered by path length. It is
-// much faster than a heap. Cells within a bucket are unordered, so a cell whose path becomes
-// shorter after its expansion must be expanded again. On most meshes, few cells are expanded twice.
-// If most arcs are much shorter than the mean, a bucket contains whole neighborhoods, and the
-// number of repeated expansions may become very large. Callers must therefore check n_handled(),
-// and switch to a RadixHeap if it is too large.
+// A queue of cells for label-correcting shortest paths, with buckets ordered by path length. The
+// queue is much faster than a heap. Cells within a bucket are unordered, so a cell whose path
+// becomes shorter after its expansion must be expanded again. On most meshes, few cells are
+// expanded twice. If most arcs are much shorter than the mean, a bucket contains whole
+// neighborhoods, and the number of repeated expansions may become very large. Callers must
+// therefore check n_handled(), and switch to a RadixHeap if it is too large.
 #pragma once
 
 #include <bit>
 
-#include "cells/weights.hpp"
+#include "cells/quantization.hpp"
 
 namespace superfacets {
 
@@ -104,7 +104,7 @@ class BucketQueue {
   std::vector<Place> taken_;              // cells of the last bucket taken
   std::uint64_t current_ = 0;             // index of the first bucket that may have entries
   std::size_t n_near_ = 0;                // number of entries in the ring
-  std::size_t n_handled_ = 0;             // see n_handled()
+  std::size_t n_handled_ = 0;             // result of n_handled()
 };
 
 }  // namespace superfacets

@@ -25,7 +25,7 @@ struct Path {
 // chunks: consecutive cells on the space-filling curve that fit into a cache. A thread takes a
 // chunk and extends all paths within the chunk. Paths that leave the chunk are sent to other chunks
 // as proposals. The run ends when no proposals remain. Then no arc can improve a path, so each cell
-// has the best of all paths, for any order of processing.
+// has the best of all paths, regardless of the order of processing.
 class Expansion {
  public:
   // Initially, no cell is reached.
@@ -112,7 +112,7 @@ class Expansion {
   Buffer<Label> labels_;        // (N,) label of the best path to each cell
   std::vector<Chunk> chunks_;
   std::vector<std::int64_t> active_;  // chunks with waiting cells
-  std::vector<Worker> workers_;       // one per thread
+  std::vector<Worker> workers_;       // working memory of each thread
 };
 
 }  // namespace superfacets

@@ -35,8 +35,8 @@ void HaltedPaths::add_doubt(Place place, const Path& path) {
 }
 
 // Finds the uncertain cells: a cell is uncertain if a shortest path to the cell leaves the radius
-// `reach` of its center. If the cell has another shortest path within the radius, it is checked
-// unnecessarily.
+// `reach` of its center. If the cell has another shortest path within the radius, the cell is
+// checked unnecessarily.
 void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> centers) {
   const auto add_halted = [&](Place place, std::vector<Place>& found) {
     const Label label = exact.path(place).label;
@@ -64,7 +64,8 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
 }
 
 // The centers whose expansion may reach an uncertain cell: every center with an uncertain cell, or
-// a neighbor of such a cell, within the radius `reach`. If the graph is not symmetric, all centers.
+// a neighbor of such a cell, within the radius `reach`. If the graph is not symmetric, the result
+// contains all centers.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<Label> labels;
   if (!graph_.is_symmetric) {

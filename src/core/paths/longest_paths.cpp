@@ -46,7 +46,7 @@ Place LongestPaths::farthest() {
     bound = {length, cell, bound.block};
     std::push_heap(bounds_.begin(), bounds_.end());
     if (!is_exact) continue;
-    SUPERFACETS_ASSERT(length > 0);  // every center has length 0
+    SUPERFACETS_ASSERT(length > 0);  // only centers have paths of length 0
     return place;
   }
 }

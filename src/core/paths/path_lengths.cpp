@@ -7,7 +7,8 @@
 namespace superfacets {
 namespace {
 
-// Number of source cells per task. It is large enough that few lists have to be concatenated.
+// Number of source cells per task. The number is large enough that few lists have to be
+// concatenated.
 constexpr std::int64_t kBlock = 64;
 
 // Calls work(first, last, paths) for blocks of 0..n_sources-1, on any thread.
@@ -87,7 +88,7 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
   };
   for_each_source_block(graph, n_cells, append_rows, team);
 
-  std::vector<std::int64_t> begins(blocks.size() + 1, 0);  // first entry of each block
+  std::vector<std::int64_t> begins(blocks.size() + 1, 0);  // index of the first entry of each block
   std::transform_inclusive_scan(
       blocks.begin(), blocks.end(), begins.begin() + 1, std::plus<>(),
       [](const Block& block) { return static_cast<std::int64_t>(block.entries.size()); },

@@ -59,7 +59,8 @@ void copy_lists(const PathArcs& input, OrderedGraph& graph) {
 
 OrderedGraph graph_of_arcs(const PathArcs& input, std::size_t n_cells) {
   OrderedGraph graph;
-  graph.cells = Buffer<Cell>(n_cells);  // only the size is used; entries are never read
+  // Only the size of this array is used; its entries are never read.
+  graph.cells = Buffer<Cell>(n_cells);
   if (fits_rows(input)) {
     copy_rows(input, graph);
   } else {

@@ -7,8 +7,8 @@ namespace superfacets {
 
 // Length and label of the path to each cell.
 struct TilePaths {
-  Buffer<PathLength> lengths;  // (N,) kUnreached if the cell is unreached
-  Buffer<Label> labels;        // (N,) kNoLabel if the cell is unreached
+  Buffer<PathLength> lengths;  // (N,) path length of each cell; kUnreached if there is no path
+  Buffer<Label> labels;        // (N,) label of each cell; kNoLabel if there is no path
 };
 
 // Paths to cells of a tile that were found in other tiles.

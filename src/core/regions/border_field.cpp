@@ -5,12 +5,12 @@
 namespace superfacets {
 namespace {
 
-// Diffusion rate: the weight of the neighbors' mean in each step. With more than one half, the
-// label fractions would oscillate.
+// Diffusion rate: the weight of the neighbors' mean in each step. With a weight of more than one
+// half, the label fractions would oscillate.
 constexpr float kFlow = 0.5F;
 
-// Smallest label fraction that is kept. Smaller fractions hardly ever become the largest, but most
-// vertices near a border would have several labels.
+// Smallest label fraction that is kept. Smaller fractions hardly ever become the largest. Without
+// this limit, most vertices near a border would store several labels.
 constexpr float kLeastFraction = 0.02F;
 
 // Limits of the cotangent weights: the cotangents of 87 and 18 degrees. With the lower limit,
@@ -18,8 +18,8 @@ constexpr float kLeastFraction = 0.02F;
 constexpr double kLeastCotangent = 0.05;
 constexpr double kMostCotangent = 3.0;
 
-// Number of rings of vertices around borders in which labels diffuse. This is twice the standard
-// deviation of the diffusion kernel after six steps.
+// Number of rings of vertices around borders in which labels diffuse. This number is twice the
+// standard deviation of the diffusion kernel after six steps.
 constexpr int kRings = 4;
 
 // Change of a region's offset per relative area error. A border moves by (change of the offset) /
@@ -55,8 +55,8 @@ class MixSum {
     }
   }
 
-  // The largest fractions in descending order, scaled to a sum of 1. Equal fractions are sorted by
-  // label.
+  // Returns the largest fractions in descending order, scaled to a sum of 1. Equal fractions are
+  // sorted by label.
   LabelMix largest() {
     float total = 0.0F;
     for (int i = 0; i < n_; ++i) total += fractions_[i];
@@ -144,7 +144,7 @@ BorderField::BorderField(const LabeledMesh& mesh, const FacesAround& around,
     const Label label = mesh.labels[face];
     fractions_[face] = {{label, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F}};
     goals_[label] += around.area(static_cast<Face>(face));
-    steps_[label] += 1.0;  // number of faces, converted to a step below
+    steps_[label] += 1.0;  // counts faces; the count is converted to a step below
   }
   for (double& step : steps_) step = kBalance * std::sqrt(step / options.n_steps);
 }
@@ -303,8 +303,8 @@ void BorderField::cut_faces() {
   });
 }
 
-// Runs on one thread, so that areas are added in the order of faces, and sums have the same bits in
-// every run.
+// This function runs on one thread, so that areas are added in the order of faces, and sums have
+// the same bits in every run.
 std::vector<double> BorderField::measure_labels() const {
   std::vector<double> areas = far_areas_;
   for (const Face face : near_faces_) {

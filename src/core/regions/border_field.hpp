@@ -84,8 +84,8 @@ struct FaceCut {
         static_cast<float>(crossings[odd] * (1.0 - crossings[next_corner(uncut)]));
     return {{labels[odd], labels[uncut], kNoLabel}, {fraction, 1.0F - fraction, 0.0F}};
   }
-  // The part at each corner is a quadrilateral. It is the sum of two triangles, whose areas are
-  // computed from barycentric coordinates.
+  // The part at each corner is a quadrilateral. The quadrilateral is the sum of two triangles,
+  // whose areas are computed from barycentric coordinates.
   FaceFractions fractions_of_three() const {
     FaceFractions found;
     const std::array<double, 3> middle = junction();
@@ -128,8 +128,8 @@ struct LabelMix {
 // vertex has a fraction of each label nearby. A round has three steps. First, the fractions at a
 // vertex are set to the area-weighted mean of its faces. Second, the fractions diffuse along edges.
 // Third, each vertex gets the label with the largest fraction, and a border crosses an edge where
-// the interpolated fractions of two labels are equal. This shortens borders. An offset per label,
-// which is added to its fractions, restores the initial area of the region.
+// the interpolated fractions of two labels are equal. The three steps shorten borders. An offset
+// per label, which is added to its fractions, restores the initial area of the region.
 //
 // Labels diffuse only within a few rings of vertices around borders, and never into or through
 // pinned vertices (see pinned_vertices). The result does not depend on the number of threads. Time
@@ -170,14 +170,15 @@ class BorderField {
   Buffer<float> cotangents_;         // (3 F,) clamped cotangent of the angle at each corner
   Buffer<FaceFractions> fractions_;  // (F,) label fractions of each face after the latest cut
   Buffer<LabelMix> mixes_;           // (V,) label fractions at each vertex
-  Buffer<LabelMix> next_mixes_;      // label fractions of the vertices in near_ after a step
-  Buffer<Label> chosen_;             // (V,) label of each vertex; kNoLabel if it is on a border
-  std::vector<Vertex> near_;         // vertices near a border that are not pinned, ascending
-  std::vector<Face> near_faces_;     // faces with a corner near a border
-  std::vector<double> far_areas_;    // (n_labels,) area of each label in faces outside near_faces_
-  std::vector<double> goals_;        // (n_labels,) initial area of each label
-  std::vector<double> steps_;        // (n_labels,) change of the offset per relative area error
-  std::vector<double> offsets_;      // (n_labels,) number added to the fractions of each label
+  // Label fractions of the vertices in near_ after one diffusion step.
+  Buffer<LabelMix> next_mixes_;
+  Buffer<Label> chosen_;           // (V,) label of each vertex; kNoLabel if it is on a border
+  std::vector<Vertex> near_;       // vertices near a border that are not pinned, ascending
+  std::vector<Face> near_faces_;   // faces with a corner near a border
+  std::vector<double> far_areas_;  // (n_labels,) area of each label in faces outside near_faces_
+  std::vector<double> goals_;      // (n_labels,) initial area of each label
+  std::vector<double> steps_;      // (n_labels,) change of the offset per relative area error
+  std::vector<double> offsets_;    // (n_labels,) number added to the fractions of each label
 };
 
 }  // namespace superfacets

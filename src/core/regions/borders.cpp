@@ -38,8 +38,8 @@ void append_border(const Surface& surface, std::span<const Label> labels, Cell c
 
 }  // namespace
 
-void BorderCost::write(const Surface& surface, Cell from, std::int64_t arc,
-                       std::span<float> costs) const {
+void BorderCosts::write(const Surface& surface, Cell from, std::int64_t arc,
+                        std::span<float> costs) const {
   constexpr std::size_t kAtOnce = 4;  // number of arcs whose exponentials are computed together
   std::array<CrossedBorder, kAtOnce> crossed;
   std::array<double, kAtOnce> powers;
@@ -58,21 +58,21 @@ void BorderCost::write(const Surface& surface, Cell from, std::int64_t arc,
   }
 }
 
-double BorderCost::operator()(const Surface& surface, Cell from, std::int64_t arc) const {
+double BorderCosts::operator()(const Surface& surface, Cell from, std::int64_t arc) const {
   const double excess = std::max(0.0, length(arc) - surface.step_length(from, arc));
   return surface.border_length(from, arc) * exponential(-excess / crease_scale);
 }
 
-std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
+std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCosts& costs,
                                          std::span<const Label> labels, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
-                     cost.crease_scale > 0.0);
+  SUPERFACETS_ASSERT(std::ssize(costs.lengths) == surface.arcs().n_arcs() &&
+                     costs.crease_scale > 0.0);
   const auto add_crossings = [&](Cell cell, std::vector<Crossing>& found) {
     for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
       const Label other = labels[neighbor];
       if (labels[cell] >= other) continue;
-      found.push_back({labels[cell], other, arc, cost(surface, cell, arc)});
+      found.push_back({labels[cell], other, arc, costs(surface, cell, arc)});
     }
   };
   Buffer<Crossing> crossings = gather<Crossing>(surface.n_cells(), add_crossings, team);

@@ -9,10 +9,10 @@
 
 namespace superfacets {
 
-// Computes the cost of the border across an arc: the length of the border times exp(-excess /
+// Computes the cost of the border across each arc: the length of the border times exp(-excess /
 // crease_scale). The excess is the weight of the arc minus the length of its step (eq. 1), in the
 // unit of the positions. So the excess is the angular term of the weight (eq. 2).
-struct BorderCost {
+struct BorderCosts {
   std::span<const float> lengths;  // (M,) quantized weight of each arc (see quantize_weights)
   double unit = 1.0;               // size of one unit of `lengths`, in the unit of the positions
   double crease_scale = 1.0;       // excess at which the cost is divided by e
@@ -37,13 +37,13 @@ void sort_crossings(Buffer<Crossing>& crossings) {
 
 struct RegionBorder {
   Label low;    // the lower label of the two regions
-  Label high;   // the higher label
+  Label high;   // the higher label of the two regions
   double cost;  // sum of the costs of the arcs between the regions
 };
 
 // Returns the borders between regions, sorted by (low, high). Time O(N + M), and O(n log n) for n
 // arcs that cross borders. The result has the same bits for any number of threads.
-std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
+std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCosts& costs,
                                          std::span<const Label> labels, ThreadTeam& team);
 
 // Returns the perimeter of each region 0..n_regions-1. Cells may have kNoLabel. A side shared by

@@ -19,8 +19,8 @@ class BridgeSearch {
   }
 
   std::vector<Bridge> search_all() {
-    // First compares cells that are adjacent along the space-filling curve. They are usually near
-    // in space, so the tree search starts with a short bridge.
+    // First compares cells that are adjacent along the space-filling curve. These cells are usually
+    // near in space, so the tree search starts with a short bridge.
     Place last_lower = kNoPlace;
     for (Place place = 1; place < cells_.n_cells(); ++place) {
       if (ranks_[place - 1] < ranks_[place]) last_lower = place - 1;

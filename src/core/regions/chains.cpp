@@ -9,13 +9,13 @@ namespace {
 // a rounding error, and two opposite moves could then alternate forever.
 constexpr double kLeastGain = 1e-9;
 
-// A chain ends when its loss exceeds this fraction of the cost of the sides of its first cell.
-// Without this limit, compactness on the benchmark models would improve by only 0.007, and the run
-// time would be 1.5 times as long.
+// A chain ends when it has increased the border cost by this fraction of the cost of the sides of
+// its first cell. Without this limit, compactness on the benchmark models would improve by only
+// 0.007, and the run time would be 1.5 times as long.
 constexpr double kDeepest = 0.5;
 
-// Maximum number of neighbors in the region that are examined. A cell with more neighbors does not
-// move.
+// Maximum number of neighbors of a cell in its region that are examined. A cell with more neighbors
+// in its region does not move.
 constexpr int kMostNeighbors = 16;
 
 class Neighborhood {
@@ -33,7 +33,8 @@ class Neighborhood {
 
   bool is_joined() const {
     if (n_steps_ == 0 || n_steps_ > limit_) return false;
-    // Starts with the first neighbor, and adds joined neighbors until no more can be added.
+    // The search starts with the first neighbor, and repeatedly adds neighbors that are joined to a
+    // reached neighbor.
     std::array<bool, kMostNeighbors> is_reached{true};
     int n_reached = 1;
     for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
@@ -95,17 +96,17 @@ bool stays_connected_without(const Surface& surface, std::span<const Label> labe
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
   const auto n_same = std::ranges::count_if(
       neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
-  if (n_same <= 1) return n_same == 1;  // decides for most cells at borders
+  if (n_same <= 1) return n_same == 1;  // this test suffices for most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 
 }  // namespace
 
-MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
+MovingRegions::MovingRegions(const Surface& surface, const BorderCosts& costs,
                              std::span<const Label> first_labels, std::span<const Cell> fixed,
                              ThreadTeam& team)
     : surface_(surface),
-      border_cost_(cost),
+      border_costs_(costs),
       first_labels_(first_labels),
       labels_(first_labels.size()),
       marks_(first_labels.size()),
@@ -122,7 +123,7 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 void MovingRegions::prefetch_arcs(Cell cell) const {
   const std::int64_t arc = arcs().offsets[cell];
   prefetch(arcs().targets.data() + arc);  // prefetching an address beyond the array is harmless
-  prefetch(border_cost_.lengths.data() + arc);
+  prefetch(border_costs_.lengths.data() + arc);
   prefetch(costs_.data() + arc);
   surface_.prefetch_cell(cell, arc);
 }
@@ -137,7 +138,7 @@ std::span<const float> MovingRegions::costs_of(Cell cell) {
   const std::int64_t begin = arcs().offsets[cell];
   const std::span<float> costs = costs_.span().subspan(begin, arcs().offsets[cell + 1] - begin);
   if ((marks_[cell] & kHasCosts) == 0) {
-    border_cost_.write(surface_, cell, begin, costs);
+    border_costs_.write(surface_, cell, begin, costs);
     marks_[cell] |= kHasCosts;
   }
   return costs;
@@ -166,7 +167,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
   double shortest = std::numeric_limits<double>::infinity();
   for (const auto [arc, neighbor] : arcs().steps(cell)) {
     if (labels_[neighbor] != to) continue;
-    const double step = border_cost_.length(arc);
+    const double step = border_costs_.length(arc);
     // at the initial border, the cell is half a step away from the border
     const bool is_at_border = first_labels_[neighbor] == to;
     shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
@@ -177,7 +178,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
 std::span<const Cell> ChainMover::try_moves(Cell cell) {
   chain_.clear();
   // Every chain begins with this cell, so may_leave is called once, before the loop over regions.
-  // Otherwise it would dominate the run time where hundreds of cells are mutual neighbors.
+  // Otherwise these calls would dominate the run time where hundreds of cells are mutual neighbors.
   if (!regions_.may_leave(cell)) return {};
   const double cost = regions_.cost_of_sides(cell);
   const Label from = regions_.label(cell);

@@ -2,8 +2,9 @@
 #pragma once
 
 #include "base/prefetch.hpp"
+#include "regions/borders.hpp"
 #include "regions/patches.hpp"
-#include "regions/smooth.hpp"
+#include "regions/stiffness.hpp"
 
 namespace superfacets {
 
@@ -11,8 +12,8 @@ namespace superfacets {
 // uninitialized memory, and memory pages of cells far from borders are never touched.
 class MovingRegions {
  public:
-  MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
-                std::span<const Cell> fixed, ThreadTeam& team);
+  MovingRegions(const Surface& surface, const BorderCosts& costs,
+                std::span<const Label> first_labels, std::span<const Cell> fixed, ThreadTeam& team);
 
   const Surface& surface() const { return surface_; }
   const Arcs& arcs() const { return surface_.arcs(); }
@@ -23,11 +24,12 @@ class MovingRegions {
   bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
   bool may_leave(Cell cell);
 
-  // Costs of the borders that the arcs of a cell cross. They are computed at the first call,
-  // because few arcs are near a border.
+  // Costs of the borders that the arcs of a cell cross. The costs are computed at the first call
+  // for a cell, because few arcs are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was tried. If so, the result depends on the cells around it.
+  // Whether a move of the cell was tried. If so, the result of smoothing depends on the cells
+  // around this cell.
   bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
   // Decrease of the border cost if the cell moves from one region to the other.
@@ -63,19 +65,26 @@ class MovingRegions {
   static constexpr std::uint8_t kWasTried = 4;
 
   const Surface& surface_;
-  const BorderCost border_cost_;
+  const BorderCosts border_costs_;
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
   Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed, kHasCosts and kWasTried
-  Buffer<float> travels_;       // (N,) see travel(); only set for cells outside their first region
-  Buffer<float> costs_;         // (M,) see costs_of(); only set for cells with kHasCosts
+  // (N,) value of travel(cell); only set for cells outside their initial region.
+  Buffer<float> travels_;
+  Buffer<float> costs_;  // (M,) border costs of arcs; only set for the arcs of cells with kHasCosts
+};
+
+struct ChainOptions {
+  // maximum distance by which a border moves (as a path length), in the unit of the positions
+  double max_distance = 0.0;
+  std::size_t max_chain = 1;  // maximum number of cells in a chain
 };
 
 // Tries chains of moves. Each thread uses a separate ChainMover.
 class ChainMover {
  public:
   ChainMover(MovingRegions& regions, const Patches& patches, const Stiffness& stiffness,
-             const SmoothOptions& options)
+             const ChainOptions& options)
       : regions_(regions),
         patches_(patches),
         stiffness_(stiffness),
@@ -95,7 +104,7 @@ class ChainMover {
     Cell cell = kNoCell;
     double gain = 0.0;    // decrease of the border cost
     StiffCell stiff;      // data for the decrease of the stiffness cost
-    float travel = 0.0F;  // see MovingRegions::travel_to; computed when the candidate is taken
+    float travel = 0.0F;  // value of MovingRegions::travel_to; computed when the candidate is taken
   };
 
   bool move_chain(Cell first, Label to, double cost);
@@ -110,7 +119,7 @@ class ChainMover {
   MovingRegions& regions_;
   const Patches& patches_;
   const Stiffness& stiffness_;
-  const SmoothOptions options_;
+  const ChainOptions options_;
   std::vector<double> changes_;  // (K,) area change of each region since the last take_changes()
   std::vector<Label> changed_;   // regions with area changes; may contain duplicates
   std::vector<Cell> chain_;      // cells in the order of their moves

@@ -71,8 +71,8 @@ class Cutter {
     std::ranges::copy(mesh_.vertices, result_.vertices.begin());
   }
 
-  // Writes the crossings on edges. They are interpolated from the lower to the higher welded
-  // vertex, so that crossings on both sides of an unwelded seam have the same bits.
+  // Writes the crossings on edges. The crossings are interpolated from the lower to the higher
+  // welded vertex, so that crossings on both sides of an unwelded seam have the same bits.
   void write_crossings() {
     team_.for_each_index(std::ssize(edges_), [&](std::int64_t edge) {
       const auto [low, high] = std::minmax(mesh_.representative[edges_[edge].first],
@@ -163,7 +163,7 @@ class Cutter {
     }
   }
 
-  // Writes the six parts of a face with three cut sides. They meet at the junction.
+  // Writes the six parts of a face with three cut sides. The parts meet at the junction.
   void write_three(Face face, const FaceCut& cut, Parts& parts) {
     const Vertex crossings[] = {crossing_vertex(face, 0), crossing_vertex(face, 1),
                                 crossing_vertex(face, 2)};
@@ -184,7 +184,7 @@ class Cutter {
   ThreadTeam& team_;
   Buffer<std::int64_t> starts_;      // (F + 1,) index of the first part of each face
   Buffer<std::int64_t> junctions_;   // (F + 1,) number of junctions in the preceding faces
-  std::vector<Ends> edges_;          // cut edges, sorted
+  std::vector<Ends> edges_;          // edges that are cut, sorted by their vertices
   std::int64_t first_crossing_ = 0;  // index of the first crossing among the new vertices
   std::int64_t first_junction_ = 0;  // index of the first junction among the new vertices
   CutMesh result_;

@@ -38,7 +38,7 @@ std::int64_t count_segments(Buffer<WeightedEdge> edges, std::size_t n_nodes,
   join_small_sets(edges.span(), limits.least, sets, sizes);
   std::int64_t n_segments = 0;
   for (const WeightedEdge& edge : edges) {
-    std::int64_t& size = sizes[sets.root(edge.a)];  // set to 0 once counted
+    std::int64_t& size = sizes[sets.root(edge.a)];  // set to 0 after the segment has been counted
     if (std::exchange(size, 0) >= limits.least) ++n_segments;
     if (std::exchange(sizes[sets.root(edge.b)], 0) >= limits.least) ++n_segments;
   }

@@ -9,8 +9,8 @@
 namespace superfacets {
 namespace {
 
-// Neighbors of a group of joined regions, with the cost of each border. They can be found by group,
-// and in descending order of cost.
+// Neighbors of a group of joined regions, with the cost of each border. Neighbors can be looked up
+// by group, and visited in descending order of cost.
 class Neighbors {
  public:
   bool empty() const { return costs_.empty(); }

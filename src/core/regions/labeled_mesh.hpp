@@ -9,7 +9,7 @@ namespace superfacets {
 struct LabeledMesh {
   std::span<const Point> vertices;
   std::span<const Triangle> faces;
-  std::span<const Vertex> representative;  // see weld_vertices
+  std::span<const Vertex> representative;  // (V,) representative of each vertex; see weld_vertices
   std::span<const Label> labels;           // (F,) label of each face, 0..n_labels-1
   std::span<const std::uint8_t> is_kept;   // (F,) 1 if the face and its corners must not change
   Label n_labels;
@@ -38,10 +38,10 @@ class FacesAround {
 
 // Marks with 1 the vertices at which borders must not move: all corners of kept faces, border
 // vertices with more than 64 faces, and the ends of some border edges. An edge pins its ends if it
-// has at least three faces, or if its two faces meet at an angle of at least 75 degrees. With an
-// angle of at least 40 degrees, an edge pins its ends only if another such edge continues it nearly
-// straight. Otherwise the angle may be due to the roughness of a coarse mesh. Time O(F), and O(n^2)
-// at a border vertex with n faces.
+// has at least three faces, or if its two faces meet at an angle of at least 75 degrees. An edge
+// with an angle of 40 to 75 degrees pins its ends only if another edge with an angle of at least 40
+// degrees continues it nearly straight. Otherwise the angle may be due to the roughness of a coarse
+// mesh. Time O(F), and O(n^2) at a border vertex with n faces.
 Buffer<std::uint8_t> pinned_vertices(const LabeledMesh& mesh, const FacesAround& around,
                                      ThreadTeam& team);
 

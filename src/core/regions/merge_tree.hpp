@@ -5,13 +5,13 @@
 
 namespace superfacets {
 
-// The border between two neighboring regions. The cost of a border (see BorderCost) is lower along
+// The border between two neighboring regions. The cost of a border (see BorderCosts) is lower along
 // a crease. If the length is 0, the two regions are separated by a gap.
 struct MergeBorder {
   Label low;
-  Label high;     // higher than `low`
+  Label high;     // higher label than `low`
   double length;  // length of the border
-  double cost;    // sum of border costs, 0 to `length`
+  double cost;    // sum of the border costs of its arcs, 0 to `length`
 };
 
 // The K regions to be merged.

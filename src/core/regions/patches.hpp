@@ -1,4 +1,5 @@
-// Stage 5: divides regions into patches, groups of adjacent regions that one thread processes.
+// Stage 5: divides regions into patches. A patch is a group of adjacent regions that one thread
+// processes.
 #pragma once
 
 #include "base/lists.hpp"

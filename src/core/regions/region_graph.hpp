@@ -9,13 +9,13 @@
 namespace superfacets {
 
 struct RegionShape {
-  double measure;      // total area or volume of the cells
-  Point centroid;      // mean position, weighted by measure; unweighted if all measures are 0
-  Point squares;       // xx, yy, zz of the covariance of positions, with the weights of `centroid`
-  Point products;      // xy, xz, yz of the covariance
-  Point normal_sum;    // sum of the area vectors of the cells
-  Point low;           // lower corner of the bounding box of the vertices
-  Point high;          // upper corner of the bounding box
+  double measure;    // total area or volume of the cells
+  Point centroid;    // mean position, weighted by measure; unweighted if all measures are 0
+  Point squares;     // entries xx, yy, zz of the covariance of positions, weighted like `centroid`
+  Point products;    // entries xy, xz, yz of the covariance
+  Point normal_sum;  // sum of the area vectors of the cells
+  Point low;         // lower corner of the bounding box of the vertices
+  Point high;        // upper corner of the bounding box
   double open_length;  // total length of sides that no arc crosses (boundary of the mesh)
   Cell center;         // the cell nearest to the centroid, the lowest if several are equally near
 };
@@ -29,11 +29,11 @@ std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const
 // weighted by border length, or unweighted if the length is 0.
 struct RegionArc {
   Label low;
-  Label high;            // higher than `low`
+  Label high;            // higher label than `low`
   double border_length;  // total length of the border
   double mean_angle;     // mean of the absolute angles, in radians
-  double signed_angle;   // mean of the signed angles
-  double max_angle;      // signed angle with the largest absolute value
+  double signed_angle;   // mean of the signed angles, in radians
+  double max_angle;      // signed angle with the largest absolute value, in radians
   std::int64_t n_sides;  // number of sides that form the border
 };
 

@@ -5,8 +5,8 @@
 namespace superfacets {
 namespace {
 
-// Tolerance for comparing sizes, as a fraction of the mean size of a region. It is larger than
-// rounding errors.
+// Tolerance for comparing sizes, as a fraction of the mean size of a region. The tolerance is
+// larger than rounding errors.
 constexpr double kRounding = 1e-9;
 
 // Maximum number of stuck paths per region. A path is stuck if cells cannot be moved up to its end,
@@ -63,7 +63,7 @@ class Members {
     front_.clear();
     for (const Cell near : regions_.arcs().neighbors(cell)) {
       if (near == cell || regions_.label(near) != label || seen_[near] == stamp_) continue;
-      seen_[near] = stamp_;  // replaced when the search reaches the cell
+      seen_[near] = stamp_;  // the mark is replaced when the search reaches the cell
       if (front_.empty()) {
         front_.push_back(near);
       } else {
@@ -150,7 +150,7 @@ class CellTransfer {
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
 
   // drain() moves cells out of a region that is above its upper bound. fill() moves cells into a
-  // region that is below its lower bound. Both return whether any cell has moved.
+  // region that is below its lower bound. Both functions return whether any cell has moved.
   bool drain(Label region) {
     const auto has_room = [&](Label other) { return -excess(other) >= step_; };
     const auto next_of = [&](Label at, const auto& take) {
@@ -350,14 +350,14 @@ class CellTransfer {
 
 }  // namespace
 
-Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
+Buffer<Label> move_cells(const Surface& surface, const BorderCosts& costs,
                          std::span<const Label> labels, const SizeBounds& bounds,
                          ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(bounds.sizes.size() == labels.size());
   SUPERFACETS_ASSERT(bounds.lows.size() == bounds.highs.size());
   SUPERFACETS_ASSERT(all_below(labels, bounds.lows.size()));
-  MovingRegions regions(surface, cost, labels, {}, team);
+  MovingRegions regions(surface, costs, labels, {}, team);
   CellTransfer(regions, bounds).run();
   return std::move(regions).take_labels();
 }

@@ -27,7 +27,7 @@ struct SizeBounds {
 //
 // Runs on one thread. Time O(N + M), plus O(number of cells of its region) for each cell that
 // moves.
-Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
+Buffer<Label> move_cells(const Surface& surface, const BorderCosts& costs,
                          std::span<const Label> labels, const SizeBounds& bounds, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -171,7 +171,8 @@ class MaskGroups {
   const MaskedAreas& seen_;
   const double least_;
   std::vector<Row> rows_;  // row of each group; empty after the group has been joined
-  std::vector<std::vector<Label>> owners_;  // for each mask, the groups that have an area in it
+  // For each mask, the groups that have an area in this mask.
+  std::vector<std::vector<Label>> owners_;
   std::vector<Label> parents_;  // parent of each group; the group itself if it has not been joined
   std::priority_queue<Pair> queue_;
 };

@@ -2,8 +2,6 @@
 
 #include <cstring>
 
-#include "regions/chains.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -68,7 +66,7 @@ class Smoother {
     patches_ = make_patches(regions.arcs(), regions.labels(), by_region(lists));
     cells_ = by_patch(lists);
     for (int thread = 0; thread < team.size(); ++thread) {
-      movers_.emplace_back(regions, patches_, stiffness_, options);
+      movers_.emplace_back(regions, patches_, stiffness_, options.chains);
     }
   }
 
@@ -157,7 +155,7 @@ class Smoother {
   Patches patches_;
   Lists<Cell> cells_;  // cells from which chains are tried in this sweep, grouped by patch
   std::vector<Patch> tasks_;
-  std::vector<ChainMover> movers_;  // one per thread
+  std::vector<ChainMover> movers_;  // one ChainMover per thread
 };
 
 // Whether each arc has a reverse arc; false if a cell has too many arcs to search.
@@ -192,16 +190,16 @@ void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOpti
 
 }  // namespace
 
-SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
+SmoothedPart smooth_part(const Surface& surface, const BorderCosts& costs,
                          std::span<const Label> labels, std::span<const Cell> fixed,
                          std::span<const Cell> rim, const RegionSums& at_first,
                          const SmoothOptions& options, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
-                     cost.crease_scale > 0.0);
-  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
+  SUPERFACETS_ASSERT(std::ssize(costs.lengths) == surface.arcs().n_arcs() &&
+                     costs.crease_scale > 0.0);
+  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.chains.max_distance >= 0.0);
   SUPERFACETS_ASSERT(all_below(rim, surface.n_cells()));
-  MovingRegions regions(surface, cost, labels, fixed, team);
+  MovingRegions regions(surface, costs, labels, fixed, team);
   smooth(regions, at_first, options, team);
   SmoothedPart part;
   std::copy_if(rim.begin(), rim.end(), std::back_inserter(part.examined),
@@ -210,12 +208,12 @@ SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
   return part;
 }
 
-Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
+Buffer<Label> smooth_borders(const Surface& surface, const BorderCosts& costs,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team) {
   const bool is_stiff = options.stiff.stiffness > 0.0;
   const RegionSums at_first = is_stiff ? sums_of_regions(surface, labels, team) : RegionSums();
-  return smooth_part(surface, cost, labels, fixed, {}, at_first, options, team).labels;
+  return smooth_part(surface, costs, labels, fixed, {}, at_first, options, team).labels;
 }
 
 }  // namespace superfacets

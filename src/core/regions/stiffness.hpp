@@ -29,21 +29,21 @@ struct StiffGain {
 
 // The cost is the sum over all regions of stiffness * (A - A_0)^2 / (2 A_0) + roundness * integral
 // of |x - x_0|^2 over the region, where A is the area of a region, and A_0 and x_0 are its initial
-// area and centroid. The first term preserves areas. The second term favors round regions. It is
-// needed on regular grids, where borders of many different shapes have equal length.
+// area and centroid. The first term preserves areas. The second term favors round regions. The
+// second term is needed on regular grids, where borders of many different shapes have equal length.
 struct StiffnessOptions {
-  double stiffness = 0.0;  // in 1 / length; if it is 0, both terms are off
-  double roundness = 0.0;  // in 1 / length^3
+  double stiffness = 0.0;  // factor of the first term, in 1 / length; if 0, both terms are off
+  double roundness = 0.0;  // factor of the second term, in 1 / length^3
   // Optional target sizes. If they are given, the size of a region is the sum of `sizes` over its
-  // cells. It replaces the area A, and `goals` replaces the initial area A_0.
+  // cells. This size replaces the area A, and `goals` replaces the initial area A_0.
   std::span<const double> sizes;  // (N,) size of each cell
   std::span<const double> goals;  // (K,) target size of each region
 };
 
-// Sums over the cells of each region. They do not depend on the number of threads.
+// Sums over the cells of each region. The sums do not depend on the number of threads.
 struct RegionSums {
-  std::vector<double> areas;   // (K,) sum of areas
-  std::vector<Point> moments;  // (K,) sum of area times position
+  std::vector<double> areas;   // (K,) total area of the cells of each region
+  std::vector<Point> moments;  // (K,) sum of area times position over the cells of each region
 };
 RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels, ThreadTeam& team);
 

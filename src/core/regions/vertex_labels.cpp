@@ -157,7 +157,7 @@ Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> lab
       },
       team);
   DisjointSets sets(labels.size());
-  Buffer<Label> spread = copy_of(labels);  // label of each root
+  Buffer<Label> spread = copy_of(labels);  // label of each set, stored at its root
   for (const WeightedEdge& edge : ascending) {
     const Cell a = sets.root(edge.a);
     const Cell b = sets.root(edge.b);

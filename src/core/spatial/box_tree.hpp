@@ -19,13 +19,13 @@ class BoxTree {
   // number of children per node; a cube on a Morton curve has eight octants
   static constexpr std::size_t kFanOut = 8;
 
-  BoxTree() = default;  // an empty tree
+  BoxTree() = default;  // creates an empty tree
   // Builds a tree over points that are sorted along the curve.
   BoxTree(std::span<const Point> positions, ThreadTeam& team)
       : BoxTree(
             positions.size(), kLeaf,
             [&](std::size_t place) { return Box{positions[place], positions[place]}; }, team) {}
-  // Builds a tree over cells with an extent. box_of(place) must return the box of a cell. It is
+  // Builds a tree over cells with an extent. box_of(place) must return the box of a cell. box_of is
   // called once for each cell, on any thread.
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
@@ -126,7 +126,8 @@ class BoxTree {
       const auto [begin, end] = places(index);
       return visit(begin, end);
     }
-    std::array<std::pair<double, std::size_t>, kFanOut> open;  // (distance, child), sorted
+    // Pairs (distance, child), sorted by distance.
+    std::array<std::pair<double, std::size_t>, kFanOut> open;
     std::size_t n_open = 0;
     const auto [begin, end] = children(level, index);
     for (auto child = begin; child < end; ++child) {
@@ -144,7 +145,9 @@ class BoxTree {
   std::size_t n_cells_ = 0;
   std::size_t leaf_size_ = kLeaf;
   std::vector<Place>
-      starts_;  // first cell of each leaf, and the end; empty for leaves of fixed size
+      // First cell of each leaf, followed by the number of cells; empty if all leaves have the same
+      // size.
+      starts_;
   std::vector<std::vector<Box>> levels_;
 };
 

@@ -9,7 +9,7 @@ namespace superfacets {
 namespace {
 
 constexpr int kBitsPerAxis = 10;
-constexpr int kDigitBits = 10;  // the tables of one digit fit into the first-level cache
+constexpr int kDigitBits = 10;  // so that the tables of one digit fit into the first-level cache
 static_assert(kCodeBits == 3 * kBitsPerAxis && kCodeBits == 3 * kDigitBits);
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
 

@@ -51,7 +51,8 @@ class ShapeSearch {
     const auto squared_distance = [&](std::size_t level, std::size_t index) {
       return tree_.level(level)[index].squared_distance(p);
     };
-    // Boxes at exactly the best distance are visited too, because they may contain a lower cell.
+    // Boxes at exactly the best distance are visited too, because they may contain a cell with a
+    // lower index.
     tree_.visit_nearest(squared_distance, best.squared, [&](std::size_t begin, std::size_t end) {
       for (auto place = begin; place < end; ++place) offer(p, static_cast<Place>(place), best);
     });

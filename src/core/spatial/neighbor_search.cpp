@@ -19,7 +19,7 @@ constexpr std::size_t kFewCandidates = 256;
 
 constexpr std::size_t kNoBlock = std::numeric_limits<std::size_t>::max();
 
-// Factor of squared bounds that exceeds all rounding errors.
+// Factor by which squared bounds are enlarged. The increase is larger than all rounding errors.
 constexpr double kSlack = 1.0 + 1e-9;
 
 // Lower bound of the squared distance between any two points of two boxes. The bound also holds in
@@ -202,7 +202,7 @@ bool NearestFinder::collect(Place place, double squared_bound) {
   }
   const auto found = std::span(places_).first(n_candidates_);
   const auto own = static_cast<std::size_t>(std::ranges::find(found, place) - found.begin());
-  if (own == n_candidates_) return false;  // the list of leaves is empty
+  if (own == n_candidates_) return false;  // true only if the list of leaves is empty
   --n_candidates_;
   places_[own] = places_[n_candidates_];
   squared_[own] = squared_[n_candidates_];
@@ -231,7 +231,7 @@ void NearestFinder::rank_candidates() {
   for (std::size_t i = 0; i < n_candidates_; ++i) {
     if (std::cmp_greater_equal(ranks[i], list_.size())) continue;
     Neighbor neighbor{squared_[i], search_.point_at(places_[i]), places_[i]};
-    // Equally near points have the same rank. They fill the list from this rank onwards, in
+    // Equally near points have the same rank. These points fill the list from this rank onwards, in
     // ascending order of index.
     for (auto slot = static_cast<std::size_t>(ranks[i]); slot < list_.size(); ++slot) {
       const bool is_free = list_[slot].place == kNoPlace;

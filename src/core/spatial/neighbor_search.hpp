@@ -20,7 +20,7 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
 }
 
 // Points sorted along a space-filling curve, with a box tree. If a cloud has a far outlier, many
-// points have the same Morton code. They are ordered by recursively halving their box.
+// points have the same Morton code. These points are ordered by recursively halving their box.
 class NeighborSearch {
  public:
   // Builds a search for a subset of a cloud. `points` contains the indices of the subset,
@@ -74,9 +74,9 @@ class NearestFinder {
  private:
   // A leaf that may contain neighbors of the points of the current leaf.
   struct Nearby {
-    double gap;         // squared distance between its box and the box of the current leaf
+    double gap;         // squared distance between the boxes of this leaf and of the current leaf
     std::size_t leaf;   // index of the leaf
-    std::size_t block;  // index of its positions in blocks_, or kNoBlock
+    std::size_t block;  // index of the positions of the leaf in blocks_, or kNoBlock
     Box box;            // bounding box of the leaf
   };
   using Block = PointBlock<BoxTree::kLeaf>;

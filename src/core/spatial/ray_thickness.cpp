@@ -13,8 +13,8 @@ constexpr std::size_t kTrianglesPerLeaf = 4;
 constexpr std::int64_t kStartsPerTask = 32;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-constexpr double kCosHalfAngle = 0.5;    // cosine of the half-angle of the cone of rays, 60 degrees
-constexpr double kSoftening = 0.2;       // radians; the weight of a ray is 1 / (angle + kSoftening)
+constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone of rays, 60 degrees
+constexpr double kSoftening = 0.2;  // in radians; the weight of a ray is 1 / (angle + kSoftening)
 constexpr double kLeastFraction = 0.25;  // minimum fraction of rays that must leave the solid
 
 struct Ray {
@@ -76,7 +76,7 @@ struct Target {
     const double determinant = dot(first, p);  // the negative dot product of normal and ray
     if (determinant == 0.0) return;
     const double sign = determinant < 0.0 ? -1.0 : 1.0;
-    const double size = sign * determinant;  // scale of u, v and the distance
+    const double size = sign * determinant;  // common denominator of u, v and the distance
     const Point to_start = ray.from - corner;
     const double u = sign * dot(to_start, p);
     if (u < -kEdge * size || u > (1.0 + kEdge) * size) return;
@@ -93,9 +93,9 @@ double surface_of(const Point& extent) {
   return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
 }
 
-// An oriented bounding box, aligned with the longest edge and the normal of a triangle. It is used
-// for long thin triangles that are not parallel to an axis. Axis-aligned boxes of these triangles
-// overlap: in a fan of n triangles, a ray would hit most of the n boxes.
+// An oriented bounding box, aligned with the longest edge and the normal of a triangle. The box is
+// used for long thin triangles that are not parallel to an axis. Axis-aligned boxes of these
+// triangles overlap: in a fan of n triangles, a ray would hit most of the n boxes.
 class OrientedBox {
  public:
   // Builds a box around triangles, aligned with the largest triangle. If all triangles have zero
@@ -188,7 +188,8 @@ class RayTree {
   // Adds an oriented box to each node whose axis-aligned box has a much larger area than the node's
   // triangles, if the oriented box is much smaller.
   void add_oriented(ThreadTeam& team) {
-    // minimum ratio of areas; a square at 45 degrees to two axes has a ratio of about 4
+    // Minimum ratio of the area of a box to the area of its triangles. For a square at 45 degrees
+    // to two axes, the ratio is about 4.
     constexpr double kThin = 32.0;
     constexpr double kMuchSmaller = 0.25;
     std::vector<double> of_targets(targets_.size());
@@ -220,7 +221,8 @@ class RayTree {
 
   Buffer<Target> targets_;  // triangles sorted along the curve
   BoxTree tree_;
-  std::vector<std::vector<std::unique_ptr<OrientedBox>>> oriented_;  // [level][node]
+  // [level][node] box of each tree node, or null.
+  std::vector<std::vector<std::unique_ptr<OrientedBox>>> oriented_;
 };
 
 struct Spoke {
@@ -228,8 +230,8 @@ struct Spoke {
   double weight;
 };
 
-// Returns directions distributed evenly over the cone. They have equal steps in height, and each is
-// rotated by the golden angle relative to the previous direction.
+// Returns directions distributed evenly over the cone. The directions have equal steps in height,
+// and each direction is rotated by the golden angle relative to the previous one.
 std::vector<Spoke> make_spokes(int n_rays) {
   constexpr double kCosGolden = -0.7373688780783197;
   constexpr double kSinGolden = 0.6754902942615237;
@@ -282,7 +284,8 @@ double deviation_of(std::span<const Length> lengths) {
 double typical_length(std::vector<Length>& lengths) {
   std::ranges::sort(lengths, [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
-  const double limit = deviation_of(lengths) + 1e-9 * median;  // tolerates rounding errors
+  // The second term tolerates rounding errors.
+  const double limit = deviation_of(lengths) + 1e-9 * median;
   double sum = 0.0;
   double weights = 0.0;
   for (const Length& ray : lengths) {

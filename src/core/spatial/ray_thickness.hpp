@@ -15,9 +15,9 @@ struct RayOptions {
   bool inside_out = false;  // whether the normals of triangles point inwards
 };
 
-// Computes the thickness at each start: the weighted mean length of rays in a cone around an inward
-// axis (a unit vector). A ray ends at the first triangle that it hits. A ray is used if it leaves
-// the solid there, through the back of the triangle, and if its length is within one standard
+// Computes the thickness at each starting point: the weighted mean length of rays in a cone around
+// an inward axis (a unit vector). A ray ends at the first triangle that it hits. A ray is used if
+// it leaves the solid through the back of this triangle, and if its length is within one standard
 // deviation of the median. Rays near the axis have more weight. The result is NaN if the axis is
 // zero, or if fewer than a quarter of the rays leave the solid. Time O(F log F) for a tree of
 // boxes, and about a microsecond per ray. The result does not depend on the number of threads.

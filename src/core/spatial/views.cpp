@@ -10,7 +10,8 @@ namespace {
 // infinity.
 constexpr double kNearest = 1e-6;
 
-// Margin of the bounding box in pixels. It is larger than the rounding errors of the projection.
+// Margin of the bounding box in pixels. The margin is larger than the rounding errors of the
+// projection.
 constexpr double kMargin = 1e-6;
 
 // Returns homogeneous pixel coordinates (u d, v d, d). This map preserves depth and straight lines,
@@ -37,8 +38,8 @@ class Target {
     }
   }
 
-  // Six times the volume of the tetrahedron formed by the camera and the triangle. It is 0 if the
-  // triangle is seen edge-on.
+  // Six times the volume of the tetrahedron formed by the camera and the triangle. The volume is 0
+  // if the triangle is seen edge-on.
   double volume() const { return volume_; }
 
   // Depth of the triangle at (u, v); infinite if the ray misses the triangle.
@@ -131,7 +132,7 @@ class Picture {
     for (std::size_t face = 0; face < triangles_.size(); ++face) draw(static_cast<Face>(face));
   }
 
-  // Converts the depth of each pixel to the area of surface in the pixel.
+  // Replaces the depth of each pixel by the surface area in the pixel.
   void measure() {
     for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
       areas_[pixel] = faces_[pixel] == kNoFace ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
@@ -214,7 +215,7 @@ class Picture {
     // This early exit saves most divisions.
     if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;
     const double u = sum.x / sum.z, v = sum.y / sum.z;
-    const bool is_inside = u < view_.width && v < view_.height;  // false for NaN
+    const bool is_inside = u < view_.width && v < view_.height;  // the comparison is false for NaN
     if (!is_inside) return false;
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
@@ -237,7 +238,7 @@ class Picture {
 
 SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
                         std::span<const View> views, ThreadTeam& team) {
-  std::vector<std::int64_t> starts = {0};  // first pixel of each view
+  std::vector<std::int64_t> starts = {0};  // index of the first pixel of each view
   for (const View& view : views) starts.push_back(starts.back() + view.n_pixels());
   SeenSurface seen{Buffer<Face>(starts.back()), Buffer<double>(starts.back()),
                    Buffer<std::uint8_t>(triangles.size())};

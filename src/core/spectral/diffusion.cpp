@@ -206,7 +206,8 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
                             std::span<const double> masses, std::span<const double> values,
                             double time, ThreadTeam& team) {
   constexpr int kMaxSteps = 2'000;
-  constexpr double kTolerance = 1e-6;  // relative residual, in the norm of the preconditioner
+  // Maximum relative residual, in the norm of the preconditioner.
+  constexpr double kTolerance = 1e-6;
   const std::size_t n = masses.size();
   const DiffusionMatrix matrix{arcs, conductances, masses, time, team};
   std::vector<double> x(n, 0.0);

@@ -20,8 +20,8 @@ Buffer<double> step_conductances(const Surface& surface, std::span<const double>
 struct ConductingArcs {
   Buffer<std::int64_t> offsets;   // (N + 1,) start of each cell in `neighbors`
   Buffer<Cell> neighbors;         // (M,) target cell of each arc
-  Buffer<double> steps;           // (M,) see straight_step
-  Buffer<double> conductances;    // (M,) see conducting_arcs
+  Buffer<double> steps;           // (M,) length of each arc; see straight_step
+  Buffer<double> conductances;    // (M,) conductance of each arc
   double blocked_fraction = 0.0;  // fraction of the total border width that is blocked by creases
 };
 

@@ -19,7 +19,8 @@ constexpr std::size_t kMoreVectors = 10;
 // kMoreVectors.
 constexpr std::size_t kUsualWidth = 25;
 constexpr int kMaxIterations = 40;
-constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
+// Maximum relative change of the eigenvalues in the last iteration.
+constexpr double kTolerance = 1e-3;
 
 // Relative shift. L is singular, so kShift trace(L) / trace(A) times A is added to L. The shift is
 // later subtracted from the eigenvalues.
@@ -175,7 +176,7 @@ class SparseFactor {
     Cell cell;
     double value;
   };
-  using Row = std::vector<Entry>;  // sorted by cell
+  using Row = std::vector<Entry>;  // entries sorted by cell
 
   struct Solve;
   struct Elimination {
@@ -195,7 +196,7 @@ SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductance
                            std::span<const double> diagonal) {
   const Cell n_cells = arcs.n_cells();
   std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
-  std::vector<Row> rows(n_cells);                              // off-diagonal entries
+  std::vector<Row> rows(n_cells);  // off-diagonal entries of the reduced matrix
   DegreeQueue queue(n_cells);
   for (Cell cell = 0; cell < n_cells; ++cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
@@ -467,7 +468,8 @@ class Subspace {
   const std::size_t width_;
   const double shift_;
   const SparseFactor factor_;
-  std::vector<double> rows_;    // (n, width) a row per cell, a column per vector
+  // (n, width) iterated vectors: one row per cell, one column per vector.
+  std::vector<double> rows_;
   std::vector<double> values_;  // (width,) eigenvalues, including the shift
 };
 

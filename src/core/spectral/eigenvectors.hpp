@@ -21,7 +21,7 @@ struct Eigenpairs {
 //
 // The sign of each vector is chosen so that its entry with the largest magnitude is positive. The
 // iteration begins with fixed vectors and runs on one thread, so the result is the same in each
-// run, also for multiple eigenvalues. Takes about 20 ms for 1,500 cells and 16 vectors.
+// run, even for repeated eigenvalues. Takes about 20 ms for 1,500 cells and 16 vectors.
 Eigenpairs smallest_eigenpairs(const Arcs& arcs, std::span<const double> conductances,
                                std::span<const double> measures, std::span<const Label> components,
                                Label n_components, std::size_t n_wanted);

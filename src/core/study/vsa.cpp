@@ -57,7 +57,7 @@ Point centroid_of(const Corners& corners) {
 }
 
 struct SymmetricMatrix {
-  double entries[3][3] = {};  // both triangular halves are stored
+  double entries[3][3] = {};  // all entries are stored, although the matrix is symmetric
 
   void add_square(double weight, const Point& p) {
     const double xyz[] = {p.x, p.y, p.z};

@@ -1,6 +1,6 @@
 // Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004), an alternative to
-// stages 3 and 4. It is a k-means method with planes: each region has a proxy, a plane that
-// approximates the region. Labels are assigned by region growing (flooding) from seeds.
+// stages 3 and 4. The method is a variant of k-means with planes: each region has a proxy, a plane
+// that approximates the region. Labels are assigned by region growing (flooding) from seeds.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -42,9 +42,9 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
 
 // The error of a face with respect to a proxy, >= 0.
 //
-// For L2, if the proxy has no normal, the error is the integral of the squared distance to its
-// center. For L21, the error of a face without a normal is 0. If the proxy has no normal, the error
-// is the average over all directions.
+// For L2 and a proxy without a normal, the error is the integral of the squared distance to the
+// center of the proxy. For L21, the error of a face without a normal is 0. For L21 and a proxy
+// without a normal, the error is the average over all directions of the normal.
 double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, const Proxy& proxy);
 
 // Returns the proxy with the least error for each region 0..n_regions-1. Each region must have a

@@ -12,7 +12,7 @@ std::int64_t read_count(const std::uint8_t* bytes, const ColumnLayout& column, b
   for (int i = 0; i < size; ++i) value = value << 8 | bytes[is_big_endian ? i : size - 1 - i];
   const int unused = 64 - 8 * size;
   if (!column.is_count_signed) return static_cast<std::int64_t>(value);
-  return static_cast<std::int64_t>(value << unused) >> unused;  // extends the sign
+  return static_cast<std::int64_t>(value << unused) >> unused;  // the right shift extends the sign
 }
 
 }  // namespace
@@ -24,7 +24,7 @@ void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std
       std::memcpy(copy + i * size, rows.first + i * rows.stride, size);
     });
   };
-  switch (rows.size) {  // because a memcpy of constant size compiles to a few instructions
+  switch (rows.size) {  // a memcpy of constant size compiles to a few instructions
     case 4:
       return copy_all(std::integral_constant<std::int64_t, 4>{});
     case 12:

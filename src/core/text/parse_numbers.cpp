@@ -71,8 +71,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// The functions from here to parse_index parse the token at `begin`, which has at least one
-// byte. They return the end of the parsed part, or null if the token cannot be parsed.
+// The functions from here to parse_index parse the token at `begin`, which has at least one byte.
+// These functions return the end of the parsed part, or null if the token cannot be parsed.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
@@ -87,7 +87,8 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
-// Sets `value` to the integer with the index kIndex of the token, or to 0 if it is missing.
+// Sets `value` to the integer with the index kIndex of the token, or to 0 if this integer is
+// missing.
 template <int kIndex, typename Integer>
 const char* parse_index(const char* begin, const char* end, Integer& value) {
   value = 0;

@@ -17,7 +17,7 @@ struct LineSpans {
   std::span<const std::int32_t> counts;
 };
 
-// The values of all tokens of all lines, in their order.
+// The values of all tokens of all lines, in the order of the text.
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
@@ -31,8 +31,8 @@ struct ParsedLines {
 // tokens with 64 or more bytes are not supported.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
-// Parses integers. Integers outside the range of the type are not supported. The type `Integer` is
-// int32 or int64, also in the next functions.
+// Parses integers. Integers outside the range of the type are not supported. In all functions of
+// this file, the type `Integer` is int32 or int64.
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 

@@ -14,7 +14,7 @@ inline bool is_blank(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-// The lines of a text that have at least one token, in their order.
+// The lines that have at least one token, in the order of the text.
 struct TextLines {
   Buffer<std::int64_t> starts;  // index of the first byte of the first token of each line
   Buffer<std::int64_t> ends;    // one past the last byte: index of the newline, comment or text end

@@ -1,1 +1,1 @@
-"""Conversion of input to meshes and point clouds, and of results to objects of other libraries."""
+"""Convert input to meshes or point clouds, and store results in objects of other libraries."""

@@ -1,4 +1,4 @@
-"""Conversion of meshio meshes, which consist of blocks of cells of one type."""
+"""Convert meshio meshes, which store the cells of each type in a separate block."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""Types of tetrahedra in meshio. The first four nodes are corners; other nodes are on edges."""
+"""Types of tetrahedra in meshio. The first four nodes are corners; the others are on edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
-"""Number of corners for each type of face in meshio; None if it varies. The first nodes of a face
-are its corners."""
+"""Number of corners for each type of face in meshio, or None if the number varies. The corners are
+the first nodes of a face."""
 
 _SKIPPED = ("vertex", "line", "line3")
 """Types of cells in meshio that are ignored."""
 
 
 def has_blocks(source: Any) -> bool:
-    """Return whether an object is a meshio mesh. The mesh may have no cells."""
+    """Return whether an object is a meshio mesh, with or without cells."""
     blocks = getattr(source, "cells", None)
     if not isinstance(blocks, list) or not hasattr(source, "points"):
         return False
@@ -34,11 +34,11 @@ def has_blocks(source: Any) -> bool:
 
 
 def cell_blocks(source: Any) -> list[int]:
-    """Return the indices of the blocks to segment.
+    """Return the indices of the blocks of a meshio mesh that `segment` labels.
 
-    These are the blocks of tetrahedra or, if there are none, the blocks of faces. Labels follow the
-    order of the cells in these blocks. If there are no blocks to segment, the points are a cloud.
-    Raises a MeshError for other volume cells and for unknown types of cells.
+    These are all blocks of tetrahedra, or all blocks of faces if the mesh has no tetrahedra. The
+    result is empty if the mesh is a point cloud. Raises a MeshError if a block has cells of another
+    type, such as hexahedra.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}
@@ -65,7 +65,7 @@ def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
 
 
 def _faces_of(block: Any) -> tuple[Array, Array]:
-    """Return offsets and corners of the faces of a block. Nodes on edges are left out."""
+    """Return offsets and corners of the faces of a block, without nodes on edges."""
     n_corners = _FACES[block.type]
     if n_corners is None:
         return polygon_arrays(block.data)

@@ -1,4 +1,4 @@
-"""Stage 0: conversion of files, arrays and objects of other libraries to cells."""
+"""Convert files, arrays and objects of other libraries to meshes and point clouds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._types import Array
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
@@ -20,7 +20,7 @@ from ..mesh.triangle_mesh import Mesh
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks
 
 _VTK_TETRA = 10
-"""Cell type of tetrahedra in VTK."""
+"""Number that identifies tetrahedra among the cell types of VTK."""
 
 
 class _Faces(Protocol):  # a mesh of trimesh, or any object with vertices and faces
@@ -72,7 +72,7 @@ class _Points(Protocol):  # an Open3D point cloud of either API
 
 
 Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
-"""Points as an array or a nested sequence; `ArrayLike` would also accept a single number."""
+"""Array or nested sequence of points. `ArrayLike` would also accept a single number."""
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
@@ -108,7 +108,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Convert `source` to a mesh of faces; clouds and volume meshes raise a MeshError."""
+    """Convert `source` to a mesh of faces; raise a MeshError for clouds and volume meshes."""
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_mesh
 
@@ -122,7 +122,7 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
 
 
 def as_tets(source: MeshLike) -> TetMesh:
-    """Convert `source` to a tetrahedral mesh, or raise a MeshError if it has no tetrahedra."""
+    """Convert `source` to a tetrahedral mesh; raise a MeshError if it has no tetrahedra."""
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
@@ -147,7 +147,7 @@ def _is_grid_of_tets(source: Any) -> bool:
 
 
 def as_triangles(source: MeshLike) -> Mesh:
-    """Convert `source` to a `Mesh`, or raise a MeshError if a face is not a triangle."""
+    """Convert `source` to a `Mesh`; raise a MeshError if a face is not a triangle."""
     mesh = as_mesh(source)
     if isinstance(mesh, Mesh):
         return mesh
@@ -170,7 +170,7 @@ def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
 
 
 def _shape_of(faces: Any) -> tuple[int, ...] | None:
-    """Return the shape of the array of faces, or None if faces differ in length."""
+    """Return the shape of an array of faces, or None if faces have different numbers of corners."""
     if isinstance(faces, np.ndarray):
         return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
     try:
@@ -195,20 +195,20 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
     raise TypeError(
         "expected a mesh of superfacets, a (vertices, faces) pair, a path, or a mesh of trimesh,"
         f" PyVista (PolyData), Open3D or meshio, got {type(source).__name__}: convert a trimesh"
-        " Scene with .to_mesh() and a PyVista grid with .extract_surface()"
+        " Scene with .to_mesh(), or a PyVista grid with .extract_surface()"
     )
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Return the faces of a PyVista PolyData, which stores them in one flat array.
+    """Return the faces of a PyVista PolyData.
 
-    Each face is stored as its number of corners, followed by its vertices.
+    In the flat array of a PolyData, the number of corners of a face precedes its vertices.
     """
     if getattr(source, "n_strips", 0):
-        raise MeshError("a PolyData must not have triangle strips: call its .triangulate() first")
+        raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")
     flat = np.asarray(source.faces)
     if flat.ndim != 1:
-        raise MeshError(f"faces of a PolyData must be one-dimensional, got shape {flat.shape}")
+        raise MeshError(f"faces of a PolyData must have shape (n,), got shape {flat.shape}")
     step = int(flat[0]) + 1 if len(flat) else 4
     if step > 0 and len(flat) % step == 0 and np.all(flat[::step] == step - 1):
         return flat.reshape(-1, step)[:, 1:]
@@ -216,14 +216,14 @@ def _faces_of_polydata(source: Any) -> Any:
 
 
 def _faces_of_any_length(flat: Array) -> list[Array]:
-    """Split the flat array of a PolyData into faces that differ in length."""
+    """Split the flat array of a PolyData into faces with different numbers of corners."""
     faces: list[Array] = []
     start = 0
     while start < len(flat):
         end = start + 1 + int(flat[start])
         if not start < end <= len(flat):
             raise MeshError(
-                f"faces[{len(faces)}] has {flat[start]} corners, but only"
+                f"faces[{len(faces)}] of a PolyData has {flat[start]} corners, but only"
                 f" {len(flat) - start - 1} values follow in the array of faces"
             )
         faces.append(flat[start + 1 : end])
@@ -256,7 +256,7 @@ def as_cloud(source: CloudLike) -> PointCloud:
 
 
 def is_foreign_cloud(source: Any) -> bool:
-    """Return whether `source` is a point cloud of another library, with points but no faces."""
+    """Return whether `source` is an object of another library that has points but no faces."""
     if has_blocks(source):
         return not cell_blocks(source)
     if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
@@ -271,7 +271,7 @@ def is_foreign_cloud(source: Any) -> bool:
 
 
 def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
-    """Return points, normals or None, and colors or None of a cloud of another library."""
+    """Return points, normals and colors of a cloud of another library; None for missing arrays."""
     if has_blocks(source):
         return source.points, None, None
     if hasattr(source, "n_cells"):

@@ -1,4 +1,4 @@
-"""Storage of labels and colors in meshes and point clouds of other libraries."""
+"""Store labels and colors in meshes and point clouds of other libraries."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ NO_COLOR = (128, 128, 128)
 
 @dataclass(frozen=True)
 class Results:
-    """Labels, and optionally colors, for the cells or the points of an object."""
+    """Labels, and optionally colors, to store in a mesh or a point cloud of another library."""
 
     name: str  # name under which the labels are stored
-    labels: Ints  # (n,) label of each cell or point; -1 if it has no label
-    colors: Bytes | None  # (n, 3) red, green and blue, from 0 to 255
-    on_points: bool  # True for vertices or points of a cloud, False for faces or tetrahedra
+    labels: Ints  # (n,) label of each cell or point, or -1 if the cell or point has no label
+    colors: Bytes | None  # (n, 3) red, green and blue from 0 to 255; None to store no colors
+    on_points: bool  # True if labels belong to vertices or points, False for faces or tetrahedra
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Arrays to store, each with a fill value for cells that were not segmented, by name."""
+        """Arrays to store, keyed by name, each with the value for cells that have no label."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -37,7 +37,7 @@ class Results:
 def put_results(target: Any, results: Results) -> None:
     """Store results in an object of trimesh, PyVista, Open3D or meshio, in place.
 
-    The length of the arrays is not checked. Raises a TypeError if the object cannot store labels.
+    The lengths of the arrays are not checked. Raises a TypeError for objects of other classes.
     """
     if has_blocks(target):
         return _put_on_meshio(target, results)
@@ -63,12 +63,12 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face in a PyVista dataset, where vertices and lines precede."""
+    """Return the index of the first face of a PyVista dataset, which lists lines before faces."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """Return `n_rows` rows filled with `nothing`, with the dtype and row shape of `values`."""
+    """Return `n_rows` rows filled with `nothing`, in the dtype and the row shape of `values`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -89,7 +89,7 @@ def _put_on_meshio(target: Any, results: Results) -> None:
 
 
 def _put_on_open3d(target: Any, results: Results) -> None:
-    """Store labels and colors as tensors of the same class and device as the existing tensors."""
+    """Store labels and colors as tensors of the class and on the device of existing tensors."""
     attributes = getattr(target, "point", None)
     if attributes is None:
         attributes = target.vertex if results.on_points else target.triangle
@@ -100,7 +100,7 @@ def _put_on_open3d(target: Any, results: Results) -> None:
 
     attributes[results.name] = tensor(results.labels)
     if results.colors is not None:
-        attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)  # from 0 to 1
+        attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)
 
 
 def _put_on_trimesh(target: Any, results: Results) -> None:
@@ -108,7 +108,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # the mesh has a texture instead of colors
+    if not hasattr(target.visual, "face_colors"):  # `visual` is a texture, without colors
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -117,7 +117,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
 
 
 def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
-    """Store labels in the metadata, because a trimesh cloud has no attributes except colors."""
+    """Store labels in the metadata, because points of a trimesh cloud can have only colors."""
     target.metadata[results.name] = results.labels
     if results.colors is not None:
         target.colors = results.colors
@@ -138,4 +138,4 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Pairs of attributes that identify a class of objects, and a function that stores results."""
+"""Attributes that identify a class of objects, and the function that stores results in them."""

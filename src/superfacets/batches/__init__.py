@@ -1,4 +1,4 @@
-"""Process one file, or a batch of many files with a team of workers.
+"""Segment one file, or a batch of many files in worker processes.
 
-The package is not called ``batch``, because a module of this name would hide the function `batch`.
+The package is not called ``batch``, because this name would hide the function `batch`.
 """

@@ -1,4 +1,4 @@
-"""`batch`: find files, segment each of them, and report the results."""
+"""Find files, segment each of them, and record the results, with the function `batch`."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""A file is large if its estimated memory exceeds this fraction of a worker's memory per thread.
-The remaining memory covers errors of the estimate."""
+"""A file is large if its estimated memory exceeds this fraction of the memory of a worker per
+thread. The fraction is below 1, because estimates may be too low."""
 
 START_CELLS = 2_000
-"""Fixed time per file, expressed as the number of cells that are processed in this time."""
+"""Fixed time per file, as the number of cells that could be processed in this time."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class BatchResult:
     Parameters
     ----------
     records : tuple of dict
-        Record of each input in `manifest.jsonl`, in the order of the inputs. A record has ``name``,
-        ``input``, ``version``, ``params`` and ``sha256``. It also has ``error`` if the file failed,
-        and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
+        Record of each input file, as in `manifest.jsonl`, in the order of the inputs. A record has
+        ``name``, ``input``, ``version``, ``params`` and ``sha256``. It also has ``error`` if the
+        file failed, and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
     n_done : int
         Number of files that were segmented by this call.
     n_kept : int
@@ -63,7 +63,7 @@ class BatchResult:
         Wall time in seconds.
     notes : tuple of str
         Messages about ignored lines of `manifest.jsonl`, and about origins that were subtracted
-        from the positions of tilesets.
+        from the positions of files in tilesets.
     """
 
     records: tuple[Record, ...]
@@ -84,11 +84,11 @@ class BatchProgress:
     record : dict
         Record of the file, as in `BatchResult`.
     n_ended : int
-        Number of processed files, including failed files.
+        Number of files processed so far, including failed files.
     n_files : int
         Number of files that this call must process.
     n_cells : int
-        Total number of cells of the segmented files.
+        Total number of cells of the files segmented so far.
     seconds : float
         Wall time since the start, in seconds.
     seconds_left : float
@@ -133,15 +133,14 @@ def batch(
     Parameters
     ----------
     inputs : path-like, or iterable of these
-        One or several inputs of these kinds: a file; a folder, which is searched recursively for
-        files other than ``.csv``, ``.txt`` and ``.npy``; a tileset of 3D Tiles (``tileset.json``,
-        or its folder), of which each model is a file, with positions relative to ``origin`` in its
-        record; a pattern such as ``"scans/**/*.ply"``; or ``"@list.txt"``, a text file with one
-        path per line, relative to the folder of this file.
+        One or several inputs. An input is a file, a folder, a tileset, a pattern or a list. A
+        folder is searched recursively for files other than ``.csv``, ``.txt`` and ``.npy``. Each
+        model of a tileset of 3D Tiles (``tileset.json`` or its folder) is a file, with positions
+        relative to ``origin`` in its record. ``"scans/**/*.ply"`` is a pattern. ``"@list.txt"`` is
+        a list, a text file with one path per line, relative to the folder of this file.
     output_folder : path-like
         Folder of the results, which is created if it is missing. ``manifest.jsonl`` has one record
-        per file. Each result is a file ``NAME.superfacets.ply``, in the same subfolder as its
-        input.
+        per file. A result is a file ``NAME.superfacets.ply``, in the same subfolder as its input.
     formats : sequence of str, optional
         Formats of the results, for example ``"ply"`` or ``"npy"``. Formats are named after the
         endings for `write_mesh` and `write_labels`. The default is PLY, or VTU for tetrahedra.
@@ -155,13 +154,13 @@ def batch(
     retry_failed : bool, default False
         Whether to process failed files again even if nothing has changed.
     progress : callable, optional
-        Called with a `BatchProgress` after each file.
+        Function called with a `BatchProgress` after each file.
     features : sequence of str, optional
         Features that borders follow in addition to creases: ``"color"``, ``"normals"``,
         ``"height"``, or properties of the cells or vertices in the files.
     subdivide : bool, default False
-        Whether to bisect edges longer than a quarter of a region's radius first. Label files still
-        have one label for each face of the input file.
+        Whether to bisect edges longer than a quarter of the radius of a region before segmentation.
+        Label files still have one label for each face of the input file.
     max_edge : float, optional
         Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
     drop_attributes : bool, default False
@@ -171,10 +170,10 @@ def batch(
     label_name, vertex_labels, force
         As for `write_mesh`.
     viewpoint : sequence of float, length 3, optional
-        Position of the sensor, for point clouds without normals; as for `estimate_normals`.
+        Position of the sensor for point clouds without normals, as for `estimate_normals`.
     min_opacity : float, default 0.0
         Minimum opacity of Gaussian splats, 0 to 1. Splats with a lower opacity get the label -1.
-        Opacities are the logits in the property ``opacity``.
+        The property ``opacity`` of the file contains opacities as logits.
     **options
         Other options of `segment`, except arrays, `progress` and `on_stage`.
 
@@ -186,8 +185,8 @@ def batch(
     Raises
     ------
     ValueError, TypeError
-        If a parameter is wrong, if two files would have the same result, or if another process is
-        writing to the folder.
+        If a parameter is invalid, if two files would have the same result, or if another process
+        writes to the folder.
     OSError
         If no file is found, if a folder cannot be read or written, or if the disk is full. A
         ConnectionError if there is no scheduler or no worker, or if a worker has another version of
@@ -250,7 +249,7 @@ def batch(
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> tuple[list[BatchJob], list[str]]:
-    """Return one job per file, including finished ones, and notes about subtracted origins."""
+    """Return a job for each file, finished or not, and notes about origins of tilesets."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
@@ -278,7 +277,7 @@ def _plan(
 
 @contextlib.contextmanager
 def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
-    """Remove temporary files left by killed processes, before and after the block."""
+    """Remove temporary files of killed processes, before and after the `with` block."""
     files = [path for job in jobs for path in job.files]
     remove_leftovers(files, older_than=0.0)
     try:
@@ -288,7 +287,7 @@ def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
 
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """Return the jobs that have no valid result; files are hashed on several threads."""
+    """Return the jobs without a valid result, which is checked by hashes of files."""
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
@@ -313,7 +312,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # if the user presses Ctrl-C, threads stop hashing
+    finally:  # so that threads stop hashing after Ctrl-C
         stop.set()
         pool.shutdown(cancel_futures=True)
 
@@ -321,7 +320,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
 def _do(
     jobs: Sequence[BatchJob], scheduler: str | None, n_workers: int, folder: str
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs in this process, on a pool, or on a cluster; yield each with its record."""
+    """Run jobs in this process, a pool or a cluster, and yield each job with its record."""
     if not jobs:
         return
     if scheduler is not None:
@@ -343,7 +342,7 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Run jobs that fit in a worker's memory, largest first; then run larger jobs one at a time."""
+    """Run all jobs that fit in the memory of a worker, then larger jobs one at a time."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -369,7 +368,7 @@ def _do_in_teams(
 def _do_in_team(
     team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Run jobs, and yield each with its record; raise an OSError if the batch cannot continue."""
+    """Run jobs, and yield each job with its record or `Killed`; an OSError ends the batch."""
     calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
     for place, ending in team.run(calls, width):
         job = jobs[place]
@@ -379,7 +378,7 @@ def _do_in_team(
             yield job, ending.value
         elif isinstance(ending.error, OSError):
             raise ending.error
-        else:  # for example, if the record cannot be pickled
+        else:  # for example, the record cannot be pickled
             yield job, _failed(job, reason_of(ending.error))
 
 
@@ -388,7 +387,7 @@ def _failed(job: BatchJob, error: str) -> Record:
 
 
 class _Tally:
-    """Counts of finished jobs, and the remaining work, estimated from the sizes of files."""
+    """Counts finished files, and estimates the remaining time from the sizes of files."""
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = 0

@@ -1,4 +1,4 @@
-"""Run the calls of a team on the workers of a Dask scheduler."""
+"""Run calls on the workers of a Dask scheduler, which form a `Team`."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
-"""Maximum time without any worker, in seconds. A worker restarts in about 2 seconds, but starting a
-worker through a batch system may take longer."""
+"""Maximum time without any worker, in seconds. A worker restarts in about 2 seconds, but a batch
+system may need longer to start a worker."""
 
 TICK = 1.0
 """Interval between updates of the list of workers, in seconds."""
 
 GATHER_TIMEOUT = 10.0
-"""Maximum time to receive a result from a worker, in seconds. Results have a few kilobytes."""
+"""Maximum time to receive a result from a worker, in seconds. Results are only a few kilobytes."""
 
 CONNECT_TIMEOUT = 10.0
 """Maximum time to connect to a scheduler, in seconds."""
 
 
 class RemoteTeam(Team):
-    """Team of the workers of a Dask scheduler, controlled through a `distributed.Client`."""
+    """All workers of a Dask scheduler as a `Team`, controlled by a `distributed.Client`."""
 
     def __init__(self, client: Any) -> None:
         facts = sorted(client.run(_facts_of).items())
@@ -42,12 +42,12 @@ class RemoteTeam(Team):
         self.client = client
 
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Run calls as `Team.run` does: one call per thread, and one queued call per worker.
+        """Run calls like `Team.run`: one call per thread, and one waiting call per worker.
 
-        Only a few calls are submitted at a time, because Dask counts the death of a worker as a
-        failure of all calls that were assigned to the worker, even if they had not started. Calls
-        are not pinned to workers, because Dask would not restart the pinned calls of a worker that
-        ended while there was no other worker.
+        Only a few calls are submitted at a time. If a worker dies, Dask counts this as a failure of
+        all calls assigned to the worker, even of calls that have not started. Calls are not pinned
+        to workers, because Dask does not restart a pinned call if its worker ends while there is no
+        other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}
@@ -73,13 +73,13 @@ class RemoteTeam(Team):
                     continue
                 yield running.pop(future.key)[1], ending
         finally:
-            with contextlib.suppress(Exception):  # the scheduler may be gone
+            with contextlib.suppress(Exception):  # the scheduler may have ended
                 self.client.cancel([future for future, _ in running.values()])
 
 
 @contextlib.contextmanager
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to a Dask scheduler, and yield the team of its workers.
+    """Connect to a Dask scheduler, and yield its workers as a team.
 
     Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access the
     folder or has another version of the package.
@@ -102,14 +102,14 @@ def _connected(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         reason = reason_of(error)
-    # Garbage collection closes the failed client now. Later, while another client starts, closing
-    # it would cause a deadlock.
+    # Garbage collection closes the failed client now, because closing it later, while another
+    # client starts, would cause a deadlock.
     gc.collect()
     raise ConnectionError(f"cannot connect to a Dask scheduler at {address}: {reason}")
 
 
 def _check_versions(client: Any) -> None:
-    # The function is from the standard library, because workers may not have this package.
+    # Workers may lack this package, so they run a function of the standard library.
     found = client.run(metadata.version, "superfacets", on_error="return")
     for address, version in sorted(found.items()):
         if isinstance(version, BaseException):
@@ -131,12 +131,12 @@ def _check_sees(client: Any, folder: str) -> None:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the number of threads and the memory of a worker; Dask runs this on the worker."""
+    """Return the number of threads and the memory limit of a worker; called on the worker."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 def _ending_of(future: Any) -> Ending | None:
-    """Return the outcome of a call; None if its result was lost, so that Dask runs it again."""
+    """Return the outcome of a call, or None if its result was lost and Dask repeats it."""
     if future.cancelled():
         raise _scheduler_lost()
     killed = importlib.import_module("distributed").KilledWorker
@@ -150,7 +150,7 @@ def _ending_of(future: Any) -> Ending | None:
         raise _scheduler_lost() from None
     except killed as error:
         return Killed(error.allowed_failures + 1)
-    except Exception as error:  # the call or the pickling of its result has failed
+    except Exception as error:  # raised by the call or by pickling its result
         return Failed(error)
 
 
@@ -162,7 +162,7 @@ def _scheduler_lost() -> ConnectionError:
 
 
 class _Presence:
-    """Number of threads of all current workers, updated every `TICK` seconds."""
+    """Counts the threads of all current workers, every `TICK` seconds."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -171,7 +171,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Return the count; raise a ConnectionError if no worker exists for `PATIENCE` seconds."""
+        """Return the last count, or raise a ConnectionError if it is 0 for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads
@@ -189,11 +189,11 @@ class _Presence:
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Suppress Dask's log messages, because errors are reported as exceptions."""
+    """Suppress log messages of Dask, because its errors are raised as exceptions, too."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]
-    loggers = [logging.getLogger(name) for name in names]  # children may have levels of their own
+    loggers = [logging.getLogger(name) for name in names]  # each logger has its own level
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

@@ -1,4 +1,4 @@
-"""Check the options for processing files, and segment one file."""
+"""Check the options for files, and segment one file."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.point_cloud import PointCloud
 from ..pipeline import Options, segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Function that reads a file. Its argument is whether to read attributes as well."""
+"""Function that reads a file; its argument is whether to read attributes, too."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
-"""Parameters of `segment` that are not options for files. Features are given by name instead."""
+"""Parameters of `segment` that are not options for files, mostly because they are arrays. Options
+for files name features instead."""
 
 _DEFAULTS = {
     name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
@@ -46,9 +47,9 @@ _OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Options for processing each file. See `batch` for their meaning."""
+    """Checked options for each file, which are parameters of `batch`."""
 
-    keywords: Mapping[str, Any]  # arguments of `segment`
+    keywords: Mapping[str, Any]  # keyword arguments of `segment`
     features: Sequence[str] = ()
     subdivide: bool = False
     max_edge: float | None = None
@@ -80,7 +81,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Return the format options; raise a ValueError if one has no effect for `endings`."""
+        """Return the options for formats; an option without effect for `endings` is an error."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -88,7 +89,7 @@ class FileOptions:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Options as keyword arguments of `batch`; tuples are replaced by lists, as in JSON."""
+        """Options as keyword arguments of `batch`, with tuples as lists, as in JSON."""
         own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
         return {
             name: list(value) if isinstance(value, tuple) else value
@@ -97,7 +98,7 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """Options that affect results and differ from their defaults, as values for JSON."""
+        """Options that affect results and are not defaults, as JSON values, for records."""
         usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
@@ -107,7 +108,7 @@ class FileOptions:
 
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
-    """Raise an error if an argument for `segment` is unknown, has a wrong value or is an array."""
+    """Raise an error if an argument of `segment` is unknown, invalid or an array."""
     unknown = sorted(keywords.keys() - _OF_FILES)
     if unknown:
         names = ", ".join(_OF_FILES)
@@ -121,14 +122,16 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Data to be written for one file."""
+    """Result for one file: the data to write to its output files."""
 
     mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
     listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
     listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
-    sharp_inside: Longs | None = None  # (K,) barrier edges inside each region; None without angle
+    sharp_inside: Floats | None = None
+    """Fraction of the length of barrier edges that is inside each region, (K,); None without a
+    barrier angle."""
 
 
 def segment_file(
@@ -142,12 +145,13 @@ def segment_file(
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Outcome:
-    """Read, subdivide and segment one file; no output is written.
+    """Read, subdivide and segment one file, without writing results.
 
-    `holds_attributes` is whether an output can store attributes of vertices and faces. The times of
-    the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function of the
-    cells that returns the arguments ``mask`` and ``barriers`` of `segment`. Edges with an angle of
-    at least `barrier_angle` degrees between the normals of their faces become barriers.
+    `holds_attributes` is whether an output file can store attributes of vertices and faces. The
+    times of the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function
+    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. Edges
+    become barriers if the angle between the normals of their faces is at least `barrier_angle`
+    degrees.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
@@ -186,26 +190,26 @@ def segment_file(
 
 
 def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Return the opacity of each splat, 0 to 1; raise a MeshError if one is missing or NaN."""
+    """Return the opacity of each splat, 0 to 1, or raise a MeshError if one is not known."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
         raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
     if np.isnan(stored["opacity"]).any():
         first = np.flatnonzero(np.isnan(stored["opacity"]))[0]
         raise MeshError(f"opacity[{first}] is nan: min_opacity needs the opacity of all splats")
-    with np.errstate(over="ignore"):  # opacities are stored as logits
+    with np.errstate(over="ignore"):  # logits to opacities
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
 def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint; raise a MeshError if cells have no viewpoint."""
+    """Return the cloud with this viewpoint, or raise a MeshError if it would have no effect."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
-    """Subdivide a mesh; the default maximum edge length depends on the size of regions."""
+    """Subdivide a mesh, by default to edges that are short compared with regions."""
     mesh = as_mesh(source)
     get = options.keywords.get
     max_edge = options.max_edge
@@ -218,12 +222,12 @@ def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:  # fmt: skip
-    """Segment a mesh; `n_segments` is reduced to the number of cells if it is larger."""
+    """Segment a mesh, with at most as many regions as the mesh has cells."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], n_kept)
-    with warnings.catch_warnings():  # the result contains the information of these warnings
+    with warnings.catch_warnings():  # the result contains the same information
         for kind in (IslandWarning, SliverWarning, BalanceWarning):
             warnings.simplefilter("ignore", kind)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
@@ -232,7 +236,7 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Return attributes for a subdivided mesh: face properties, texture and comments."""
+    """Return the attributes for a subdivided mesh: face properties, texture and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

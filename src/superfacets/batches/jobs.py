@@ -1,4 +1,4 @@
-"""Run the jobs of a batch, one job per file, and estimate their memory."""
+"""Run the jobs of a batch (one job per file), and estimate their memory."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file
 from .sources import refuse_tileset
 
 BASE = 150 << 20
-"""Memory of a worker after its imports, in bytes."""
+"""Memory of a worker process after its imports, in bytes."""
 
 PER_CELL = 200
-"""Memory per cell in addition to the mesh, in bytes: graph, weights, labels and temporary arrays.
-With 1.4 million faces in PLY, OFF and STL, workers used a third to a half of the estimate."""
+"""Memory per cell, in bytes, for everything except the mesh: graph, weights, labels and temporary
+arrays. For 1.4 million faces in PLY, OFF and STL, workers used a third to a half of the
+estimate."""
 
 PER_BYTE = 3
-"""Memory per byte of the file, in bytes, for its content, the mesh, and the mesh to be written."""
+"""Memory in bytes per byte of the file, for its content, the mesh, and the output."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
 """Minimum file size in bytes per cell, for each ending."""
@@ -42,12 +43,12 @@ USUAL_FILE_BYTES = 12
 
 
 def cells_of(path: str) -> int:
-    """Estimate the number of cells in a file from its size and ending; 0 if it is missing."""
+    """Return an estimate of the number of cells in a file from its size, or 0 without a file."""
     return _size_of(path) // FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
 
 
 def memory_of(path: str) -> int:
-    """Estimate an upper bound of the memory of a process that segments a file, in bytes."""
+    """Return an upper bound of the memory in bytes that a process needs to segment a file."""
     return BASE + PER_BYTE * _size_of(path) + PER_CELL * cells_of(path)
 
 
@@ -62,26 +63,26 @@ Record = dict[str, Any]
 """Content of one line of the manifest."""
 
 _STOPPING = (errno.ENOSPC, errno.EDQUOT)
-"""Error codes of a full disk, which stop the batch, because all other files would fail, too."""
+"""Error codes of a full disk. They stop the batch, because all other files would fail, too."""
 
 _CHUNK = 1 << 20
-"""Number of bytes that are hashed at a time, which takes less than a millisecond."""
+"""Number of bytes that are hashed at a time, in less than a millisecond."""
 
 
 @dataclass(frozen=True)
 class BatchJob:
-    """A file to segment, its options, and the paths of its results. Jobs can be pickled."""
+    """A file to segment, options, and the paths of its results. A job can be pickled."""
 
-    head: Mapping[str, Any]  # first part of the record: name, input, version, params
+    head: Mapping[str, Any]  # entries of the record: name, input, version, params
     path: str
     folder: str
-    outputs: tuple[str, ...]  # paths of the results relative to `folder`, with slashes
+    outputs: tuple[str, ...]  # paths of results, relative to `folder`, with slashes
     options: FileOptions
     placement: Placement | None = None  # position and orientation of the file in its tileset
 
     @property
     def name(self) -> str:
-        """Name of the record of this job."""
+        """Name of the record of the job, which is the relative path of the file."""
         return str(self.head["name"])
 
     @property
@@ -90,29 +91,29 @@ class BatchJob:
         return [Path(self.folder, name) for name in self.outputs]
 
     def with_threads(self, n_threads: int) -> BatchJob:
-        """Return the job with this number of threads, unless the options set another number."""
+        """Return the job with this number of threads, unless its options contain a number."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
 
 def run_job(job: BatchJob) -> Record:
-    """Process one file and return its record, even if the file failed.
+    """Process one file, and return its record, even if the file failed.
 
-    Raises an OSError only if the whole batch must stop: the disk is full, or this process has
-    another version of the package.
+    Raises an OSError only if the whole batch must stop, because the disk is full or this process
+    has another version of the package.
     """
     check_version(job.head["version"])
     record = {**job.head, "sha256": None}
     try:
         return record | _done(job, record)
-    except Exception as error:  # the batch continues with other files
+    except Exception as error:  # recorded, so that other files are processed
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Process the file; return record entries. ``sha256`` is added to `record` after reading."""
+    """Process the file, and return entries of its record; ``sha256`` is set in `record`."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)
@@ -124,7 +125,7 @@ def _done(job: BatchJob, record: Record) -> Record:
     def load(keep: bool) -> tuple[Cells, MeshAttributes | None]:
         try:
             content = read_content(path)
-        except MeshError:  # the file is empty
+        except MeshError:  # for example, an empty file
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
@@ -154,7 +155,7 @@ def _done(job: BatchJob, record: Record) -> Record:
 
 
 def hash_of(path: StrPath, stop: threading.Event | None = None) -> str | None:
-    """Return the SHA-256 of a regular file; None if it cannot be read, or once `stop` is set."""
+    """Return the SHA-256 hash of a file, or None if it is not readable or `stop` is set."""
     found = hashlib.sha256()
     try:
         with open_regular(Path(path)) as file:

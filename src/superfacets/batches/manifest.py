@@ -1,4 +1,4 @@
-"""Read and write the manifest of a batch: a file with one line of JSON per processed file."""
+"""Read and write the manifest of a batch, which has one line of JSON per processed file."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from .jobs import Record
 
 
 class Manifest:
-    """A file of records, for use in a `with` block by one process at a time.
+    """A file of records, which one process at a time uses in a `with` block.
 
-    `records` maps each name to its last record. Each record is on the disk before `append` returns.
-    Damaged lines are ignored, for example an incomplete last line written by a killed process.
-    Damaged and replaced lines are removed when the manifest is next written or closed. `notes` has
-    a message for each damaged line, except for an incomplete last line.
+    `records` maps each name to its last record. `append` returns when the record is on the disk.
+    Damaged lines are ignored, for example an incomplete last line from a killed process. Damaged
+    and replaced lines are removed when the manifest is next written or closed. `notes` contains a
+    message for each damaged line, except for an incomplete last line.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,7 +38,7 @@ class Manifest:
     def append(self, record: Record) -> None:
         """Add a record, which replaces an earlier record of the same name.
 
-        Raises an OSError if the record cannot be written; the file is then unchanged.
+        If the record cannot be written, raises an OSError and leaves the file unchanged.
         """
         line = json.dumps(record).encode() + b"\n"
         if self._file is None:
@@ -64,14 +64,14 @@ class Manifest:
 
 
 def _write_all(file: int, data: bytes) -> None:
-    """Write all bytes to the disk; a single `os.write` may write only some of them."""
+    """Write all bytes to the disk in a loop, because `os.write` may write only some of them."""
     while data:
         data = data[os.write(file, data) :]
     os.fsync(file)
 
 
 def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
-    """Return the last record of each name, and whether the file has only these records."""
+    """Return the last record of each name, and whether the file has no other lines."""
     records: dict[str, Record] = {}
     is_tidy = True
     for number, line in enumerate(_content(path).splitlines(keepends=True), 1):
@@ -95,7 +95,7 @@ def _content(path: Path) -> bytes:
 
 
 def _record_of(line: bytes) -> Record | None:
-    """Parse the record in a line; None if the line is incomplete or damaged."""
+    """Return the record in a line, or None if the line is incomplete or damaged."""
     try:
         record = json.loads(line)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Map a function over tiles, on threads, on processes, or on Dask workers."""
+"""Call a function for many tiles, in threads, processes or Dask workers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..workers.threads import Job, in_turn, thread_team
 from .cluster import remote_team
 
 OnDone = Callable[[int, int], object]
-"""Function that is called after each job, with the numbers of finished jobs and of all jobs."""
+"""Function that is called after each job with the numbers of finished jobs and of all jobs."""
 
 Work = Callable[..., Any]
 Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
@@ -31,8 +31,8 @@ class Run:
     ) -> list[Any]:
         """Return ``work(store, *job)`` for each job, in the order of the jobs.
 
-        For progress reports, `n_before` and `n_after` are the numbers of other jobs of the same
-        pass that run before and after these jobs.
+        `n_before` and `n_after` are for progress reports only: the numbers of other jobs of the
+        same pass that run before and after these jobs.
         """
         results: dict[int, Any] = {}
         for place, result in self._each(work, store, jobs):
@@ -51,13 +51,13 @@ def open_run(
     workers: int, scheduler: str | None, folder: Path, n_threads: int = 1,
     on_done: OnDone | None = None,
 ) -> Iterator[Run]:  # fmt: skip
-    """Yield a `Run` on `n_threads` threads of this process, on `workers` processes, or on Dask.
+    """Yield a `Run` that uses threads of this process, worker processes, or Dask workers.
 
-    If `workers` is 1, jobs run in this process. If the address of a scheduler is given, `workers`
-    has no effect. If a worker is killed, its job is run again. Therefore a job must only read the
-    store and write its own arrays. All workers must have access to `folder`, an absolute path.
-    Raises the errors of `remote_team` and `open_pool`. A run raises an OSError if no worker is
-    left, or if several workers were killed while running the same job.
+    If `workers` is 1, jobs run in `n_threads` threads of this process. If the address of a Dask
+    scheduler is given, `workers` has no effect. If a worker is killed, its job is repeated.
+    Therefore, a job must not change data that it reads. All workers must have access to `folder`,
+    an absolute path. Raises the errors of `remote_team` and `open_pool`. A run raises an OSError if
+    no worker is left, or if several workers were killed while running the same job.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

@@ -18,11 +18,11 @@ from ..io.readers.tets import TET_ENDINGS
 from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
-"""Endings of files that are found in folders. ``.csv``, ``.txt`` and ``.npy`` are excluded, because
-files with these endings are usually not point clouds."""
+"""Endings of files that are searched in folders. ``.csv``, ``.txt`` and ``.npy`` are excluded,
+because most files with these endings are not point clouds."""
 
 MARK = ".superfacets"
-"""Part of the names of results. Files with this part are skipped when a folder is searched."""
+"""Marker in the names of results. Files with this marker are not inputs if a folder is searched."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Source:
     """An input file of a batch."""
 
     input: str  # path of the file, as given or as found
-    name: str  # path relative to the input folder, with slashes; also the relative path of results
+    name: str  # path relative to the input folder, with slashes, also for results
     placement: Placement | None = None  # position and orientation of the file in its tileset
 
 
@@ -38,10 +38,10 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     """Return all files for the `inputs` of `batch`, without duplicates.
 
     A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) is replaced by its
-    models. A tileset that cannot be read is returned as a file, and its job fails. Links to folders
-    are not followed. Empty lines of a list (``@LIST``) and lines that begin with ``#`` are ignored.
-    Raises an OSError if a folder or a list cannot be read, or if no file is found. Raises a
-    ValueError if no input is given, or if two files have the same relative path.
+    models. A tileset that cannot be read is returned as a file, whose job will fail. Links to
+    folders are not followed. Empty lines of a list (``@LIST``) and lines that begin with ``#`` are
+    ignored. Raises an OSError if a folder or a list cannot be read, or if no file is found. Raises
+    a ValueError if no input is given, or if two files have the same relative path.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -76,7 +76,7 @@ def _expanded(text: str) -> Iterator[Source]:
 
 
 def origin_notes(sources: Iterable[Source]) -> list[str]:
-    """Return notes about the origins that are subtracted from positions of tilesets."""
+    """Return messages about the origins that are subtracted from the positions of tilesets."""
     placements = [source.placement for source in sources if source.placement is not None]
     origins = dict.fromkeys(place.origin for place in placements if any(place.origin))
     return [
@@ -97,7 +97,7 @@ def _listed(path: Path) -> Iterator[Source]:
 
 
 def _named(path: Path, name: Path) -> Iterator[Source]:
-    """Yield a file under this name, or the models of a tileset."""
+    """Yield a file with this name or, if it is a tileset, all of its models."""
     if path.suffix.lower() == ".json":
         yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
     else:
@@ -105,7 +105,7 @@ def _named(path: Path, name: Path) -> Iterator[Source]:
 
 
 def _below(folder: Path) -> Iterator[Source]:
-    """Yield the files with known endings in a folder and its subfolders, in sorted order."""
+    """Yield the input files in a folder and its subfolders, sorted by path."""
     n_found = 0
     for parent, folders, names in os.walk(folder, onerror=_fail):
         folders.sort()
@@ -124,12 +124,12 @@ def _below(folder: Path) -> Iterator[Source]:
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """Yield a tileset's models, or its file if it cannot be read; names begin with `above`."""
+    """Yield the models of a tileset, or the tileset if it is damaged; names begin with `above`."""
     file = tileset_at(path)
     assert file is not None
     try:
         tiles = _models_of(file)
-    except (MeshError, OSError):  # the job of this file will raise the same error
+    except (MeshError, OSError):  # will be raised again by the job of this file
         yield Source(str(file), above + file.name)
         return
     for tile in tiles:
@@ -137,13 +137,13 @@ def _shown_by(path: Path, above: str) -> Iterator[Source]:
 
 
 def refuse_tileset(file: Path) -> None:
-    """If the file is a tileset, raise the error because of which it could not be read."""
+    """If the file is a tileset, raise the error that prevents reading it."""
     if file.suffix.lower() == ".json":
         _models_of(file)
 
 
 def _models_of(file: Path) -> tuple[Tile, ...]:
-    """Return the models of a tileset; a MeshError if it is damaged or contains a model twice."""
+    """Return the models of a tileset, or raise a MeshError if it is damaged or has duplicates."""
     tiles = read_tileset(file).tiles
     seen = set()
     for tile in tiles:
@@ -161,7 +161,7 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[Source]:
-    """Yield the files that match a pattern, with names relative to the part without wildcards."""
+    """Yield all files that match a pattern; names are relative to its part without wildcards."""
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])
@@ -174,20 +174,20 @@ def _matching(pattern: str) -> Iterator[Source]:
 
 
 def result_ending(name: str) -> str:
-    """Return the default ending for the result of a file."""
+    """Return the default ending of the result for an input file."""
     is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
     return usual_ending("tetrahedra" if is_of_tets else "triangles")
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the results of an input; one default name if `endings` is empty."""
+    """Return the name of the result for each ending, or a default name if there are no endings."""
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """Return the name that programs for this format expect, or otherwise a name with `MARK`."""
+    """Return the name of a result: as required by its format, or otherwise with `MARK`."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
@@ -196,7 +196,7 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
 
 
 def check_outputs_differ(sources: Iterable[Source], endings: Sequence[str]) -> None:
-    """Raise a ValueError if two files would have the same result."""
+    """Raise a ValueError if the results of two files would have the same path."""
     writers: dict[str, Source] = {}
     for source in sources:
         for output in output_names(source.name, endings):

@@ -1,6 +1,6 @@
-"""Stage 5: smoothing of borders by cutting faces.
+"""Cut faces along smooth borders of regions.
 
-This module is not in `regions`, because `pictures` imports it.
+This module is not in the package `regions`, because the package `pictures` imports it.
 """
 
 from __future__ import annotations
@@ -15,40 +15,39 @@ from .._types import Bools, Bytes, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from .face_graph import build_face_graph
 from .sums import sums_by_label
 
 _N_ROUNDS = 7
 """Number of smoothing rounds. On 16 benchmark models, the compactness is 4.41 before smoothing, and
-4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. More rounds hardly improve the compactness, but move
-borders farther from their original position."""
+4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. More rounds would hardly improve the compactness, but
+would move borders farther from their original position."""
 
 _N_STEPS = 6
-"""Number of diffusion steps per round. The compactness is 4.10 with 4 steps and 4.07 with 6 steps.
-With more steps, small regions vanish."""
+"""Number of diffusion steps per smoothing round. The compactness is 4.10 with 4 steps and 4.07 with
+6 steps. With more than 6 steps, small regions vanish."""
 
 _N_BALANCES = 6
-"""Number of steps per round that restore the areas of regions. With 6 steps, the sum of all changes
-of areas is 0.3 % of the total area."""
+"""Number of steps per smoothing round that restore the areas of regions. With 6 steps, the changes
+of the areas of all regions sum to 0.3 % of the total area."""
 
 _MARGIN = 0.1
-"""Minimum distance between a cut and both ends of its edge, as a fraction of the edge length. With
-0.01, the compactness is 0.3 % lower, but new faces are thinner."""
+"""Minimum distance of a cut from both ends of its edge, as a fraction of the edge length. With a
+value of 0.01, the compactness is 0.3 % lower, but new faces are thinner."""
 
 _MOST_CHANGE = 0.15
-"""Maximum relative change of the area of a region. Regions that would change more keep their faces:
-7 of 150 regions with this limit, and 12 regions with a limit of 0.05."""
+"""Maximum relative change of the area of a region. Regions that would change more keep their old
+faces: 7 of 150 regions with this limit, and 12 of 150 regions with a limit of 0.05."""
 
 _MOST_TOTAL = 0.01
-"""Maximum sum of all changes of areas, as a fraction of the area of the mesh."""
+"""Maximum sum of the area changes of all regions, as a fraction of the area of the mesh."""
 
 _MAX_TRIALS = 12
-"""Maximum number of attempts to cut the faces. After each attempt, regions with a fault keep their
-old faces. In the second half of the attempts, the neighbors of these regions also keep their faces.
-After the last attempt, all regions keep their faces. Most models need 3 to 5 attempts."""
+"""Maximum number of attempts to cut the faces, see `_cut_until_sound`. If the last attempt fails,
+all regions keep their old faces. Most models need 3 to 5 attempts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +94,9 @@ def cut_borders(
 ) -> BorderCut:
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
-    Borders between labeled faces zigzag along edges. This function replaces the borders by smooth
-    curves and cuts the faces along these curves, for charts, cut-out patterns, printing and
-    pictures. Use `smooth_borders` to change labels without changing the mesh.
+    Borders between regions follow edges, so they zigzag. This function replaces the borders by
+    smooth curves and cuts the faces along these curves, for example for texture charts, cut-out
+    patterns, printing and pictures. Use `smooth_borders` to change labels but not the mesh.
 
     Borders in creases and on the boundary of an open mesh do not move. Creases are folds of 75
     degrees or more, folds of 40 degrees or more that continue in a straight line, and edges of
@@ -107,16 +106,16 @@ def cut_borders(
 
     All faces at an edge are cut at the same point of the edge, so closed meshes stay closed, and
     seams get no gaps. Cuts are at least a tenth of the edge length away from vertices. A face is
-    cut into at most six parts. In all sampled faces, the angles of the parts are at least a
-    twentieth of the smallest angle of the face. The result is the same for any number of threads.
+    cut into at most six parts. In tests, no angle of a part was less than a twentieth of the
+    smallest angle of the face. The result is the same for any number of threads.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`, but the mesh must have faces. Polygons are triangulated first.
     labels : array_like of int, shape (F,)
-        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks faces in no region. The
-        borders of these faces are also smoothed.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks faces in no region.
+        Borders between regions and faces in no region are also smoothed.
     weld, n_threads
         As for `segment`.
 
@@ -170,17 +169,17 @@ def cut_borders(
 
 
 _Cut = tuple[Floats, Ints, Ints, Ints]
-"""Vertices, faces, labels and sources of a cut mesh."""
+"""Vertices, faces, labels of faces, and old face of each face, of a cut mesh."""
 
 
 @dataclass(frozen=True, eq=False)
 class _RegionsToCut:
-    """Regions whose faces are cut. The faces in no region form an additional, last region."""
+    """Regions whose faces are cut. All faces in no region form an additional, last region."""
 
     mesh: Mesh
-    labels: Ints  # (F,) region of each face; n_regions for faces in no region
-    n_regions: int  # number of regions, without the additional region
-    representative: Ints  # (V,) lowest vertex at the position of each vertex
+    labels: Ints  # (F,) region of each face, or n_regions if the face is in no region
+    n_regions: int  # number of regions, not counting the additional region
+    representative: Ints  # (V,) lowest vertex at the same position as each vertex
     weld: bool
     areas: Floats  # (n_regions + 1,) area of each region
     n_pieces: Longs  # (n_regions + 1,) number of connected pieces of each region
@@ -190,7 +189,7 @@ class _RegionsToCut:
     def of(
         cls, mesh: Mesh, labels: Ints, n_regions: int, weld: bool, n_threads: int
     ) -> _RegionsToCut:
-        """Prepare the regions given by checked labels, where -1 marks faces in no region."""
+        """Prepare regions for cutting; `labels` are checked, and -1 marks faces in no region."""
         whole = np.where(labels < 0, n_regions, labels).astype(np.int32)
         lowest = lowest_vertices(mesh.vertices, weld, n_threads)
         areas = _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[1]
@@ -199,7 +198,7 @@ class _RegionsToCut:
         return cls(mesh, whole, n_regions, lowest, weld, sums, pieces, n_threads)
 
     def cut(self, is_kept: Bytes) -> _Cut:
-        """Cut faces along smooth borders, except in regions where `is_kept` is True."""
+        """Cut faces along smooth borders, except in regions that `is_kept` marks."""
         try:
             return _core.cut_borders(
                 self.mesh.vertices,
@@ -208,14 +207,17 @@ class _RegionsToCut:
                 self.labels,
                 self.n_regions + 1,
                 np.ascontiguousarray(is_kept[self.labels]),
-                (_N_ROUNDS, _N_STEPS, _N_BALANCES, _MARGIN),
-                self.n_threads,
+                n_rounds=_N_ROUNDS,
+                n_steps=_N_STEPS,
+                n_balances=_N_BALANCES,
+                margin=_MARGIN,
+                n_threads=self.n_threads,
             )
-        except ValueError:  # std::length_error from the C++ core
-            raise MeshError("the cut mesh would have more faces than supported") from None
+        except ValueError:  # raised by `_core`
+            raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Return whether each region vanished, became disconnected or changed its area too much."""
+        """Return, for each region, whether it vanished, fell apart or changed its area too much."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -227,13 +229,13 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the highest limit such that all changes up to it sum to at most `_MOST_TOTAL`."""
+        """Return the maximum change of an area, so that smaller changes sum to `_MOST_TOTAL`."""
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def with_neighbors(self, is_chosen: Bools) -> Bools:
-        """Return whether each region is chosen, or shares a vertex with a chosen region."""
+        """Return, for each region, whether it is chosen or shares a vertex with a chosen region."""
         corners = self.representative[self.mesh.faces]
         is_touched = np.zeros(self.mesh.n_vertices, dtype=bool)
         is_touched[corners[is_chosen[self.labels]]] = True
@@ -243,10 +245,10 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut repeatedly until no region has a fault; regions with faults keep their faces.
+    """Cut faces repeatedly until no region has a fault, as defined by `_RegionsToCut.faults`.
 
-    Regions that keep their faces have no faults, because the labels at all vertices of these faces
-    are fixed. In later attempts, the neighbors of regions with faults also keep their faces.
+    After each attempt, regions with faults keep their old faces, which cannot have faults. In the
+    second half of the attempts, the neighbors of these regions also keep their old faces.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):
@@ -262,7 +264,7 @@ def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
 
 
 def _count_pieces(mesh: Mesh, labels: Ints, n_labels: int, weld: bool, n_threads: int) -> Longs:
-    """Return the number of connected pieces of the faces with each label, shape (n_labels,)."""
+    """Return, for each label, the number of connected pieces of its faces, shape (n_labels,)."""
     graph = build_face_graph(mesh, weld=weld, n_threads=n_threads)
     pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, labels)
     of_piece = np.empty(n_pieces, dtype=np.int32)

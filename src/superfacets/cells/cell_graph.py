@@ -1,4 +1,4 @@
-"""Input of the clustering: graphs of cells with weighted arcs."""
+"""Graphs of cells with weighted arcs, which are the input of the clustering."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ class ArcMeasures:
         of a cell. If three or more cells meet at a side, several arcs of a cell have the same
         index. By default, each arc crosses a different side.
     open_lengths : array_like, shape (N,), optional
-        Length of the part of the border of each cell that no arc crosses. The default is 0.
+        Length of the part of each cell's border that is not shared with another cell. The default
+        is 0.
     """
 
     border_lengths: Floats
@@ -59,7 +60,7 @@ class ArcMeasures:
     open_lengths: Floats | None = None
 
     def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
-        """Return checked, read-only copies of the arrays for a graph with these arcs."""
+        """Return checked, read-only copies of the arrays, for arcs with these CSR offsets."""
         arrays: dict[str, Array] = {}
         for name, n, per in (
             ("border_lengths", n_arcs, "arc"),
@@ -93,7 +94,7 @@ class CsrArcs:
 
     @property
     def n_arcs(self) -> int:
-        """Number of arcs, M, where each pair of neighbors has two arcs."""
+        """Number of arcs, M. Two neighboring cells usually have one arc in each direction."""
         return len(self.neighbors)
 
     @property
@@ -103,7 +104,7 @@ class CsrArcs:
 
     @property
     def arcs(self) -> ArcLists:
-        """Pair of `offsets` and `neighbors`, for functions that need both."""
+        """The pair (`offsets`, `neighbors`), for functions that take both as arguments."""
         return self.offsets, self.neighbors
 
     @property
@@ -113,7 +114,7 @@ class CsrArcs:
 
 
 class Arcs(CsrArcs):
-    """Base class of the graphs of all kinds of cells."""
+    """Base class of graphs of cells, which have positions, measures and arcs."""
 
     positions: Floats  # (N, 3) representative point of each cell
     measures: Floats  # (N,) area or volume of each cell
@@ -121,10 +122,10 @@ class Arcs(CsrArcs):
     def quantized(
         self, weights: npt.ArrayLike, n_threads: int, spare: float = 1.0
     ) -> tuple[Singles, float]:
-        """Return weights of the arcs as `CellGraph.lengths`, and the unit of these lengths.
+        """Return the weights of arcs rounded to integers, and the unit of these integers.
 
-        The unit is `spare` (a power of two) times the default unit, so that sums of lengths stay in
-        range when costs are added later.
+        The unit is `spare` (a power of two) times the default unit (see `CellGraph.unit`), so that
+        sums of lengths stay in range when costs are added later.
         """
         checked_measures(self.measures, self.n_cells, n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)
@@ -136,8 +137,8 @@ class Arcs(CsrArcs):
 class CellGraph(Arcs):
     """Cells and weighted arcs in CSR form: the input of seeding and clustering.
 
-    `FaceGraph.with_weights` makes a `CellGraph` from the faces of a mesh, but any elements can be
-    cells. Arcs and weights are copied. Positions and measures are not copied if they are contiguous
+    Cells are elements of any kind. `FaceGraph.with_weights` makes a `CellGraph` from the faces of a
+    mesh. Arcs and weights are copied. Positions and measures are not copied if they are contiguous
     float64 arrays.
 
     Parameters
@@ -145,24 +146,24 @@ class CellGraph(Arcs):
     positions : array_like, shape (N, 3)
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell, finite and >= 0, in the squared unit of the positions. The area is the
-        weight of the cell in the mean of its region. The sum A of all areas defines the expected
-        radius r = sqrt(A / (pi k)) of k regions.
+        Area of each cell, finite and >= 0, in the squared unit of the positions. The centroid of a
+        region is the mean of its cells, weighted by area. The sum A of all areas defines the
+        expected radius r = sqrt(A / (pi k)) of k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
-        Target of each arc. Arcs are directed: for connected regions, give each arc in both
-        directions. With one-way arcs, the components are the components of the undirected graph.
-        Cells without a path from any center become additional regions or, with
-        ``islands="nearest"``, join the nearest region.
+        Target cell of each arc. Arcs are directed; regions are only connected if each arc has a
+        reverse arc. Connected components ignore the direction of arcs. Cells without a path from
+        any center become additional regions or, with ``islands="nearest"``, join the nearest
+        region.
     weights : array_like, shape (M,)
         Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
         Minimum and maximum corner of a box. The parameter ``radius`` is a fraction of its diagonal.
         The default is the bounding box of the positions.
     weight_unit : float, default 1.0
-        Length of one unit of weight, in the unit of the positions. For the graph of a mesh, this is
-        the diagonal of the bounding box. Only the clean-up of regions uses it.
+        Length of one unit of weight, in the unit of the positions, which the clean-up of regions
+        needs. For the graph of a mesh, it is the diagonal of the bounding box.
     dimension : {2, 3}, default 2
         2 if measures are areas, 3 if they are volumes. In a volume, the expected radius is the cube
         root of 3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas.
@@ -231,7 +232,7 @@ class CellGraph(Arcs):
         arc_measures: ArcMeasures | None = None,
         dimension: int = 2,
     ) -> CellGraph:
-        """Make a graph with the cells and arcs of an already checked graph."""
+        """Make a graph with the given weights from cells and arcs that are already checked."""
         graph = object.__new__(cls)
         fields = ("positions", "measures", "offsets", "neighbors", "bounds")
         values = {name: getattr(arcs, name) for name in fields}
@@ -245,26 +246,26 @@ class CellGraph(Arcs):
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
         refuse_mask(self.weights, "weights")
-        copied = owned(np.asarray(self.weights), None)  # later changes of the input have no effect
+        copied = owned(np.asarray(self.weights), None)  # the caller may change the input later
         weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of the C++ core, which is built once and cached."""
+        """Return the graph as an object of `_core`, which is built at the first call and cached."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
             object.__setattr__(self, "_ordered", graph)
-        return self._ordered  # type: ignore[return-value]  # set just above
+        return self._ordered  # type: ignore[return-value]  # is never None here
 
     def __getstate__(self) -> dict[str, Any]:
-        """Exclude the cached result of `ordered`, which copies build again."""
+        """Return the attributes for a copy or pickle, without the cached result of `ordered`."""
         return {**self.__dict__, "_ordered": None}
 
     def __setstate__(self, state: Any) -> None:
-        """Restore a copied or pickled graph, and check its arrays again."""
+        """Restore a copied or pickled graph, and check the arrays of the graph again."""
         names = ("positions", "measures", "offsets", "neighbors", "weights", "bounds")
         more = ("weight_unit", "arc_measures", "dimension")
         options = dict(zip(more, restored(state, more), strict=True))
@@ -275,17 +276,17 @@ class CellGraph(Arcs):
 
 
 def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:
-    """Check that there is one finite measure >= 0 per cell, and return all measures as float64."""
+    """Return measures as float64, after checking that there is one finite measure >= 0 per cell."""
     return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
 
 
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:
-    """Check that there is one finite weight >= 0 per arc, and return all weights as float64."""
+    """Return weights as float64, after checking that there is one finite weight >= 0 per arc."""
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 
 def checked_graph(graph: object) -> CellGraph:
-    """Return the graph, or raise a TypeError if it is not a `CellGraph`."""
+    """Return `graph` if it is a `CellGraph`, or raise a TypeError."""
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(
@@ -295,6 +296,6 @@ def checked_graph(graph: object) -> CellGraph:
 
 
 def box_diagonal(bounds: Floats) -> float:
-    """Return the diagonal of a box, given by its minimum and maximum corner, shape (2, 3)."""
+    """Return the length of the diagonal of a box, given its minimum and maximum corner, (2, 3)."""
     x, y, z = (bounds[1] - bounds[0]).tolist()
     return math.sqrt(x * x + y * y + z * z)

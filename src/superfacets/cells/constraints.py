@@ -1,4 +1,4 @@
-"""Masks and barriers, which remove cells and arcs from a graph."""
+"""Masks, which remove cells from a graph, and barriers, which remove arcs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Bools, Ints, Longs
+from .._types import Array, Bools, Floats, Ints, Longs
 from .._validate import (
     checked_edges,
     checked_mask,
@@ -20,43 +20,43 @@ from .._validate import (
     refuse_mask,
 )
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.cells import lowest_vertices
-from ..mesh.faces import ends_of_sides, face_sizes
+from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.weld import lowest_vertices
 from .face_graph import FaceGraph, build_face_graph
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
-"""Number of the group whose cells may share a region with cells of any other group."""
+"""Group number of cells that may be in one region with cells of any other group."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""Empty array of groups, which is used if there are no barriers."""
+"""Value of `Cut.groups` if there are no barriers."""
 
 ANGLE_NOISE = 1e-6
-"""Tolerance of angles in radians, for the rounding errors of float32 positions."""
+"""Tolerance of angles, in radians, which exceeds the rounding errors of float32 positions."""
 
 
 @dataclass(frozen=True)
 class ConstraintOptions:
     """The arguments `mask` and `barriers` of `segment`."""
 
-    mask: Any = None  # None if all cells are kept
-    barriers: Any = None  # None if there are no barriers
+    mask: Any = None  # (N,) whether each cell is segmented; None for all cells
+    barriers: Any = None  # edges that no region crosses, or one number per cell; None for neither
 
     @property
     def is_used(self) -> bool:
-        """Whether there is a mask or a barrier."""
+        """Whether a mask or barriers are given."""
         return self.mask is not None or self.barriers is not None
 
     @property
     def params(self) -> dict[str, Any]:
-        """Parameters for the result of `segment`, keyed by name."""
+        """The entries of `Segmentation.params` for the mask and the barriers."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
     ) -> Cut | None:
-        """Return the kept cells and arcs of a graph, or None if there is no mask and no barrier.
+        """Return the cells and arcs that mask and barriers keep, or None if neither is given.
 
         If the cells of the graph are sorted, `order` is the index of each cell in `source`. Raises
         a ValueError or TypeError if the mask or the barriers are not valid.
@@ -84,21 +84,20 @@ class ConstraintOptions:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """Part of a graph that a mask and barriers keep. The kept cells are renumbered."""
+    """Part of a graph that a mask and barriers keep. The n kept cells get numbers 0 to n - 1."""
 
     n_whole: int  # number of cells of the whole graph, N
     cells: Ints  # (n,) index in the whole graph of each kept cell, ascending
     arcs: Longs  # (m,) index in the whole graph of each kept arc, ascending
     offsets: Longs  # (n + 1,) index in `neighbors` of the first arc of each kept cell
-    neighbors: Ints  # (m,) target of each kept arc, as a new cell index
+    neighbors: Ints  # (m,) number, 0 to n - 1, of the target cell of each kept arc
     groups: Ints
-    """Group of each kept cell, (n,); empty without barriers. Cells of different groups must not be
-    in the same region, even across a gap. Cells of `ANY_GROUP` may be in a region with any
-    cells."""
+    """Group of each kept cell, (n,), or empty if there are no barriers. Even a disconnected region
+    must not have cells of different groups, except for cells of `ANY_GROUP`."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
-        """Make a cut from the cells and arcs to keep; these arcs must join these cells."""
+        """Make a cut from the cells and arcs to keep; both ends of each arc must be kept."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
@@ -113,7 +112,7 @@ class Cut:
         )
 
     def surface_of(self, whole: Surface) -> Surface:
-        """Return the surface of the kept cells; `whole` is the surface of all cells."""
+        """Return the surface of the kept cells, given the surface of all cells."""
         handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
         return Surface(
             handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
@@ -121,9 +120,10 @@ class Cut:
         )  # fmt: skip
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Convert cells of the whole graph to new indices.
+        """Convert indices of cells in the whole graph to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept. The message has the input index from `order`.
+        Raises a ValueError if a cell is not kept. The message contains the index of the cell before
+        sorting, from `order`.
         """
         given = checked_seeds(cells, self.n_whole, name)
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -135,7 +135,7 @@ class Cut:
         return found.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Convert labels of kept cells to labels of all cells; removed cells get -1."""
+        """Convert labels of kept cells to labels of all cells; all other cells get -1."""
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
@@ -144,10 +144,11 @@ class Cut:
 def sharp_edges(
     mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
 ) -> Ints:
-    """Return the edges with a large angle between their faces, for `barriers` of `segment`.
+    """Return edges between faces that meet at a large angle, to use as `barriers` of `segment`.
 
     With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth face of a CAD part.
-    If a line of sharp edges ends inside a face, the region extends around the end of the line.
+    Faces that meet tangentially, such as a flat side and its fillet, stay one region. If a line of
+    sharp edges ends inside a face, the region extends around the end of the line.
 
     Parameters
     ----------
@@ -163,9 +164,9 @@ def sharp_edges(
     Returns
     -------
     ndarray of int32, shape (E, 2)
-        The two vertices of each edge, the lower vertex first. Edges are in ascending order. Of the
-        vertices at the same position, the lowest vertex is used. Edges of three or more faces are
-        also sharp, and boundary edges are not.
+        The two vertices of each edge, with the lower vertex first. Edges are in ascending order. If
+        several vertices are at the same position, the lowest is used. Edges of three or more faces
+        are always sharp. Boundary edges are never sharp.
 
     Raises
     ------
@@ -182,27 +183,29 @@ def sharp_edges(
     ([[0, 2]], [])
     """
     keys, _ = _sharp_sides(mesh, angle, weld, n_threads)
-    keys = np.unique(keys)
-    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+    return _edges_of(np.unique(keys))
 
 
 def sharp_edges_inside(
-    mesh: MeshLike, labels: Ints, angle: float, *, n_threads: int | None = None
-) -> Longs:
-    """Return the number of sharp edges between faces of the same region, for each region.
+    mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
+) -> Floats:
+    """Return the fraction of the total length of sharp edges that is inside each region, (K,).
 
-    `labels` is the region of each face, or -1. See `sharp_edges` for the other parameters.
+    An edge is inside a region if two faces of the region share the edge. `labels` is the region of
+    each face, or -1. See `sharp_edges` for the other parameters.
     """
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
+    n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
     is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)
-    _, first = np.unique(keys[is_inside], return_index=True)
-    return np.bincount(labels[faces[is_inside, 0][first]], minlength=int(labels.max()) + 1)
+    inside, first = np.unique(keys[is_inside], return_index=True)
+    regions = labels[faces[is_inside, 0][first]]
+    return np.bincount(regions, _lengths_of(mesh, inside), n_regions) / (total or 1.0)
 
 
 def _sharp_sides(
     mesh: MeshLike, angle: float, weld: bool, n_threads: int | None
 ) -> tuple[Longs, Ints]:
-    """Return the edge key and the two faces of each arc that crosses a sharp edge."""
+    """Return, for each arc across a sharp edge, the key of the edge and both faces of the arc."""
     angle = checked_number(angle, "angle", zero=False)
     if angle > 180:
         raise ValueError(f"angle must be at most 180, got {angle:g}")
@@ -211,8 +214,8 @@ def _sharp_sides(
     angles = arc_measures(source, graph, n_threads=threads).angles
     assert angles is not None
     sources, is_sharp = graph.sources, np.abs(angles) >= np.radians(angle) - ANGLE_NOISE
-    # The arcs of a face are sorted by side. Two consecutive arcs cross the same side if its edge
-    # has three or more faces.
+    # The arcs of a face are sorted by side. If two consecutive arcs cross the same side, its edge
+    # has three or more faces, so it is sharp.
     is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     is_sharp[1:] |= is_same
     lowest = lowest_vertices(source.vertices, weld, threads)
@@ -235,7 +238,7 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
 
 
 def _checked_sides(barriers: Any, n_cells: int) -> Ints:
-    """Check barriers given as one number per cell, and renumber them to 0, 1, 2, ..."""
+    """Check barriers that are one number per cell, and replace the numbers by 0, 1, 2, ..."""
     given = np.asarray(barriers)
     if given.dtype.kind not in "iub":
         raise TypeError(f"barriers must contain integers, got {given.dtype}")
@@ -252,14 +255,11 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Return whether each arc crosses an edge in `barriers`.
-
-    `arcs` is the graph, and the start cell of each arc.
-    """
+    """Return whether each arc crosses an edge in `barriers`; `arcs` is (graph, graph.sources)."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
-            "barriers of shape (E, 2) need a mesh with faces: for other cells, give one number per"
+            "barriers of shape (E, 2) need a mesh with faces: for other cells, pass one number per"
             " cell"
         )
     given = checked_edges(barriers, source.n_vertices, "barriers")
@@ -272,7 +272,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # also some sides that are not crossed
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # marks too many sides at first
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
@@ -280,16 +280,28 @@ def _crossed_by(
 
 
 def _keys_of(edges: Ints) -> Longs:
-    """Return one integer per edge, which is the same for both directions of the edge."""
+    """Return an integer key for each edge, which does not depend on the order of its two ends."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
 
-def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Return the group of each cell: the index of its piece if barriers divide its component.
+def _edges_of(keys: Longs) -> Ints:
+    """Return the two vertices of each edge, (E, 2), the lower vertex first; see `_keys_of`."""
+    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
-    Cells of other components get `ANY_GROUP`. `before` and `after` mark the arcs that are kept
-    without and with the barriers.
+
+def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
+    """Return the length of each edge, (E,)."""
+    starts, ends = mesh.vertices[_edges_of(keys).T]
+    lengths: Floats = np.linalg.norm(ends - starts, axis=1)
+    return lengths
+
+
+def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
+    """Return the group of each cell: the index of its piece, or `ANY_GROUP`.
+
+    The group is `ANY_GROUP` if barriers do not divide the connected component of the cell. `before`
+    marks the arcs of the graph without barriers, and `after` the arcs that cross no barrier.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)

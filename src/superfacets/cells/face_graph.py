@@ -1,4 +1,4 @@
-"""Stage 1: the graph of faces that share an edge."""
+"""The graph of the faces of a mesh, with arcs between faces that share an edge."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, corners_of, measure_faces, measure_shapes
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from .cell_graph import Arcs, CellGraph
 
 
 class EdgeCounts(NamedTuple):
-    """Numbers of edges of a mesh."""
+    """Numbers of edges of a mesh, where a shared edge is counted once."""
 
     edges: int
     """Number of all edges."""
@@ -110,12 +110,12 @@ class FaceGraph(Arcs):
         )
 
     def __setstate__(self, state: Any) -> None:
-        """Restore a copied or pickled graph, and check its arrays again."""
+        """Restore a copied or pickled graph, and check the arrays of the graph again."""
         FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
-        """Make a graph from new arrays of the C++ core, without checks."""
+        """Make a graph without checks from arrays that `_core` returned."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
         object.__setattr__(graph, "edge_counts", edge_counts)
@@ -140,9 +140,9 @@ class FoundArcs(NamedTuple):
 
 
 def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the arcs between the faces of a mesh; `lowest` is the result of `lowest_vertices`.
+    """Return the arcs between faces that share an edge; `lowest` comes from `lowest_vertices`.
 
-    Raises a MeshError if there are too many arcs.
+    Raises a MeshError if there are too many arcs, because too many faces share edges.
     """
     corners = corners_of(mesh)
     if corners.offsets is None:
@@ -150,22 +150,22 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     lists = corners.offsets, corners.vertices
     try:
         return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
-    except ValueError as error:  # std::length_error from the C++ core
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
 
 
 def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Like `arcs_of_faces`, but for an array of triangles, shape (F, 3)."""
+    """Return the result of `arcs_of_faces` for triangles, given as an array of shape (F, 3)."""
     try:
-        return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
-    except ValueError as error:  # std::length_error from the C++ core
+        return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
 
 
 def surface_of_faces(
     mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the C++ surface object from a mesh and the arcs between its faces.
+    """Make the object of `_core` that computes lengths and angles of the arcs between faces.
 
     `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
     the faces of the mesh do not have.
@@ -230,16 +230,16 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Measures of faces that are only needed for weights, so they are not stored in the graph."""
+    """Measures of faces that are not stored in the graph, because only weights depend on them."""
 
     normals: Floats | None
     """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
     longest: Floats | None
-    """Squared length of the longest side in each block of triangles; None for polygons."""
+    """Squared length of the longest side in each block of faces of `_core`; None for polygons."""
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph` and the shapes of faces, computed in one pass."""
+    """Return the result of `build_face_graph`, and `FaceShapes`, which are computed in one pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
@@ -259,7 +259,7 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
-    """Return the arcs of the triangles at borders of regions, in CSR form, and their labels.
+    """Return the graph of the triangles at borders of regions, in CSR form, and their labels.
 
     This is much faster than building the whole graph, because most triangles are not at borders.
     """
@@ -271,7 +271,7 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, In
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)
     is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
     first, second, third = is_shared[corners].T
-    # Both ends of an edge at a border are vertices that faces with different labels share.
+    # Both ends of a border edge are shared vertices: they belong to faces with different labels.
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]

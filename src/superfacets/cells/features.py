@@ -1,4 +1,4 @@
-"""Stage 2: features of cells, and the cost of feature differences along arcs."""
+"""Features of cells, such as colors, whose differences are added to the weights of arcs."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from .kinds import kind_of
 from .surface import Surface
 
 FEATURE_WEIGHT = 5.0
-"""Default cost of a feature difference of one standard deviation, in radii of a region. On three
-slightly smoothed color photographs, the borders of 200 regions contain 70 % of the image edges with
-a weight of 5, and 71 % with a weight of 20."""
+"""Default cost of a feature difference of one standard deviation, as a multiple of the expected
+radius of a region. On three slightly smoothed color photographs, the borders of 200 regions contain
+70 % of the image edges if the weight is 5, and 71 % if it is 20."""
 
 
 @dataclass(frozen=True, eq=False)
 class FeatureTable:
     """Features whose columns are scaled in groups, such as the three coordinates of a color."""
 
-    values: Floats  # (N, F)
+    values: Floats  # (N, F) features of each cell
     groups: tuple[tuple[int, float], ...]
-    """Number of columns of each group, and the minimum of the divisor of these columns."""
+    """Number of columns of each group, and minimum of the standard deviation that divides them."""
 
     def __getitem__(self, rows: Any) -> FeatureTable:
         return FeatureTable(self.values[rows], self.groups)
@@ -35,10 +35,10 @@ class FeatureTable:
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """Arguments of `segment` for features."""
+    """The arguments `features`, `feature_weight` and `scale_features` of `segment`."""
 
-    given: Any = None  # features as numbers or names, or None
-    weight: float = 0.0  # cost of a feature difference of 1, in radii of a region
+    given: Any = None  # features as numbers or names; None if there are no features
+    weight: float = 0.0  # cost of a difference of 1, as a multiple of the expected region radius
     is_scaled: bool = True  # whether features are divided by their standard deviations
 
     @classmethod
@@ -51,7 +51,7 @@ class FeatureOptions:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of features; empty if features are given as numbers."""
+        """Names of features; empty if features are numbers."""
         given = self.given
         if isinstance(given, (list, tuple)) and given and isinstance(given[0], str):
             if not all(isinstance(name, str) for name in given):
@@ -61,12 +61,12 @@ class FeatureOptions:
 
     @property
     def is_used(self) -> bool:
-        """Whether features change the weights."""
+        """Whether features change the weights of arcs."""
         return self.given is not None and self.weight > 0
 
     @property
     def params(self) -> dict[str, Any]:
-        """Parameters for the result of `segment`, keyed by name; empty without features."""
+        """The entries of `Segmentation.params` for features; empty if there are no features."""
         if self.given is None:
             return {}
         return {"feature_weight": self.weight, "scale_features": self.is_scaled}
@@ -74,7 +74,7 @@ class FeatureOptions:
     def steps(
         self, source: Any, measures: Floats, n_threads: int, order: Ints | None = None
     ) -> FeatureSteps | None:
-        """Return the features of all cells, or None if features have no effect on weights.
+        """Return an object that adds costs of features to weights, or None if there are no costs.
 
         If the cells are sorted, `order` is the index of each cell in `source`. Raises a ValueError
         if features are not finite, or do not have one row per cell or per vertex.
@@ -101,16 +101,16 @@ class FeatureOptions:
 
 @dataclass(frozen=True, eq=False)
 class FeatureSteps:
-    """Features of cells, and the cost of their differences in the weights of arcs."""
+    """Features of cells, whose differences along arcs are added to the weights of the arcs."""
 
-    features: Floats  # (N, F)
-    weight: float  # cost of a feature difference of 1, in radii of a region
+    features: Floats  # (N, F) features of each cell
+    weight: float  # cost of a difference of 1, as a multiple of the expected region radius
     n_threads: int
 
     def added(self, weights: npt.ArrayLike, graph: Surface | CellGraph, radius: float) -> Floats:
         """Return the weights of a graph plus the costs of feature differences.
 
-        The costs are proportional to the expected radius of regions.
+        `radius` is the expected radius of regions, to which the costs are proportional.
         """
         factor = self.weight * (radius / graph.weight_unit)
         given = exact_doubles(np.asarray(weights))
@@ -118,7 +118,7 @@ class FeatureSteps:
 
 
 def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
-    """Check features, and return one row per cell, (N, F)."""
+    """Check features with one row per cell or vertex, and return one row per cell, (N, F)."""
     refuse_mask(given, "features")
     array = np.asarray(given)
     if array.dtype.kind not in "biuf":
@@ -126,7 +126,7 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     if array.ndim == 1:
         array = array[:, np.newaxis]
     if array.ndim != 2 or not array.shape[1]:
-        raise ValueError(f"features must have shape (N, F) with F >= 1, got {np.shape(given)}")
+        raise ValueError(f"features must have shape (N, F), F >= 1, got shape {np.shape(given)}")
     table = exact_doubles(array)
     is_finite = np.isfinite(table).all(axis=1)
     if not is_finite.all():
@@ -145,10 +145,10 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
 
 
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
-    """Return the scale factor of each column: the inverse standard deviation of its group.
+    """Return the scale factor of each column: 1 / the standard deviation of its group of columns.
 
-    Constant columns get 0. Cells are weighted by area, or equally if all areas are 0. The deviation
-    of a group is the root mean square of the deviations of its columns.
+    The factor of constant columns is 0. Cells are weighted by area, or equally if all areas are 0.
+    The deviation of a group is the root mean square of the deviations of its columns.
     """
     total = float(measures.sum())
     weights = measures / total if total > 0 else np.full(len(measures), 1 / len(measures))
@@ -156,7 +156,7 @@ def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ..
     unit = np.where(largest > 0, largest, 1.0)  # avoids overflow of squares
     part = table / unit
     variance = weights @ (part - weights @ part) ** 2
-    is_spread = variance > (1e-12) ** 2  # exceeds the rounding errors of a constant column
+    is_spread = variance > (1e-12) ** 2  # constant columns only have rounding errors
     deviation = np.sqrt(np.where(is_spread, variance, 1.0)) * unit
     scales = np.where(is_spread, 1.0 / deviation, 0.0)
     start = 0

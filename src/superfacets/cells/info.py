@@ -13,7 +13,7 @@ from .._types import Floats
 from .._validate import checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh, count_degenerate
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh, signed_volumes
@@ -26,23 +26,23 @@ from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 
 _VOLUME_NOISE = 4e-16
-"""Volumes up to this fraction of the cubed edge length are treated as rounding errors."""
+"""Volumes of at most this fraction of the cubed edge length are treated as rounding errors."""
 
 
 @dataclass(frozen=True)
 class MeshInfo:
-    """Counts and sizes of a mesh."""
+    """Counts and sizes of a mesh of faces, from `mesh_info`."""
 
     n_faces: int
     """Number of faces."""
     n_vertices: int
     """Number of vertices, including vertices that no face uses."""
     n_positions: int
-    """Number of distinct positions of vertices."""
+    """Number of different positions of vertices."""
     n_components: int
     """Number of connected components of the graph of faces."""
     n_edges: int
-    """Number of edges."""
+    """Number of edges, where an edge that faces share is counted once."""
     n_boundary_edges: int
     """Number of edges that belong to exactly one face."""
     n_nonmanifold_edges: int
@@ -66,18 +66,18 @@ class MeshInfo:
 
 @dataclass(frozen=True)
 class TetInfo:
-    """Counts and sizes of a tetrahedral mesh."""
+    """Counts and sizes of a tetrahedral mesh, from `mesh_info`."""
 
     n_tets: int
     """Number of tetrahedra."""
     n_vertices: int
     """Number of vertices, including vertices that no tetrahedron uses."""
     n_positions: int
-    """Number of distinct positions of vertices."""
+    """Number of different positions of vertices."""
     n_components: int
     """Number of connected components of the graph of tetrahedra."""
     n_triangles: int
-    """Number of distinct triangles."""
+    """Number of triangles, where a triangle that tetrahedra share is counted once."""
     n_boundary_triangles: int
     """Number of triangles that belong to exactly one tetrahedron."""
     n_nonmanifold_triangles: int
@@ -96,33 +96,33 @@ class TetInfo:
 
 @dataclass(frozen=True)
 class CloudInfo:
-    """Counts and sizes of a point cloud."""
+    """Counts and sizes of a point cloud, from `cloud_info`."""
 
     n_points: int
     """Number of points."""
     n_positions: int
-    """Number of distinct positions of points."""
+    """Number of different positions of points."""
     n_components: int
-    """Number of connected components of the graph; see `build_point_graph`."""
+    """Number of connected components of the graph of points, see `build_point_graph`."""
     n_isolated: int
-    """Number of points without arcs in the graph."""
+    """Number of points that have no arcs in the graph of points."""
     has_normals: bool
     """Whether the cloud has normals."""
     knows_turns: bool
-    """Whether concave and convex creases can be distinguished. This is the case if the cloud has
-    normals or viewpoints, or if it is closed, so that estimated normals point outward."""
+    """Whether concave and convex creases can be distinguished. This is possible if the cloud has
+    normals or viewpoints, or if it is closed, because estimated normals then point outward."""
     has_axes: bool
     """Whether the cloud has axes, which are normals of unknown sign."""
     has_viewpoints: bool
     """Whether the cloud has viewpoints, which are positions of the scanner."""
     has_colors: bool
-    """Whether the cloud has colors that are not all black; many files store black for no color."""
+    """Whether the cloud has colors that are not all black. Many files store black for no color."""
     are_colors_zero: bool
     """Whether the cloud has colors that are all black."""
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
-    """Typical distance between neighboring points: the median square root of the area per point."""
+    """Typical distance between neighbors: the median square root of the area around a point."""
     area: float
     """Sum of the areas around the points, in the squared unit of the points."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -174,7 +174,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
 
 
 def facts_of(cells: Cells, *, weld: bool = True) -> Any:
-    """Return counts and sizes of a mesh or a point cloud."""
+    """Return counts and sizes of a mesh or a point cloud, as `mesh_info` or `cloud_info` does."""
     kind = kind_of(cells)
     if kind.name not in _FACTS:
         raise MeshError(f"counts and sizes are not available for {kind.plural}")
@@ -262,7 +262,7 @@ _FACTS: dict[str, Callable[[Any, bool], Any]] = {
     "tetrahedra": _tet_info,
     "points": _cloud_info,
 }
-"""Functions that compute counts and sizes, keyed by the name of the kind of cells."""
+"""Functions that compute counts and sizes, keyed by `Kind.name`."""
 
 
 def _count_positions(points: Floats) -> int:

@@ -1,8 +1,8 @@
-"""Kinds of cells, such as triangles or points, and all operations that depend on the kind.
+"""All operations that depend on the kind of cells: triangles, polygons, tetrahedra or points.
 
-A new kind needs a class of cells that derives from `Cells`, a subclass of `Kind`, and a call of
-`register`. File formats (`export.cells`) and counts (`cells.info`) of a kind are optional. They are
-in tables that are keyed by the name of the kind.
+To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. File
+formats and counts are optional; add them to the tables in `export.cells` and `cells.info`, with the
+name of the kind as key.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .._types import ArcLists, Bools, Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import (
     AnyMesh,
     Corners,
@@ -46,39 +46,38 @@ from .tet_graph import TetGraph, build_tet_graph, tet_surface
 from .weights import Weighed, WeightOptions, arc_weights, step_weights
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
-"""Nearest cell to each query point, its distance, and the nearest point of the cell."""
+"""For each query point: index of the nearest cell, distance, and nearest point of the cell."""
 
 
 class Outside(NamedTuple):
-    """Faces that are drawn to show cells in pictures."""
+    """Faces that are drawn in pictures to show cells, such as the boundary of tetrahedra."""
 
     mesh: FaceMesh
-    sources: Ints | None  # (F,) cell of each face; None if the faces are the cells
+    sources: Ints | None  # (F,) cell that each face belongs to; None if the faces are the cells
 
 
 class OrderedCells(NamedTuple):
-    """Cells and their graph, in input order or in a sorted order for speed."""
+    """Cells and their graph, in input order or sorted for speed."""
 
-    cells: Any  # cells of the same class as the input
+    cells: Any  # mesh or cloud of the same class as the input
     graph: Any
-    shapes: Any  # measures that only weights need, or None
-    order: Ints | None  # (N,) input index of each cell; None if cells are in input order
+    shapes: Any  # additional measures from which weights are computed; None if there are none
+    order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
 class Kind:
-    """Operations that depend on the kind of cells.
+    """Base class of the operations on one kind of cells.
 
-    The methods of this base class work for `CellGraph`, and for each kind whose `build_graph`
-    returns a `CellGraph` with `ArcMeasures`. A kind with this property overrides only
-    `build_graph`. The argument `cells` is an object of the class that the kind is registered for.
+    The argument `cells` of the methods is an object of the class for which the kind is registered.
+    If `build_graph` returns a `CellGraph` with `ArcMeasures`, no other method must be overridden.
     """
 
     name: ClassVar[str] = "cells"
-    """Key of the kind in tables of other modules."""
+    """Name of the kind, which is a key in tables of other modules."""
     noun: ClassVar[str] = "cell"
-    """Singular noun for a cell in messages. The plural in counts appends an "s"."""
+    """Noun for one cell in messages that count cells, where an "s" is appended for the plural."""
     plural: ClassVar[str] = "cells"
-    """Plural noun for cells in messages without counts."""
+    """Plural noun for cells in messages that do not count cells."""
     dimension: ClassVar[int] = 2
     """2 if measures are areas, 3 if they are volumes."""
     has_faces: ClassVar[bool] = False
@@ -87,14 +86,14 @@ class Kind:
     """Whether cells are points of a cloud."""
 
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return the graph of the cells, and measures that only weights need, or None.
+        """Return the graph of the cells, and additional measures for the computation of weights.
 
-        The graph has all members of `cell_graph.Arcs`.
+        The graph is an `Arcs` object. The second result is None if weights need no other measures.
         """
         return cells, None
 
     def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
-        """Sort the cells for speed and build their graph, or return None if sorting is useless."""
+        """Sort the cells and build their graph; return None if sorting would not save time."""
         corners = self.corners(cells)
         if corners is None or not is_scattered(cells.vertices, corners):
             return None
@@ -102,31 +101,31 @@ class Kind:
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
-        # No vertices are welded here, because `sorted_corners` has welded them.
+        # `weld` is False because `sorted_corners` has already welded the vertices.
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the `Surface` of the cells, which stages 2 and 5 to 7 use."""
+        """Return the `Surface` of the cells, which computes lengths and angles of arcs."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the surface, but leave out arrays that only weights need, to save memory."""
+        """Return the surface without arrays that only the weights depend on, to save memory."""
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
-        """Return the options with defaults that suit these cells."""
+        """Return the options, with default values changed for the given cells if necessary."""
         return options
 
     def weights(
         self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
     ) -> Weighed:
-        """Return one weight per arc, which is the same for both directions."""
+        """Return one weight per arc; an arc and its reverse arc have the same weight."""
         return step_weights(surface, options, self.plural)
 
     def sliver_share(
         self, cells: Any, graph: Any, shapes: Any, radius: float, n_threads: int
     ) -> float:
-        """Return the fraction of the area in faces that are long and thin compared with regions."""
+        """Return the fraction of the area in faces that are long and thin compared to regions."""
         return 0.0
 
     def measures(self, cells: Any, n_threads: int) -> Floats:
@@ -140,20 +139,20 @@ class Kind:
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return the nearest cell to each query point, its distance, and its nearest point.
+        """Return, for each query point, the nearest cell, its distance, and its nearest point.
 
         The index of the cell is -1 if all cells are farther than `max_distance`.
         """
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
     def corners(self, cells: Any) -> Corners | None:
-        """Return the corners as indices of vertices, or None for kinds without corners."""
+        """Return the vertices at the corners of the cells, or None if cells have no corners."""
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
-        """Return the chosen cells, given in ascending order; only for kinds without corners.
+        """Return a cloud of the cells `chosen`, in ascending order, if cells have no corners.
 
-        Kinds with corners use `with_corners` instead.
+        For cells that have corners, use `with_corners` instead.
         """
         raise MeshError(f"{self.plural} cannot be split into files: write only their labels")
 
@@ -161,19 +160,19 @@ class Kind:
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Make cells of the same class from corners. Nothing is checked if `bounds` are given."""
+        """Make a mesh of the same class from new corners, without checks if `bounds` are given."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for the cells in `keep`; None if cells are drawn as points."""
+        """Return the faces to draw for the cells that `keep` marks; None to draw points instead."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
-        """Return the points to draw for kinds whose `outside` is None."""
+        """Return the points to draw if `outside` returns None."""
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return arcs and labels of a subset of the cells that includes all cells at borders."""
+        """Return arcs and labels of some of the cells, including all cells at region borders."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
@@ -309,7 +308,7 @@ _KINDS: dict[type, Kind] = {}
 
 
 def register(cells: type, kind: Kind) -> None:
-    """Register a kind for a class of cells, so that all stages accept cells of this class."""
+    """Register a kind for a class of cells, so that `segment` accepts objects of this class."""
     _KINDS[cells] = kind
 
 
@@ -321,7 +320,7 @@ register(PointCloud, _Points())
 
 
 def kind_of(cells: object) -> Kind:
-    """Return the kind of cells, which must be a result of `as_known`."""
+    """Return the kind that is registered for the class of `cells`."""
     try:
         return _KINDS[type(cells)]
     except KeyError:
@@ -332,7 +331,7 @@ def kind_of(cells: object) -> Kind:
 
 
 def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
-    """Convert any mesh or cloud with `as_cells`, and return a `CellGraph` unchanged."""
+    """Convert any mesh or cloud with `as_cells`; return a `CellGraph` unchanged."""
     return source if isinstance(source, CellGraph) else as_cells(source)
 
 
@@ -351,8 +350,5 @@ def graph_and_surface(cells: Cells | CellGraph, weld: bool, n_threads: int) -> t
 
 
 def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
-    """Return the measure of each cell: the area or volume of the cell, or the area around a point.
-
-    The result has shape (N,).
-    """
+    """Return the area or volume of each cell, or the area around each point, shape (N,)."""
     return kind_of(cells).measures(cells, n_threads)

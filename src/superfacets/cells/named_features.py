@@ -1,4 +1,4 @@
-"""Features that are given by name: attributes in files, and values computed from the mesh."""
+"""Features that users choose by name: attributes in files, and values computed from the mesh."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from .texels import FaceTexels, check_texture, colors_of_texture
 _COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
-"""Just noticeable difference of colors in OKLab. Standard deviations are raised to at least this
-value, so that the noise of a compressed image with only one color has no effect on regions."""
+"""Just noticeable difference of colors in OKLab. Colors are divided by their standard deviation, or
+by this value if it is larger, so that noise in an image of one color has no effect on regions."""
 
 _FROM_TEXTURE = ("texture", "texture_spread")
-"""Names of features that always come from the texture."""
+"""Names of features that are always computed from the texture."""
 
 
 def features_of(
     names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FeatureTable | None:
-    """Return the columns of all named features, one row per cell, or None if there are no names.
+    """Return the features with the given names, one row per cell, or None if there are no names.
 
     - ``"color"`` is red, green and blue from the file. Without colors, it is ``"texture"``.
     - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
@@ -37,7 +37,7 @@ def features_of(
     - ``"normals"`` and ``"height"`` (z) are computed from the mesh.
     - Any other name is a property of the faces, points or vertices in the file.
 
-    For an unknown name, a MeshError lists all available names.
+    Raises a MeshError for an unknown name; the message lists all available names.
     """
     if not names:
         return None
@@ -61,7 +61,7 @@ def features_of(
 def _texels_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FaceTexels:
-    """Return the colors of the faces, or raise a MeshError if there is no texture."""
+    """Return the color of each face from the texture; raise a MeshError if there is no texture."""
     if attributes is None or attributes.texture is None:
         reasons = () if attributes is None else attributes.left_out
         why = "".join(f" ({reason})" for reason in reasons if reason.startswith("texture: "))
@@ -74,7 +74,7 @@ def _texels_of(
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Return whether the cells have colors, or their file has colors of faces or vertices."""
+    """Return whether a cloud has colors, or its file has colors of faces, vertices or points."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
     return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
@@ -137,7 +137,7 @@ def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
 def _stored(
     attributes: MeshAttributes | None,
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """Return the properties of faces, and the properties of vertices or points."""
+    """Return the file's properties of faces, and of vertices or points; empty without a file."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
@@ -158,6 +158,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Return the mean over the corners of each cell, for a table with one row per vertex."""
+    """Convert a table with one row per vertex to one row per cell: the mean over its corners."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

@@ -1,4 +1,4 @@
-"""Search for the nearest face of a mesh to each query point."""
+"""Find the nearest face of a mesh to each query point."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .kinds import kind_of
 
 
 class NearestFaces(NamedTuple):
-    """Result of `nearest_faces` for M query points.
+    """Result of `nearest_faces`: nearest faces and points for M query points.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ def nearest_faces(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> NearestFaces:
-    """Return the nearest face of a mesh to each query point, its distance and its nearest point.
+    """Return, for each query point, the nearest face of a mesh, its distance and nearest point.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ def nearest_faces(
 
 
 def checked_distance(max_distance: Any) -> float:
-    """Return the maximum distance as float, or infinity for None."""
+    """Return the maximum distance after a check; None gives infinity."""
     if max_distance is None:
         return math.inf
     return checked_number(max_distance, "max_distance", zero=True)
 
 
 def query_points(points: Any) -> Floats:
-    """Check query points, given as an array or a cloud, and return their positions (M, 3)."""
+    """Return the positions of query points, (M, 3), which are given as an array or a cloud."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

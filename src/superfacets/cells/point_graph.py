@@ -1,8 +1,9 @@
-"""Stages 1 and 2 for point clouds: graphs of points, areas, normals and weights."""
+"""Graphs of the points of a cloud: neighbors, areas around points, normals and arc weights."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,21 +24,21 @@ from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
 N_NEIGHBORS = 6
-"""Number of nearest neighbors to which each point has an arc. With reverse arcs, a point has seven
-arcs on average."""
+"""Number of nearest neighbors to which each point gets an arc. All arcs get a reverse arc, so that
+a point has seven arcs on average."""
 
 N_AROUND = 12
-"""Number of nearest neighbors from which a normal is estimated."""
+"""Number of nearest neighbors from which the normal of a point is estimated."""
 
 CUTOFF = 4.0
-"""Maximum length of an arc, in units of the square root of the smaller area at its ends. For
-uniformly random points, one in ten thousand of the six nearest neighbors is farther away than 3.3
-of these units."""
+"""Maximum length of an arc, as a multiple of the square root of the smaller of the areas around its
+two points. For uniformly random points, only one in ten thousand of the six nearest neighbors is
+farther away than 3.3 times this square root."""
 
 OPEN_SHARE = 0.05
-"""Length of the area-weighted mean normal above which a cloud is treated as an open surface. The
-length is 0.2 or more for rooms without a ceiling. It is below 0.05 for all 95 closed benchmark
-models that were sampled at 100,000 points. With 5,000 points, it is above 0.05 for 14 models,
+"""A cloud is treated as an open surface if its area-weighted mean normal is longer than this value.
+The length is 0.2 or more for rooms without a ceiling. It is below 0.05 for all 95 closed benchmark
+models sampled at 100,000 points. With 5,000 points, it is above 0.05 for 14 of these models,
 because some estimated normals are wrong."""
 
 
@@ -45,15 +46,15 @@ because some estimated normals are wrong."""
 class PointGraph(Arcs):
     """Graph of the points of a cloud, with arcs between near points. Arrays are not checked."""
 
-    positions: Floats  # (N, 3)
+    positions: Floats  # (N, 3) position of each point
     measures: Floats  # (N,) area around each point
-    normals: Floats  # (N, 3)
+    normals: Floats  # (N, 3) unit normal of each point; 0 if undefined
     offsets: Longs  # (N + 1,) index of the first arc of each point
-    neighbors: Ints  # (M,) target of each arc, ascending for each point
-    order: Ints  # (N,) permutation that sorts the points along a space-filling curve
+    neighbors: Ints  # (M,) target point of each arc, ascending for each start point
+    order: Ints  # (N,) indices of the points, sorted along a space-filling curve
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
-    points: Ints | None = None  # (N,) input index of each point; None if in input order
-    knows_turns: bool = True  # whether normals distinguish concave from convex creases
+    points: Ints | None = None  # (N,) index of each point in the cloud; None if in the same order
+    knows_turns: bool = True  # whether normals tell concave from convex creases
 
 
 def find_point_graph(
@@ -65,28 +66,44 @@ def find_point_graph(
     cutoff: float = CUTOFF,
 ) -> PointGraph:
     """Return the graph of a cloud in input order, or raise a MeshError if all points coincide."""
-    check_spread(cloud.bounds)
-    offsets, neighbors, measures, normals, order = _core.build_point_graph(
-        cloud.points,
-        n_neighbors,
-        max(n_neighbors, n_around),
-        cutoff,
-        cloud.normals is not None,
-        _axes_of(cloud),
-        n_threads,
-    )
-    graph = PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
+    found = _found_points(cloud, n_neighbors, n_around, cutoff, n_threads, is_sorted=False)
+    graph = PointGraph(
+        cloud.points, found.measures, found.normals, found.offsets, found.neighbors, found.points,
+        cloud.bounds,
+    )  # fmt: skip
     return _with_normals_of(cloud, graph)
 
 
-def _axes_of(cloud: PointCloud) -> Floats:
-    return NO_NORMALS if cloud.axes is None else cloud.axes
+class _FoundPoints(NamedTuple):
+    """Points and arcs from the C++ core."""
+
+    offsets: Longs  # (N + 1,) index of the first arc of each point
+    neighbors: Ints  # (M,) target of each arc
+    measures: Floats  # (N,) area around each point
+    normals: Floats  # (N, 3) estimated normals; empty if the cloud has normals
+    points: Ints  # (N,) input index of each point in the order of a space-filling curve
+    positions: Floats  # (N, 3) sorted positions; empty if the points are in input order
+
+
+def _found_points(
+    cloud: PointCloud, n_neighbors: int, n_around: int, cutoff: float, n_threads: int, *,
+    is_sorted: bool,
+) -> _FoundPoints:  # fmt: skip
+    """Find the arcs of a cloud, or raise a MeshError if all points coincide."""
+    check_spread(cloud.bounds)
+    axes = NO_NORMALS if cloud.axes is None else cloud.axes
+    n_around, has_normals = max(n_neighbors, n_around), cloud.normals is not None
+    return _FoundPoints(
+        *_core.build_point_graph(
+            cloud.points, n_neighbors, n_around, cutoff, has_normals, axes, is_sorted, n_threads
+        )
+    )
 
 
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
-    """Return the graph with the normals of the cloud, or else with estimated normals.
+    """Return the graph with the normals of the cloud if it has any, or with estimated normals.
 
-    If the cloud has viewpoints, estimated normals face the viewpoints.
+    If the cloud has viewpoints, estimated normals are flipped to face the viewpoints.
     """
     if cloud.normals is not None:
         given = cloud.normals if graph.points is None else cloud.normals[graph.points]
@@ -102,10 +119,10 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is open, judged by the area-weighted sum of its normals.
+    """Return whether a surface is probably open, given the area-weighted sum of its normals.
 
-    Estimated normals point outward. On an open surface, this may be wrong: the concave edges of a
-    room that was scanned from inside would be treated as convex.
+    Normals of open surfaces cannot be trusted, because estimated normals point outward: the concave
+    edges of a room that was scanned from inside would be treated as convex.
     """
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
 
@@ -116,20 +133,17 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
     Sorting makes later stages two to three times as fast as for points in random order. Raises a
     MeshError if all points coincide.
     """
-    check_spread(cloud.bounds)
-    has_normals = cloud.normals is not None
-    positions, offsets, neighbors, measures, normals, points = _core.build_sorted_point_graph(
-        cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, _axes_of(cloud), n_threads
-    )
-    order = np.arange(len(points), dtype=np.int32)
+    found = _found_points(cloud, N_NEIGHBORS, N_AROUND, CUTOFF, n_threads, is_sorted=True)
+    order = np.arange(len(found.points), dtype=np.int32)
     graph = PointGraph(
-        positions, measures, normals, offsets, neighbors, order, cloud.bounds, points
-    )
+        found.positions, found.measures, found.normals, found.offsets, found.neighbors, order,
+        cloud.bounds, found.points,
+    )  # fmt: skip
     return _with_normals_of(cloud, graph)
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a cloud, without its normals to save a tenth of the memory."""
+    """Return the `Surface` of a cloud without normals, which saves a tenth of the memory."""
     return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
@@ -165,14 +179,14 @@ def build_point_graph(
     cloud : PointCloud or cloud-like
         As for `segment`.
     n_neighbors : int, default 6
-        Number of nearest neighbors to which each point has an arc. Of points at the same distance,
-        points with lower indices are used first.
+        Number of nearest neighbors to which each point has an arc. If points have the same
+        distance, points with lower indices are used first.
     cutoff : float, default 4.0
         Maximum length of an arc, > 0, as a multiple of the square root of the smaller of the areas
-        around its two points. It prevents arcs to outliers and across gaps.
+        around its two points. The maximum prevents arcs to outliers and across gaps.
     expected_radius : float, default 0.0
-        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points, for
-        weights like `crease_weights` of meshes. With 0, weights are distances.
+        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points, from which
+        weights are computed as in `crease_weights`. With 0, weights are distances.
     alpha, eta_convex
         As for `crease_weights`.
     ridges : float, default 0.35
@@ -187,13 +201,13 @@ def build_point_graph(
     CellGraph
         ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
         with n neighbors at distances d. The area is 0 for a point without arcs. The estimate is
-        unbiased for uniformly random points, and 20% too large on a square grid of points. It is
-        also too large at the boundary of a surface. ``weights`` are in units of the diagonal. In
+        unbiased for uniformly random points, 20% too large on a square grid of points, and too
+        large at the boundary of a surface. ``weights`` are in units of the diagonal. In
         ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d` over its
-        two points with areas a. The border lengths of all arcs across a line sum to the length of
-        the line. The angle of an arc is the angle between the normals of its points. The angle is
-        positive if the points are above each other's tangent planes. Normals are taken from the
-        cloud, or from `estimate_normals`.
+        two points, where a is the area around the point. The border lengths of all arcs that cross
+        a line sum to the length of the line. The angle of an arc is the angle between the normals
+        of its points. It is positive if the points are above each other's tangent planes. Normals
+        are taken from the cloud, or from `estimate_normals` if the cloud has none.
 
     Raises
     ------
@@ -249,22 +263,22 @@ def estimate_normals(
     """Estimate the normal of each point: the direction in which its neighbors vary least.
 
     Normals are flipped so that neighbors agree, along a minimum spanning tree of each component of
-    the neighbor graph (Hoppe et al. 1992). Without a viewpoint, all normals of a component are then
-    flipped if necessary, so that the enclosed volume is positive. Normals of solids then point
+    the neighbor graph (Hoppe et al. 1992). If no viewpoint is given, all normals of a component are
+    then flipped if necessary, so that the enclosed volume is positive. Normals of solids then point
     outward, and normals of an open surface point to its convex side. If this is wrong, as in a room
-    that was scanned from inside, give the viewpoint of the scanner.
+    that was scanned from inside, pass the viewpoint of the scanner.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`. Normals of the cloud are ignored. If the cloud has axes, they are used as
-        normals of unknown sign.
+        As for `segment`. Normals of the cloud are ignored. Axes of the cloud, if there are any, are
+        used as normals of unknown sign.
     n_neighbors : int, default 12
         Number of nearest neighbors per normal. More neighbors reduce noise, but also blur edges.
     viewpoint : array_like, shape (3,), optional
         Position of the scanner. The normals of each component are flipped so that most of its area
-        faces the scanner. For terrain, give a point far above. The default is the viewpoints of the
-        cloud, if there are any.
+        faces the scanner. For terrain, pass a point far above. By default, the viewpoints of the
+        cloud are used, if there are any.
     n_threads : int, optional
         As for `segment`.
 
@@ -303,7 +317,7 @@ def estimate_normals(
 
 
 def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
-    """Return a viewpoint as three finite numbers, or raise a ValueError if it is not valid."""
+    """Return a viewpoint as (x, y, z); raise a ValueError unless it is three finite numbers."""
     position = np.asarray(viewpoint, dtype=np.float64)
     if position.shape != (3,) or not np.isfinite(position).all():
         raise ValueError(f"viewpoint must be three finite numbers, got {viewpoint!r}")
@@ -312,7 +326,7 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
 
 
 def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
-    """Flip the normals of each component so that most of its area faces the viewpoints."""
+    """Return normals, flipped so that most of the area of each component faces the viewpoints."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
     facing = facing_areas(viewpoints, graph.positions, graph.normals, graph.measures)
@@ -323,9 +337,9 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
 def facing_areas(
     viewpoints: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
 ) -> Floats:
-    """Return the area of each point as seen from a viewpoint, negative if seen from behind.
+    """Return the area around each point as seen from a viewpoint, negative if seen from behind.
 
-    `viewpoints` is one position for all points, (3,), or one per point, (N, 3).
+    `viewpoints` is one position for all points, shape (3,), or one per point, shape (N, 3).
     """
     toward = np.asarray(viewpoints) - positions
     farthest = np.abs(toward).max(axis=1, keepdims=True)

@@ -1,6 +1,6 @@
-"""Stage 5: the region graph, with measures of regions and of the borders between them.
+"""Compute the region graph: measures of regions, and of the borders between neighboring regions.
 
-This module is not in `regions`, because `clustering` and `pictures` import it.
+This module is not in the package `regions`, because `clustering` and `pictures` import it.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from .kinds import as_surface
 from .surface import Surface
 
 _ROUNDING = 1e-14
-"""Variances up to this fraction of the largest variance of a region are treated as 0."""
+"""Variances of at most this fraction of the largest variance of a region are treated as 0."""
 
 _NO_NORMAL = 1e-12
-"""Sums of area vectors up to this fraction of the area are treated as 0."""
+"""Sums of area vectors are treated as 0 if their length is at most this fraction of the area."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
-    """Result of `region_graph`: K regions, and E pairs of neighboring regions.
+    """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
 
     Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, border
     lengths are areas.
@@ -64,8 +64,8 @@ class RegionGraph:
         Representative cell of each region: the given center, or else the cell nearest to the
         centroid. If several cells are nearest, the lowest index is used.
     edge_index : ndarray of int32, shape (2, E)
-        The two regions of each pair of neighbors, the lower region first. Pairs are sorted, and
-        each pair is listed once; `to_pyg` lists both directions.
+        The two regions of each pair of neighbors, with the lower region first. Pairs are sorted,
+        and each pair is listed once; `to_pyg` lists both directions.
     border_lengths : ndarray of float64, shape (E,)
         Length of the common border of each pair.
     mean_angles : ndarray of float64, shape (E,)
@@ -77,7 +77,7 @@ class RegionGraph:
         Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
         border is in a concave crease, negative on a convex edge, and 0 where the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges of each border (triangles in a volume, pairs of points in a cloud).
+        Number of edges of each border; for tetrahedra, of triangles; for clouds, of point pairs.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """
@@ -123,14 +123,14 @@ class RegionGraph:
 
     @property
     def areas(self) -> Floats:
-        """Area of each region, shape (K,). Tetrahedra raise a ValueError."""
+        """Area of each region, shape (K,). Raises a ValueError for regions of tetrahedra."""
         if self.dimension != 2:
             raise ValueError("regions of tetrahedra have volumes, not areas: use `measures`")
         return self.measures
 
     @property
     def linearity(self) -> Floats:
-        """(s0 - s1) / s0 for the deviations s, shape (K,): 1 for a line, NaN for a point.
+        """(s0 - s1) / s0 for the `deviations` s, shape (K,): 1 for a line, NaN for a point.
 
         The sum of `linearity`, `planarity` and `sphericity` is 1. As in superpoint networks, these
         numbers are computed from standard deviations, not from variances.
@@ -140,13 +140,16 @@ class RegionGraph:
 
     @property
     def planarity(self) -> Floats:
-        """(s1 - s2) / s0 for the deviations s, shape (K,): 1 for a disk, NaN for a point."""
+        """(s1 - s2) / s0 for the `deviations` s, shape (K,): 1 for a disk, NaN for a point.
+
+        The value of a long flat region is low. To find flat regions, use `curvature`.
+        """
         first, second, third = self.deviations.T
         return _ratio(second - third, first)
 
     @property
     def sphericity(self) -> Floats:
-        """s2 / s0 for the deviations s, shape (K,): 1 for a ball, 0 if flat, NaN for a point.
+        """s2 / s0 for the `deviations` s, shape (K,): 1 for a ball, 0 if flat, NaN for a point.
 
         This number is also called scattering.
         """
@@ -154,9 +157,9 @@ class RegionGraph:
 
     @property
     def curvature(self) -> Floats:
-        """s2 / (s0 + s1 + s2) for the deviations s, shape (K,).
+        """s2 / (s0 + s1 + s2) for the `deviations` s, shape (K,).
 
-        The value is 0 for a flat region, at most 1/3, and NaN for a point.
+        The value is 0 for a flat region, 1/3 for a ball, and NaN for a point.
         """
         return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
 
@@ -171,7 +174,7 @@ class RegionGraph:
 
     @property
     def neighbor_counts(self) -> Longs:
-        """Number of neighbors of each region, shape (K,)."""
+        """Number of neighboring regions of each region, shape (K,)."""
         return np.bincount(self.edge_index.ravel(), minlength=self.n_regions)
 
     @property
@@ -180,7 +183,7 @@ class RegionGraph:
         return self.open_lengths > 0
 
     def neighbors(self, region: int) -> Ints:
-        """Return the neighbors of a region, from 0 to K - 1, in ascending order."""
+        """Return the neighboring regions of `region`, 0 to K - 1, in ascending order."""
         if not 0 <= region < self.n_regions:
             raise IndexError(f"region must be 0 to {self.n_regions - 1}, got {region}")
         offsets, targets, _ = self._both_ways
@@ -188,7 +191,7 @@ class RegionGraph:
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
-        """Pairs of neighbors in both directions, as CSR: offsets, targets, indices of pairs."""
+        """Offsets, neighbors and indices of pairs, as CSR with both directions of each pair."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
         counts = np.bincount(sources, minlength=self.n_regions)
@@ -196,7 +199,7 @@ class RegionGraph:
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
     def arc_values(self, name: str) -> Array:
-        """Return the measure with a name in `ARC_VALUES` for each pair of neighbors, shape (E,)."""
+        """Return one of the measures in `ARC_VALUES` for each pair of neighbors, shape (E,)."""
         checked_choice(name, "value", self.ARC_VALUES)
         plural = "concavities" if name == "concavity" else f"{name}s"
         values: Array = getattr(self, plural)
@@ -285,7 +288,7 @@ class RegionGraph:
         Returns
         -------
         dict of str to ndarray
-            - ``edge_index``, (2, 2 E) int64: sorted pairs of neighbors, in both directions.
+            - ``edge_index``, (2, 2 E) int64: pairs of neighbors in both directions, sorted.
             - ``edge_attr``, (2 E, 5) float32: the measures `ARC_VALUES` of each pair.
             - ``pos``, (K, 3) float32: the centroids.
             - ``x``, (K, 10) float32: the columns `REGION_FEATURES`, with 0 in place of NaN.
@@ -323,7 +326,7 @@ def region_graph(
 ) -> RegionGraph:
     """Return the graph of regions, with measures of regions and of borders between neighbors.
 
-    ``segmentation.regions`` is the graph of a result of `segment`.
+    For a result of `segment`, use its attribute ``regions`` instead.
 
     Parameters
     ----------
@@ -375,13 +378,14 @@ def region_graph(
 def region_graph_of(
     surface: Surface, labels: Ints, n_regions: int, centers: Ints | None = None
 ) -> RegionGraph:
-    """Return the region graph for labels and centers that are already checked."""
+    """Return the result of `region_graph` for labels and centers that are already checked."""
     handle, n_threads = surface.handle, surface.n_threads
     measures, centroids, squares, products, normal_sums, lows, highs, open_lengths, nearest = (
         _core.measure_regions(handle, labels, n_regions, n_threads)
     )
-    low, high, *arc_values = _core.region_arcs(handle, labels, n_threads)
-    border_lengths, mean_angles, concavities, max_angles, edge_counts = arc_values
+    low, high, border_lengths, mean_angles, concavities, max_angles, edge_counts = (
+        _core.region_arcs(handle, labels, n_threads)
+    )
     arrays: dict[str, Array] = {
         "labels": labels,
         "measures": measures,
@@ -406,9 +410,9 @@ def region_graph_of(
 
 
 def _deviations(squares: Floats, products: Floats) -> Floats:
-    """Return the square roots of the eigenvalues of covariances, shape (K, 3), descending.
+    """Return the square roots of the eigenvalues of covariance matrices, shape (K, 3), descending.
 
-    `squares` are xx, yy and zz, and `products` are xy, xz and yz of each covariance matrix.
+    `squares` are the entries xx, yy and zz of each matrix, and `products` are xy, xz and yz.
     """
     xx, yy, zz = squares.T
     xy, xz, yz = products.T
@@ -418,7 +422,7 @@ def _deviations(squares: Floats, products: Floats) -> Floats:
 
 
 def _unit_normals(sums: Floats, measures: Floats) -> Floats:
-    """Scale sums of area vectors to unit length; sums that are zero become NaN."""
+    """Scale sums of area vectors to unit length, and replace sums that are zero by NaN."""
     lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
     lengths[lengths <= _NO_NORMAL * measures] = np.nan
     normals: Floats = sums / lengths[:, np.newaxis]
@@ -426,7 +430,7 @@ def _unit_normals(sums: Floats, measures: Floats) -> Floats:
 
 
 def _ratio(above: Floats, below: Floats) -> Floats:
-    """Return the quotients `above` / `below`, or NaN where the divisor is 0."""
+    """Return `above` / `below`, or NaN where `below` is 0."""
     quotients: Floats = np.full(len(below), np.nan)
     np.divide(above, below, out=quotients, where=below > 0)
     return quotients
@@ -442,6 +446,6 @@ def _by_axis(name: str, vectors: Floats) -> dict[str, Array]:
 
 
 def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
-    """Convert columns to a list of rows, which are dicts of Python numbers."""
+    """Convert a table from a dict of columns to a list of rows; a row maps names to numbers."""
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in values]

@@ -1,4 +1,4 @@
-"""Expected number and radius of regions, and the area of faces that are too long and thin."""
+"""Expected number and radius of regions, and warnings about faces that are too long and thin."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 
 DEFAULT_N_SEGMENTS = 150
-"""Number of regions, as in the paper, if neither `n_segments` nor `radius` is given."""
+"""Number of regions if neither `n_segments` nor `radius` is given. The paper uses this number."""
 
 
 class RegionSize(NamedTuple):
     """Expected number and radius of regions."""
 
     n_segments: int
-    """Number k of regions, as requested, or else the total area divided by pi r^2."""
+    """Number k of regions, as given by the caller, or computed as total area / (pi r^2)."""
     radius: float
-    """Radius r in the unit of the positions, as requested, or else the result of `radius_of`."""
+    """Radius r in the unit of the positions, as given by the caller, or computed by `radius_of`."""
 
 
 def region_size(
     options: SizeOptions, measures: Floats, diagonal: float, n_threads: int, dimension: int = 2
 ) -> RegionSize:
-    """Return the expected number and radius of regions for cells with these measures.
+    """Return the expected number and radius of regions for cells with the given measures.
 
-    Regions are modeled as disks if measures are areas, and as balls if measures are volumes.
-    `diagonal` is the unit of the radius in `options`.
+    Regions are modeled as disks if measures are areas, and as balls if measures are volumes. The
+    radius in `options` is a fraction of `diagonal`.
     """
     total = _core.sum_of(measures, n_threads)
     return size_of_total(options, len(measures), total, diagonal, dimension)
@@ -42,7 +42,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Return the same as `region_size`, given the number of cells and the sum of their measures."""
+    """Return the result of `region_size`, given the number of cells and the sum of all measures."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)
@@ -62,7 +62,7 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Check the number of regions; None becomes the default number, at most `n_cells`."""
+    """Return the checked number of regions. If None, return the default, at most `n_cells`."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
@@ -83,25 +83,24 @@ def _radius_of_total(total: float, n_regions: int, dimension: int) -> float:
 
 
 MIN_LENGTH = 2.0
-"""Length above which a face is called long, in radii of a region."""
+"""Minimum length of a long face, as a multiple of the expected radius of a region."""
 
 MAX_HEIGHT = 0.5
-"""Height, above the longest side, up to which a face is called thin, in radii of a region. Long
-faces with a larger height make regions coarse, but do not turn them into stripes."""
+"""Maximum height of a thin face above its longest side, as a multiple of the expected radius. Long
+faces that are not thin make regions coarse, but do not turn regions into stripes."""
 
 MAX_SHARE = 0.1
 """Fraction of the area in long and thin faces above which `segment` warns. The value was chosen on
 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and 500),
 and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with a maximum
-edge of r / 4 lowers the compactness by a factor of 1.2 or more. The warning appears in 26 of these
-cases, including all CAD parts. The largest factor of a case without the warning is 1.4. The warning
-also appears in 7 of the other 158 cases, with factors of 1.09 to 1.18."""
+edge of r / 4 lowers the compactness by a factor of 1.2 or more. `segment` warns in 26 of these 31
+cases, including all CAD parts. The largest factor without a warning is 1.4. `segment` also warns in
+7 of the other 158 cases, where the factors are 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
-"""Longest recommended edge, in radii of a region. The median compactness of 11 CAD parts with 150
-regions is 10.7. After subdivision with a maximum edge of r, r / 2 and r / 4, it is 8.1, 7.5 and
-6.6. Each halving of the edge triples the number of faces: with r / 4, 1,000 faces become about
-100,000."""
+"""Recommended maximum edge, as a multiple of the expected radius r. The median compactness of 11
+CAD parts with 150 regions is 10.7. After subdivision with a maximum edge of r, r / 2 and r / 4, it
+is 8.1, 7.5 and 6.6. If the maximum edge is halved, the number of faces triples."""
 
 
 def sliver_share(
@@ -109,8 +108,8 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    The result is 0 if no face has an area. `longest` is a field of `FaceShapes`, with which the C++
-    core skips blocks of faces without long sides.
+    The result is 0 if all faces have area 0. `longest` is `FaceShapes.longest`, which saves time,
+    because blocks of faces without long sides are skipped.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:
@@ -128,7 +127,7 @@ def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
 
 
 def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:
-    """Return the longest recommended edge for a given number or radius of regions."""
+    """Return the recommended maximum edge length, given the number or the radius of regions."""
     threads = checked_threads(None)
     if radius is not None:
         low, high = mesh.bounds
@@ -138,7 +137,7 @@ def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | Non
 
 
 def sliver_note(share: float, advice: str) -> str | None:
-    """Return a warning about long and thin faces, or None if their area is small."""
+    """Return a warning if a large fraction of the area, `share`, is in thin faces; None if not."""
     if share <= MAX_SHARE:
         return None
     return (

@@ -1,4 +1,4 @@
-"""Stage 0: sorting of cells along a space-filling curve if neighbors are far apart in memory."""
+"""Sort cells along a space-filling curve, so that neighbors are close together in memory."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ import numpy as np
 
 from .. import _core
 from .._types import Floats, Ints, Longs
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners, spread_indices
+from ..mesh.weld import lowest_vertices
 
 MIN_CELLS = 1 << 17
-"""Minimum number of cells for sorting. Smaller meshes fit into the cache in any order."""
+"""Minimum number of cells for sorting. Smaller meshes fit into the processor cache unsorted."""
 
 MOST_FAR = 1 / 3
-"""Value of `far_steps` above which cells are sorted. Compared with sorted faces, the run time for a
-million faces is 1.7 times as long with shuffled faces, 1.4 times with shuffled pairs of faces, and
-1.3 times with shuffled vertices. Sorting takes 0.15 of the run time. Meshes from scanners and from
-subdivision have values below 0.3."""
+"""Value of `far_steps` above which cells are sorted. The run time for a million faces is 1.7 times
+as long with shuffled faces as with sorted faces, 1.4 times with shuffled pairs of faces, and 1.3
+times with shuffled vertices. Sorting takes 15 % of the run time. Meshes from scanners and from
+subdivision have values below 0.3, so they are not sorted."""
 
 N_STEPS = 512
-"""Number of sampled steps. The standard error of `far_steps` is then below 0.023."""
+"""Number of sampled pairs in `far_steps`. The standard error of its result is then below 0.023."""
 
 
 class SortedCorners(NamedTuple):
     """Vertices and corners of a mesh, both sorted along a space-filling curve."""
 
-    vertices: Floats  # (V', 3) positions, without duplicates if vertices were welded
-    corners: Ints  # (C,) vertices at the corners, grouped by cell
-    offsets: Longs  # first corner of each cell; empty if all cells have equally many corners
-    order: Ints  # (N,) input index of each cell
+    vertices: Floats  # (V', 3) sorted positions, without duplicates if vertices were welded
+    corners: Ints  # (C,) sorted vertex at each corner, grouped by cell
+    offsets: Longs  # (N + 1,) first corner of each cell; empty if all have the same number
+    order: Ints  # (N,) index of each sorted cell in the input
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Return whether consecutive cells or vertices are far apart; always False for small meshes."""
+    """Return whether consecutive cells or vertices are far apart. Small meshes give False."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
@@ -44,24 +44,25 @@ def is_scattered(vertices: Floats, corners: Corners) -> bool:
 
 
 def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: int) -> SortedCorners:
-    """Sort the cells and the vertices of a mesh; with `weld`, vertices are welded first.
+    """Sort the cells and the vertices of a mesh, after welding vertices if `weld` is true.
 
-    The corners of a cell keep their order. The expected time is O(V + C).
+    The corners of each cell keep their order. The expected time is O(V + C).
     """
     lowest = lowest_vertices(vertices, weld, n_threads)
     return SortedCorners(*_core.sort_mesh(vertices, lowest, *corners.lists, n_threads))
 
 
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
-    """Estimate the fraction, 0 to 1, of consecutive elements that are far apart.
+    """Estimate the fraction, 0 to 1, of pairs of consecutive elements that are far apart.
 
-    Far apart means farther than a quarter of the median distance between two random elements.
+    A pair is far apart if its distance is more than a quarter of the median distance between two
+    random elements. `positions_of` returns the positions of elements with the given indices.
     """
     firsts = spread_indices(N_STEPS, n - 1)
     here = positions_of(firsts)
     steps = _squared_lengths(positions_of(firsts + 1) - here)
     anywhere = _squared_lengths(here[::-1] - here)
-    median = np.sort(anywhere)[N_STEPS // 2]  # avoids np.median, which imports numpy.ma
+    median = np.sort(anywhere)[N_STEPS // 2]  # np.median would import the slow numpy.ma
     return float(np.mean(steps > median / 4**2))
 
 

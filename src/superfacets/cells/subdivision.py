@@ -1,4 +1,4 @@
-"""Stage 0, optional: bisection of faces until no edge is too long."""
+"""Bisection of faces until no edge is too long, because long and thin faces make bad regions."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
 
 MAX_GROWTH = 4
-"""Default maximum number of new faces per old face, if this allows more than `MAX_FACES`."""
+"""Default maximum number of new faces per old face, if it allows more faces than `MAX_FACES`."""
 
 RESOLUTION = 1e-12
-"""Minimum of `max_edge`, as a fraction of the largest coordinate: 4,500 times the float64 epsilon.
-The midpoints of shorter edges have large rounding errors, so bisection might not end."""
+"""Minimum of `max_edge`, as a fraction of the largest coordinate. This is 4,500 times the float64
+epsilon. Midpoints of shorter edges have large rounding errors, so bisection might not end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +69,11 @@ class Subdivision:
         return int(self.sources[-1]) + 1
 
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
-        """Convert labels of new faces to labels of old faces, by the largest area in each face.
+        """Convert labels of new faces to labels of old faces.
 
-        If two labels have the same area in an old face, the lower label is used. Some labels may
-        not occur in the result. For the opposite direction, ``labels[subdivision.sources]``
-        converts labels, or any values, of old faces to new faces.
+        Each old face gets the label with the largest area in it, or the lowest of these labels if
+        areas are equal. Some labels may not occur in the result. For the opposite direction,
+        ``values[subdivision.sources]`` converts labels or other values of old faces to new faces.
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class Subdivision:
                 areas *= self.cut_areas[chosen]
             groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
             names, codes = np.unique(given[chosen], return_inverse=True)
-            # Sums of powers of two are exact, so equal areas are detected.
+            # Areas are powers of two, so their sums are exact, and equal areas are detected.
             winners = weighted_majority(
                 groups, codes.astype(np.int32), areas, int(np.count_nonzero(is_mixed))
             ).winners
@@ -124,8 +124,8 @@ def subdivide(
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
-    Use `subdivide` for meshes with long and thin triangles, which CAD programs make for flat faces
-    and cylinders. Regions of such triangles cannot be compact.
+    Use `subdivide` for meshes that have long and thin triangles, because regions of these triangles
+    cannot be compact. CAD programs make them for flat faces and cylinders.
 
     An edge that is too long is bisected at its midpoint in all faces at the edge. Therefore there
     are no T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. The
@@ -194,7 +194,7 @@ def subdivide(
         vertices, faces, sources, depths = _core.subdivide(
             surface.vertices, triangles, length, min(most, MAX_CELLS), threads
         )
-    except ValueError:  # std::length_error from the C++ core
+    except ValueError:  # raised by `_core`
         raise ValueError(
             f"max_edge={length:g} would make more than {most} faces: use a larger max_edge or, in"
             " Python, a larger max_faces"

@@ -1,4 +1,4 @@
-"""Sums of values for each label, and majority votes."""
+"""Sums of values that have the same label, and votes for the most frequent label."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .._validate import exact_array
 
 
 def positive_total(areas: Floats) -> float:
-    """Return the sum of areas, or raise a ValueError if the sum is 0."""
+    """Return the sum of the areas of cells; raise a ValueError if the sum is 0."""
     total = float(areas.sum())
     if not total > 0:
         raise ValueError("the total area must be positive, but all cells have area 0")
@@ -21,26 +21,26 @@ def positive_total(areas: Floats) -> float:
 
 
 def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int) -> Floats:
-    """Return the sum of the values with each label, shape (n_labels,)."""
+    """Return, for each label, the sum of the values that have this label, shape (n_labels,)."""
     sums = np.bincount(labels, weights=values, minlength=n_labels)
     return np.asarray(sums, dtype=np.float64)
 
 
 class Majority(NamedTuple):
-    """Result of `weighted_majority` for each group."""
+    """Result of `weighted_majority`: two arrays with one entry per group."""
 
-    winners: Ints  # label with the largest sum of weights; -1 for a group without members
+    winners: Ints  # label with the largest sum of weights, or -1 if the group has no members
     is_divided: Bools  # whether the members of the group have different labels
 
 
 def weighted_majority(
     groups: npt.NDArray[np.integer], labels: Ints, weights: Floats, n_groups: int
 ) -> Majority:
-    """Return the label with the largest sum of weights in each group, shape (n_groups,).
+    """Return, for each group, the label with the largest sum of weights among its members.
 
-    Labels are >= -1, and -1 is treated like any other label. Weights are finite and >= 0. If sums
-    are equal, the lowest label wins. A group without members gets -1. Time is linear in the number
-    of groups and members.
+    `groups`, `labels` (>= -1) and `weights` (finite and >= 0) have one entry per member. The label
+    -1 is treated like any other label. If sums are equal, the lowest label wins. Time is linear in
+    the number of groups and members.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The class `Surface`: cells of any kind, their arcs, and measures of the arcs."""
+"""The class `Surface`, which computes lengths and angles of arcs between cells of any kind."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph, FoundArcs, surface_of_faces
 
 VOLUME_NOISE = 1e-12
-"""Volumes up to this fraction of the cubed diagonal are treated as rounding errors."""
+"""Volumes of at most this fraction of the cubed diagonal are treated as rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """The cells of a surface and the arcs between them: the input of stages 2 and 5 to 7.
+    """Cells of any kind and the arcs between them, whose lengths and angles are computed on demand.
 
-    `handle` is the C++ object that computes lengths and angles of the arcs on demand.
+    Weights of arcs, the clean-up of regions, metrics and exports use this class.
     """
 
-    handle: _core.Surface  # C++ object that computes lengths and angles of arcs
+    handle: _core.Surface  # object of `_core` that computes lengths and angles of arcs
     offsets: Longs  # (N + 1,) index of the first arc of each cell
-    neighbors: Ints  # (M,) target of each arc
+    neighbors: Ints  # (M,) target cell of each arc
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
     weight_unit: float  # length of one unit of weight, in the unit of the positions
     n_threads: int
-    mesh: FaceMesh | None = None  # None if cells are not faces
-    weights: Floats | None = None  # (M,) given weights; None if a formula computes the weights
+    mesh: FaceMesh | None = None  # mesh of the faces, or None if cells are not faces
+    weights: Floats | None = None  # (M,) weight of each arc; None if a formula computes weights
     volume: float = 0.0  # enclosed volume; 0 if the mesh is open or the volume is unknown
-    dimension: int = 2  # 2 if measures are areas, 3 if they are volumes
+    dimension: int = 2  # 2 if measures are areas, 3 if measures are volumes
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
-        """Make the surface of a mesh, or raise a ValueError if the graph is of another mesh."""
+        """Make the surface of a mesh; raise a ValueError if `graph` is of another mesh."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
         handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
@@ -66,7 +66,7 @@ class Surface(CsrArcs):
 
     @classmethod
     def of_graph(cls, graph: CellGraph, n_threads: int) -> Surface:
-        """Make the surface of a graph, or raise a ValueError if the graph has no `ArcMeasures`."""
+        """Make the surface of a graph; raise a ValueError if the graph has no `ArcMeasures`."""
         given = graph.arc_measures
         if given is None:
             raise ValueError(
@@ -103,14 +103,14 @@ class Surface(CsrArcs):
         return self.handle.cells(self.n_threads)
 
     def extra_pieces(self, labels: Ints, n_regions: int) -> int:
-        """Return the number of connected pieces of regions minus the number of regions."""
+        """Return the number of connected pieces of all regions, minus the number of regions."""
         return _core.find_components(*self.arcs, labels)[1] - n_regions
 
 
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the C++ surface object, or raise a ValueError if the graph is of another mesh."""
+    """Make the object of `_core` for a mesh; raise a ValueError if `graph` is of another mesh."""
     _check_of_mesh(mesh, graph)
     return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
 
@@ -133,7 +133,7 @@ def _face_handle(
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
-    """Return the measures of the arcs of a face graph, for a `CellGraph` with your own weights.
+    """Return lengths and angles of the arcs of a face graph, to make a `CellGraph` from them.
 
     Parameters
     ----------
@@ -189,13 +189,13 @@ def is_negative(volume: float, diagonal: float) -> bool:
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
-    """Return the volume of a mesh, negative if normals point inward; 0 if the mesh is open."""
+    """Return the volume of a mesh, negative if its normals point inward; 0 if the mesh is open."""
     if graph.edge_counts.boundary:
         return 0.0
     positions, measures = graph.positions, graph.measures
-    # If faces are inconsistently oriented, the volume depends on the origin. With the centroid as
-    # origin, the volume does not change under rigid motion. einsum is used instead of
-    # measures @ positions, because idle BLAS threads would slow down the following stages.
+    # If faces are inconsistently oriented, the volume depends on the origin. The centroid is used
+    # as origin, so that the volume does not change under rigid motion. einsum is used instead of
+    # measures @ positions, because idle BLAS threads would slow down the following computations.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()

@@ -1,4 +1,4 @@
-"""Stages 1 and 2 for tetrahedral meshes: the graph of tetrahedra that share a triangle."""
+"""The graph of the tetrahedra of a mesh, with arcs between tetrahedra that share a triangle."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .._types import Floats, Ints, Longs
 from .._validate import checked_threads, freeze
 from ..adapters.convert import MeshLike, as_tets
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.tet_mesh import TetMesh
+from ..mesh.weld import lowest_vertices
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 
 
 class TriangleCounts(NamedTuple):
-    """Numbers of triangles of a tetrahedral mesh."""
+    """Numbers of triangles of a tetrahedral mesh, where a shared triangle is counted once."""
 
     triangles: int
     """Number of all triangles."""
@@ -78,9 +78,9 @@ class TetGraph(Arcs):
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
     """Return the graph of a tetrahedral mesh, where arcs join tetrahedra that share a triangle.
 
-    All pairs of tetrahedra at a triangle are neighbors. Therefore a tetrahedron and its duplicate
-    have four arcs in each direction. Triangles with a repeated vertex are ignored. Time and memory
-    are linear in the number of tetrahedra and arcs.
+    All pairs of tetrahedra that share a triangle are neighbors. A tetrahedron and its duplicate
+    share four triangles, so they have four arcs in each direction. Triangles with a repeated vertex
+    are ignored. Time and memory are linear in the number of tetrahedra and arcs.
 
     Parameters
     ----------
@@ -109,25 +109,27 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     threads = checked_threads(n_threads)
     lowest = lowest_vertices(cells.vertices, weld, threads)
     try:
-        offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
-            cells.vertices, cells.tets, lowest, threads
-        )
-    except ValueError as error:  # std::length_error from the C++ core
+        found, measures = _core.build_tet_graph(cells.vertices, cells.tets, lowest, threads)
+    except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
-    borders, steps, open_areas = measures
-    arcs = ArcMeasures(borders, steps, None, sides, open_areas)
+    offsets, neighbors, sides, _, counts = found
+    positions, volumes, border_areas, step_lengths, open_areas = measures
+    arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)
     arrays: dict[str, Any] = {
         "positions": positions, "measures": volumes, "offsets": offsets, "neighbors": neighbors,
     }  # fmt: skip
     graph = TetGraph(
-        **arrays, bounds=cells.bounds, arc_measures=arcs, triangle_counts=TriangleCounts(*counts)
+        **arrays,
+        bounds=cells.bounds,
+        arc_measures=arcs,
+        triangle_counts=TriangleCounts(*counts[:3]),
     )
     freeze(graph, **arrays)
     return graph
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a tetrahedral mesh and its graph."""
+    """Return the `Surface` of a tetrahedral mesh, given its graph."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

@@ -1,4 +1,4 @@
-"""Colors of faces from a texture, and images of region ids in the layout of a texture."""
+"""Compute colors of faces from a texture, and draw region ids in the layout of a texture."""
 
 from __future__ import annotations
 
@@ -23,14 +23,15 @@ LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
 """Lookup table from 8-bit sRGB values to linear light, from 0 to 65,535."""
 
 BLEED = 2
-"""Number of texels by which ids extend beyond charts, because viewers interpolate at borders."""
+"""Number of texels by which ids extend beyond the borders of texture charts, because viewers
+interpolate texels there."""
 
 
 @dataclass(frozen=True, eq=False)
 class FaceTexels:
-    """Result of `texture_colors`: colors of faces.
+    """Result of `texture_colors`: the color of each face.
 
-    Parameters
+    Attributes
     ----------
     linear : ndarray of float64, shape (F, 3)
         Mean red, green and blue of each face in linear light, from 0 to 1.
@@ -47,12 +48,12 @@ class FaceTexels:
 
     @property
     def oklab(self) -> Floats:
-        """Mean colors in OKLab, (F, 3), where Euclidean distances are perceived distances."""
+        """Mean color of each face in OKLab, (F, 3), where distances match perceived differences."""
         return oklab_of_linear(self.linear)
 
     @property
     def srgb(self) -> Bytes:
-        """Mean colors in sRGB, (F, 3), from 0 to 255."""
+        """Mean color of each face in sRGB, (F, 3), from 0 to 255."""
         return srgb_of_linear(self.linear)
 
 
@@ -108,13 +109,13 @@ def texture_colors(
         texture = None if attributes is None else attributes.texture
     cells = as_mesh(source)
     if texture is None:
-        raise MeshError("the mesh has no texture: pass the path of a file with a texture")
+        raise MeshError("the mesh has no texture: pass a texture, or the path of a file with one")
     check_texture(texture, cells)
     return colors_of_texture(cells, texture, checked_threads(n_threads))
 
 
 def check_texture(texture: Texture, mesh: FaceMesh) -> None:
-    """Raise a MeshError unless texture and mesh have equal numbers of faces and corners."""
+    """Raise a MeshError unless the texture has as many faces and corners as the mesh."""
     n_corners = len(corners_of(mesh).vertices)
     if len(texture.corners) != n_corners or len(texture.face_materials) != mesh.n_faces:
         raise MeshError(
@@ -124,7 +125,7 @@ def check_texture(texture: Texture, mesh: FaceMesh) -> None:
 
 
 def colors_of_texture(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
-    """Return the colors of all faces of a mesh with a checked texture."""
+    """Return the color of each face of a mesh, given a checked texture."""
     triangles, sources = corner_triangles(mesh)
     faces = np.arange(mesh.n_faces, dtype=np.int32) if sources is None else sources
     factors = np.array([material.color for material in texture.materials] + [(1.0, 1.0, 1.0)])
@@ -147,7 +148,7 @@ def colors_of_texture(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceT
 
 
 _Sampled = tuple[TextureImage, tuple[str, str]]
-"""An image and the wrap modes of its two coordinates."""
+"""An image, and the wrap modes of its two coordinates, such as repeat or clamp."""
 
 
 def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
@@ -162,7 +163,7 @@ def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
 def _texels_under(
     sampled: _Sampled, texture: Texture, corners: Ints, n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Return the mean color and the spread of the texels of an image in each triangle."""
+    """Return the mean and the standard deviation of the texels of an image in each triangle."""
     image, wrap = sampled
     pixels = image.pixels()
     height, width = pixels.shape[:2]
@@ -175,7 +176,7 @@ def _texels_under(
 
 
 def _uv_areas(texture: Texture, triangles: Array) -> Floats:
-    """Return the areas of triangles in texture coordinates, increased to a small minimum."""
+    """Return the areas of triangles in texture coordinates, plus 1e-12 so that none is 0."""
     a, b, c = texture.coordinates[texture.corners[triangles]].swapaxes(0, 1)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     return np.asarray(np.abs(ux * vy - uy * vx) + 1e-12)
@@ -184,9 +185,9 @@ def _uv_areas(texture: Texture, triangles: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Combine the colors of triangles into one color per face, weighted by area.
+    """Combine the colors of triangles into the mean color of each face, weighted by area.
 
-    Returns the mean color and the spread of each face, and whether the face has any triangles.
+    Returns the mean and the standard deviation of each face, and whether it has any triangle.
     """
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
@@ -204,9 +205,9 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Return an image, (height, width), of the labels of the faces where `is_here` is True.
+    """Draw the labels of the faces that `is_here` marks into an image, shape (height, width).
 
-    Texels without a label are -1. Labels extend by `BLEED` texels into texels without a label.
+    Texels outside these faces are -1, except that labels extend outward by `BLEED` texels.
     """
     width, height = size
     triangles, sources = corner_triangles(mesh)
@@ -224,10 +225,10 @@ def ids_in_layout(
 def texture_of_parts(
     texture: Texture, mesh: FaceMesh, parts: FaceMesh, sources: Ints
 ) -> Texture | None:
-    """Return the texture of a mesh whose triangles are parts of the triangles of another mesh.
+    """Return a texture for `parts`, a mesh whose triangles are parts of the triangles of `mesh`.
 
-    `sources` are the triangles of `mesh` that contain the triangles of `parts`. Coordinates are
-    interpolated. Returns None if `mesh` is not a triangle mesh.
+    `sources` is the triangle of `mesh` that contains each triangle of `parts`. Texture coordinates
+    are interpolated. Returns None if `mesh` is not a triangle mesh.
     """
     corners = corners_of(mesh)
     if corners.size != 3:

@@ -1,4 +1,4 @@
-"""The shape diameter function: the thickness of a solid below its surface, measured with rays."""
+"""Compute the shape diameter function: the thickness of a solid, measured with rays."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .kinds import graph_and_surface, kind_of
 from .surface import is_inside_out
 
 N_RAYS = 30
-"""Default number of rays per face, as in the paper of Shapira et al."""
+"""Default number of rays per face, which is the number in the paper of Shapira et al."""
 
 MOST_RAYS = 10_000
 """Maximum number of rays per face. Casting 10,000 rays takes about ten milliseconds."""
 
 LEAST_DISTANCE = 1e-6
 """Minimum distance of a hit, as a fraction of the diagonal of the bounding box. Nearer hits are
-ignored, because they are on the face itself or on the back of a double sheet."""
+ignored, because they are on the face itself or on a second sheet of faces at the same place."""
 
 
 def shape_diameter(
@@ -35,7 +35,7 @@ def shape_diameter(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return the thickness of the solid below each face; fingers are thinner than the palm.
+    r"""Return the thickness of the solid below each face, for example to tell fingers from a palm.
 
     Rays start at the centroid of a face, in a cone of half-angle 60 degrees about the inward
     normal. A ray is valid if it hits its first face from inside. The lengths of valid rays within
@@ -115,7 +115,7 @@ def rays_from(
     n_rays: int,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness below the given faces, or NaN if too few rays are valid."""
+    """Return the thickness below each given face, or NaN if too few rays of the face are valid."""
     triangles, _ = cut_into_triangles(mesh)
     outward = area_vectors(mesh, n_threads)[faces]
     sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
@@ -141,7 +141,7 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return smoothed logarithms of the thickness; NaN in components without any thickness.
+    """Return smoothed logarithms of `thickness`, or NaN for components without finite thickness.
 
     The result depends neither on the number of threads nor on the C library.
     """

@@ -1,4 +1,4 @@
-"""Stage 2: weights of arcs, computed from the geometry of the two faces of each arc."""
+"""Compute the weights of arcs from the distance and the angle between the two faces of each arc."""
 
 from __future__ import annotations
 
@@ -19,26 +19,27 @@ from .face_graph import FaceGraph
 from .surface import Surface, face_surface
 
 SOLID = 0.3
-"""Minimum roundness y of a solid shape, as defined in `crease_weights`."""
+"""Minimum roundness y (defined in `crease_weights`) of a shape that is not treated as hollow."""
 
 HOLLOW = 0.15
-"""Maximum roundness y of a fully hollow shape, as defined in `crease_weights`."""
+"""Maximum roundness y (defined in `crease_weights`) of a shape that is treated as fully hollow."""
 
 MOST_EVENED = 0.25
-"""Relative cost of smooth convex edges on fully hollow shapes."""
+"""Cost of smooth convex edges on fully hollow shapes, relative to concave edges."""
 
 STEPS = 1 << 16
-"""Number of equal steps to which `evened_share` rounds its result, to hide rounding errors."""
+"""`evened_share` rounds to multiples of MOST_EVENED / STEPS, so that results have the same bits
+despite rounding errors."""
 
 TURN_BITS = 31
-"""The C++ core computes `EdgeSums.turn` in units of about diagonal / 2**`TURN_BITS`."""
+"""`EdgeSums.turn` is an integer in units of about diagonal / 2**TURN_BITS."""
 
 
 def evened_share(turn: int, volume: float, area: float, diagonal: float) -> float:
-    """Return the relative cost s of smooth convex edges in `crease_weights`.
+    """Return the relative cost of smooth convex edges, called s in `crease_weights`.
 
-    The cost is 0 for solid shapes, and up to `MOST_EVENED` for hollow shapes. `turn` is a field of
-    `EdgeSums`, and `volume` is the enclosed volume, or 0 for an open mesh.
+    The cost is 0 for solid shapes, and up to `MOST_EVENED` for hollow shapes. `turn` is
+    `EdgeSums.turn`, and `volume` is the enclosed volume, or 0 for an open mesh.
     """
     if not volume or not area:
         return 0.0
@@ -49,71 +50,75 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
 
 
 UNKNOWN_TURN = 0.5
-"""Cost of convex creases, relative to concave creases, if the two cannot be distinguished. In a
-synthetic room without normals, 1.5 % of the points are in a region of another surface. With a cost
-of 0 or 1, it would be 8.5 % or 1.4 %."""
+"""Cost of convex creases, relative to concave creases, for point clouds on which the two cannot be
+distinguished. In a synthetic room without normals, 1.5 % of the points are in a region that mainly
+covers another wall; with a cost of 0 or 1, 8.5 % or 1.4 %."""
 
 NO_NORMALS = np.empty((0, 3))
-"""Empty array that is passed to the C++ core if the core must compute normals."""
+"""Empty array of normals, which makes `_core` compute the normals."""
 
 MOST_SOFT = 2
-"""Maximum ratio of soft edges (10.4 to 40 degrees) to sharp edges in machine parts. In the
-benchmark, the ratio is at most 1.3 for machine parts, and at least 3.4 for other models with sharp
-edges."""
+"""Maximum ratio of soft edges (10.4 to 40 degrees) to sharp edges of a machine part. In the
+benchmark, the ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have
+sharp edges."""
 
 RIM_FACTOR = 2.0
-"""Factor of the cost `ridges` on machine parts. With a factor of 1, borders of regions miss up to 2
-% of the ridges."""
+"""Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
+2 % of the ridges are not borders of regions."""
 
 RIM_TURN = 59 / 180
-"""Minimum angle, divided by pi, of ridges of machine parts that coarse cells do not cross.
-Otherwise faces narrower than a coarse cell would not get a region. The angle is just below 60
-degrees, which is the angle of the edges of a hexagonal prism."""
+"""Minimum angle, divided by pi, of the ridges of machine parts that coarse cells must not cross. If
+coarse cells crossed ridges, sides narrower than a coarse cell would get no region. The angle is
+just below 60 degrees, the angle of the edges of a hexagonal prism."""
 
 ALL_COUNT = np.empty(0, np.uint8)
-"""Empty array that is passed to the C++ core if sums include the edges of all faces."""
+"""Value of the argument `counted` of `weights_and_sums` for sums over the edges of all faces."""
 
 
 WeightName = Literal["parts", "creases", "superfacets", "stk02"]
 
 Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
-"""One weight per arc, given by the caller."""
+"""Weights given by the caller, one per arc."""
 
 CellArrays = tuple[Floats, Floats, Floats]
-"""Positions (N, 3), measures (N,), and unit normals (N, 3) or `NO_NORMALS`."""
+"""Positions (N, 3), areas (N,), and unit normals (N, 3) or `NO_NORMALS`, of all faces."""
 
 
 class EdgeFactors(NamedTuple):
     """Parameters of the formulas for the weights of arcs."""
 
-    alpha: float  # cost of creases
+    alpha: float  # cost of a concave edge with angle pi, as a multiple of `crease_length`
     eta_convex: float  # cost of convex edges, relative to concave edges
-    crease_length: float  # length by which costs are multiplied; 0 for the length of each edge
-    ridges: float = 0.0  # cost of ridges, relative to concave edges
-    is_straight: bool = False  # whether steps are straight lines from centroid to centroid
-    evened: float = 0.0  # cost of smooth convex edges; smooth concave edges cost 1 - evened
-    all_sharp: bool = False  # whether all sharp convex edges are ridges
+    crease_length: float  # factor of all costs; 0 to use the length of each edge as factor
+    ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
+    is_straight: bool = False  # whether distances are straight lines from centroid to centroid
+    evened: float = 0.0  # relative cost of smooth convex edges; smooth concave edges: 1 - evened
+    all_sharp: bool = False  # whether all sharp convex edges are treated as ridges
     slack: float = 0.0  # angle in radians that is subtracted from each angle, down to 0
 
     @classmethod
     def of_radius(
         cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
     ) -> EdgeFactors:
-        """Return factors with the radius in place of edge lengths; radius 0 sets alpha to 0."""
+        """Return factors with the radius as `crease_length`. If the radius is 0, alpha is 0."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
+    def for_core(self, diagonal: float) -> _core.EdgeFactors:
+        """Convert the factors for the C++ core; `diagonal` is d in `superfacet_weights`."""
+        return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
+
     def of_machine_part(self) -> EdgeFactors:
-        """Return the factors for machine parts, where all sharp convex edges are ridges."""
+        """Return the factors for machine parts, on which all sharp convex edges are ridges."""
         return self._replace(all_sharp=True, ridges=RIM_FACTOR * self.ridges)
 
 
 class EdgeSums(NamedTuple):
     """Sums over the edges of a mesh, or of a part of a mesh.
 
-    The last three sums are only computed if `EdgeFactors.ridges` is not 0.
+    The last three sums are 0 if ridges have the same cost as other convex edges.
     """
 
-    turn: int  # sum of length times angle of smooth edges; see `TURN_BITS` for the unit
+    turn: int  # sum of length times signed angle of smooth edges, in the unit of `TURN_BITS`
     n_edges: int  # number of edges
     n_soft: int  # number of edges with an angle of 10.4 to 40 degrees
     n_sharp: int  # number of convex edges with an angle above 40 degrees
@@ -125,7 +130,7 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether at least half of the edges are flat, and a third of the other edges is sharp."""
+        """Whether at least half of the edges are flat, and a third of the others are sharp."""
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
@@ -134,10 +139,10 @@ NO_SUMS = EdgeSums(0, 0, 0, 0)
 
 
 class Weighed(NamedTuple):
-    """Result of the computation of weights."""
+    """Weights of all arcs of a graph."""
 
-    weights: npt.ArrayLike  # (M,) one weight per arc
-    of_machine_part: bool = False  # whether the weights are the ones for machine parts
+    weights: npt.ArrayLike  # (M,) weight of each arc
+    of_machine_part: bool = False  # whether ridges have the costs that they have on machine parts
 
 
 def superfacet_weights(
@@ -149,7 +154,7 @@ def superfacet_weights(
     crease_length: float | None = None,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return the weight of each arc: the distance on the surface plus a cost of creases.
+    r"""Return the weight of each arc: the distance on the surface plus a cost for creases.
 
     For faces i and j with centroids c and a common edge e with midpoint m,
 
@@ -234,7 +239,7 @@ def crease_weights(
     hollows: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return the weight of each arc, with a cost of creases that does not depend on resolution.
+    r"""Return the weight of each arc, with a cost for creases that does not depend on resolution.
 
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
 
@@ -245,10 +250,10 @@ def crease_weights(
 
     Convex edges have no cost by default, except ridges, which are sharp edges of machine parts. A
     ridge is a convex edge with an angle of at least 40 degrees, and all other edges of its two
-    faces have less than 0.3 of this angle. As an exception, for corners of boxes, each triangle may
-    have a second sharp edge of at least 40 degrees, if neither of the two angles is below 0.7 of
-    the other angle. A ridge must also continue: at each end, it meets another ridge or the boundary
-    of an open mesh.
+    faces have less than 0.3 times this angle. As an exception, for box corners, each triangle may
+    have a second edge of at least 40 degrees, if the smaller of the two angles is at least 0.7
+    times the larger angle. A ridge must also continue: at each end, it meets another ridge or the
+    boundary of an open mesh.
 
     On hollow shapes, such as a cup or a ring, smooth edges (of less than 40 degrees) have other
     costs, because the surface is about as concave as convex. If only concave edges had a cost, the
@@ -256,9 +261,9 @@ def crease_weights(
     closed mesh, A its area, and M its total mean curvature. M is half the sum of length times angle
     over all edges except ridges, where angles of concave edges are negative. The roundness
     :math:`y = 3 V M / A^2` is 1 for a ball, less for any other convex body, 3/4 for a long rod,
-    below 0.2 for cups, and about 0 or less for rings. If y is less than 0.3, the costs of smooth
-    convex edges are multiplied by s = min(2 - y / 0.15, 1) / 4, and the costs of smooth concave
-    edges by 1 - s. Open and inconsistently oriented meshes are never treated as hollow.
+    below 0.2 for cups, and about 0 or less for rings. If y is less than 0.3, smooth convex edges
+    have the relative cost s = min(2 - y / 0.15, 1) / 4, and smooth concave edges have the relative
+    cost 1 - s. Open and inconsistently oriented meshes are never treated as hollow.
 
     Parameters
     ----------
@@ -383,25 +388,25 @@ class Weight:
     """A formula for arc weights, with its parameters and documentation."""
 
     about: str
-    """Description in the documentation of `segment`."""
+    """Description of the formula in the documentation of `segment`."""
     defaults: Mapping[str, float]
-    """Default values of parameters, keyed by their names in `segment`; always includes alpha."""
+    """Default values of parameters, keyed by the names of arguments of `segment`."""
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
-    """Function of the surface, its cells, the expected radius of regions, and the parameters."""
+    """Function that computes weights from surface, cells, expected radius and parameters."""
     fractions: tuple[str, ...] = ()
-    """Names of parameters that must be from 0 to 1. All other parameters must be >= 0."""
+    """Names of parameters that must be 0 to 1. All other parameters must be >= 0."""
     has_parts: bool = False
-    """Whether arcs have straight-line lengths, to which `PartPrices` adds costs between parts."""
+    """Whether `PartPrices` adds costs of arcs between parts of the shape to the weights."""
     has_other_unit: bool = False
-    """Whether the unit of the weights differs from the unit of ``"creases"``. If so, border costs
+    """Whether the weights have another unit than ``"creases"``. In this case, the costs of borders
     are recomputed for the clean-up, and cells without angles cannot use the formula."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
     "parts": Weight(
-        about='like ``"creases"``, but with straight steps, arcs to cells two or three steps away,'
-        " and a cost for steps between parts of the shape, such as a finger and the palm; the cost"
-        " is proportional to their distance in the `spectral_embedding`, and 0 in volumes",
+        about='like ``"creases"``, but with straight lines between cells, arcs to cells two or'
+        " three arcs away, and a cost of arcs between parts of the shape, such as a finger and the"
+        " palm; this cost is proportional to distances in the `spectral_embedding`, 0 in volumes",
         defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
         compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
@@ -433,24 +438,24 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         has_other_unit=True,
     ),
 }
-"""All formulas, keyed by their names in `segment`."""
+"""All formulas for weights, keyed by the values of the argument `weights` of `segment`."""
 
 
 @dataclass(frozen=True)
 class WeightOptions:
-    """Options for weights: a formula with parameters, or weights from the caller."""
+    """Options for weights: a formula with parameters, or weights given by the caller."""
 
-    params: dict[str, Any]  # name of the formula and its parameters, for the result
-    given: npt.ArrayLike | None  # (M,) weights from the caller; None for a formula
+    params: dict[str, Any]  # name and parameters of the formula, as in `Segmentation.params`
+    given: npt.ArrayLike | None  # (M,) weights given by the caller, or None to use a formula
     usual: frozenset[str] = frozenset()  # names of parameters that have their default values
-    slack: float = 0.0  # as in `EdgeFactors`
+    slack: float = 0.0  # see `EdgeFactors.slack`
 
     @classmethod
     def checked(
         cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
         ridges: float | None = None,
     ) -> WeightOptions:  # fmt: skip
-        """Check all arguments, and keep the parameters that the formula uses."""
+        """Check the arguments of `segment`, and ignore parameters that the formula does not use."""
         given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
         checked = {
             name: checked_number(value, name, zero=True)
@@ -467,10 +472,9 @@ class WeightOptions:
         return cls({"weights": weights, **params}, None, frozenset(params) - frozenset(checked))
 
     def counting_both_turns(self) -> WeightOptions:
-        """Return the options for cells whose convex and concave creases cannot be distinguished.
+        """Return options for clouds on which convex and concave creases cannot be distinguished.
 
-        The cost of convex creases is then at least `UNKNOWN_TURN`, unless the caller gave
-        `eta_convex`.
+        The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has chosen it.
         """
         if "eta_convex" not in self.usual:
             return self
@@ -479,25 +483,25 @@ class WeightOptions:
 
     @property
     def weight(self) -> Weight | None:
-        """The formula, or None for weights from the caller."""
+        """The formula, or None if the caller gave weights."""
         return WEIGHTS.get(self.params["weights"])
 
     @property
     def has_parts(self) -> bool:
-        """Whether the formula has costs between parts; False for weights from the caller."""
+        """Value of `Weight.has_parts`; False if the caller gave weights."""
         return self.weight is not None and self.weight.has_parts
 
     @property
     def has_other_unit(self) -> bool:
-        """As in `Weight`; False for weights from the caller."""
+        """Value of `Weight.has_other_unit`; False if the caller gave weights."""
         return self.weight is not None and self.weight.has_other_unit
 
     def crease_price(self, radius: float) -> float:
-        """Return the length that a crease with angle pi adds to an arc."""
+        """Return the length that a concave crease with angle pi adds to an arc."""
         return float(self.params["alpha"]) * radius
 
     def rim_price(self, radius: float) -> float:
-        """Return the length that a ridge with angle `RIM_TURN` adds to an arc on machine parts."""
+        """Return the length that a ridge of a machine part with angle `RIM_TURN` adds to an arc."""
         return RIM_TURN * RIM_FACTOR * float(self.params["ridges"]) * self.crease_price(radius)
 
 
@@ -508,9 +512,9 @@ def arc_weights(
     options: WeightOptions,
     normals: Floats | None = None,
 ) -> Weighed:
-    """Return one weight per arc of a surface or cloud, for regions of the given radius.
+    """Return one weight per arc of a mesh or cloud, for regions with the given expected radius.
 
-    `normals` are unit normals of the faces. If `normals` is None, the C++ core computes them.
+    `normals` are unit normals of the faces, or None to let `_core` compute the normals.
     """
     if options.given is not None:
         return Weighed(options.given)
@@ -521,10 +525,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
-    """Return one weight per arc for cells without angles: weights from the caller, or distances.
-
-    `plural` is the noun for the cells in messages.
-    """
+    """Return weights given by the caller, or distances; `plural` is the noun for cells."""
     if options.given is not None:
         return Weighed(options.given)
     if options.has_other_unit:
@@ -537,7 +538,7 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weigh
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
-    """Return `crease_weights` with default parameters and without the rules for hollow shapes."""
+    """Return `crease_weights` with default parameters (except `ridges`) and ``hollows=False``."""
     factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
     if ridges is not None:
         factors = factors._replace(ridges=ridges)
@@ -545,10 +546,10 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Return arc weights, computed with equations 1 to 3 of the paper and the given factors."""
+    """Return one weight per arc, computed with equations 1 to 3 of the paper."""
     if isinstance(surface.handle, _core.PointSurface):
-        numbers = (*factors[:3], surface.diagonal, factors.ridges)
-        return _core.point_weights(surface.handle, *numbers, surface.n_threads)
+        core_factors = factors.for_core(surface.diagonal)
+        return _core.point_weights(surface.handle, core_factors, surface.n_threads)
     return weights_and_sums(surface, cells, factors, None)[0]
 
 
@@ -563,8 +564,8 @@ def creases_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return weights ``"creases"`` or ``"parts"`` for a part of a mesh, and sums over its edges.
 
-    `shape` is `EdgeFactors.evened` of the whole mesh, and whether it is a machine part. `counted`
-    is as for `weights_and_sums`.
+    `shape` is `EdgeFactors.evened` of the whole mesh, and whether the mesh is a machine part. See
+    `weights_and_sums` for `counted`.
     """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     factors = _crease_factors(radius, {**options.params, "slack": options.slack})
@@ -579,26 +580,25 @@ def weights_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and sums over edges.
 
-    The sums include the edges of the faces with a nonzero entry in `counted`, shape (N,), or of all
-    faces if it is `ALL_COUNT`. If it is None, they include all edges, but `EdgeSums.turn` is 0.
+    Sums include the edges of faces with a nonzero entry in `counted`, shape (N,). If `counted` is
+    `ALL_COUNT` or None, all edges are included; for None, `EdgeSums.turn` is 0, to save time.
     """
-    handle = surface.handle
+    handle, n_threads = surface.handle, surface.n_threads
+    costs, wants_turn = factors.for_core(surface.diagonal), counted is not None
     is_counted = ALL_COUNT if counted is None else counted
-    costs = (*factors[:3], surface.diagonal, factors.ridges, factors.evened)
-    kinds = (factors.is_straight, factors.all_sharp, factors.slack)
-    turning, n_threads = (counted is not None, is_counted), surface.n_threads
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(handle, *cells, *costs, *kinds, *turning, n_threads)
+        found = _core.triangle_weights(handle, *cells, costs, wants_turn, is_counted, n_threads)
     else:
-        found = _core.surface_weights(handle, *costs, *kinds, *turning, n_threads)
-    return found[0], EdgeSums(*found[1:])
+        found = _core.surface_weights(handle, costs, wants_turn, is_counted, n_threads)
+    weights, sums = found
+    return weights, EdgeSums(*sums)
 
 
 def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:
-    """Like `weights_of`, but with other costs for hollow shapes and for machine parts.
+    """Return the result of `weights_of`, but adapt costs to hollow shapes and machine parts.
 
-    On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. With
-    straight steps, all sharp convex edges of machine parts are ridges.
+    On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. If
+    `factors.is_straight`, all sharp convex edges of machine parts are ridges.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return Weighed(weights_of(surface, cells, factors))
@@ -619,5 +619,5 @@ def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads:
     if isinstance(handle, _core.TriangleSurface):
         return _core.stk02_weights(handle, positions, alpha, n_threads)
     if not isinstance(handle, _core.PolygonSurface):
-        raise ValueError("weights='stk02' needs faces: choose other weights for a point cloud")
+        raise ValueError("weights='stk02' needs a mesh of faces: choose other weights for a cloud")
     return _core.polygon_stk02_weights(handle, alpha, n_threads)

@@ -21,7 +21,7 @@ from .segment_options import SegmentCommand, file_options, options_of, segment_o
 def _formats(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Option callback: split comma-separated lists of formats into one tuple of names."""
+    """Split comma-separated lists of formats into one tuple of names (a callback of click)."""
     names = tuple(name.strip() for text in given for name in text.split(","))
     for name in names:
         if name not in OUTPUT_FORMATS:

@@ -21,12 +21,11 @@ from ..export.write import ENDING_OF_FORMAT, check_outputs, write_regions
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..io.readers.b3dm import Placement
-from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.pieces import holds_files
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_notes
-from .inputs import GivenLabels, given_labels, labels_of_cells, load_cells_and_attributes
+from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
@@ -38,8 +37,8 @@ from .report import notes_on_numbers, notes_on_written
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
 @options(
     output_option(
-        "Output file in any format that segment -o writes; may be given several times. Or a folder"
-        " (results/), or - for standard output."),
+        "Output file in any format that segment -o writes, a folder (results/), or - for standard"
+        " output; may be given several times."),
     option("--split folder DIR", opts.FOLDER,
            "Write each region to a separate file in this folder, such as DIR/region_17.ply."),
     to_option("Format of outputs whose file name is not given"),
@@ -172,18 +171,17 @@ class _Run:
 
     def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
         keep = job.holds_attributes and self.keeps_attributes
-        refuse_tileset(Path(job.input))
-        cells, attributes = load_cells_and_attributes(
-            job.input, self.format, keep=keep, placement=self.placements[job.input]
-        )
         path = Path(job.input)
+        refuse_tileset(path)
+        source = read_input(job.input, self.format)
+        cells, attributes = source.cells_and_attributes(
+            keep=keep, placement=self.placements[job.input]
+        )
         if self.labels is not None:
             return cells, given_labels(cells, self.labels, self.labels_named), attributes
-        # The reader of labels relies on the ending of IN, which is wrong if a format is given.
-        if self.format is not None or not has_labels(path, name=self.labels_named):
-            return cells, None, attributes
-        labels = read_labels(path, cells.n_cells, name=self.labels_named)
-        return cells, GivenLabels(path, labels, False), attributes
+        labels = source.labels(cells.n_cells, self.labels_named)
+        given = None if labels is None else GivenLabels(path, labels, False)
+        return cells, given, attributes
 
 
 def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:
@@ -200,7 +198,7 @@ def _plan(
     sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
-    """Return the jobs, and the file ending for --split, which is None for the default format."""
+    """Return each input with its outputs, and the ending for --split, or None for the default."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     inputs = [source.input for source in sources]

@@ -19,7 +19,7 @@ from ..export.write import check_fit
 from ..io.guards import counted
 from ..mesh.faces import FaceMesh
 from ..pipeline import segment
-from .inputs import labels_beside, load_cells
+from .inputs import Input, labels_beside, read_input
 from .interrupts import run_in_background
 from .options import COUNT, FILE, format_option, option
 from .outputs import OneRun, one_output_options
@@ -36,7 +36,7 @@ from .outputs import OneRun, one_output_options
     "--labels L", FILE,
     "Label file with the regions of IN, instead of -n: .npy, .seg, .txt, or labeled .ply or .vtp.",
 )  # fmt: skip
-@one_output_options("The cut mesh with its labels, or the labels of its faces alone", "IN")
+@one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
 @format_option("IN")
 def cut_command(
     mesh: Path, n_segments: int | None, labels: Path | None, format: str | None, **given: Any
@@ -52,11 +52,12 @@ def cut_command(
     run = OneRun(mesh, [] if labels is None else [labels], given)
 
     def compute() -> tuple[BorderCut, Ints]:
-        surface = _load(mesh, format)
+        source = read_input(str(mesh), format)
+        surface = _surface_of(source)
         check_fit(surface, None, run.job.endings, run.form)
         found = None
-        if n_segments is None and (labels is not None or format is None):
-            found = labels_beside(mesh, labels, surface, run.labels_named, is_quiet=run.is_quiet)
+        if n_segments is None:
+            found = labels_beside(source, labels, surface, run.labels_named, is_quiet=run.is_quiet)
         if found is None:
             found = segment(surface, n_segments, n_threads=run.n_threads).labels
         compact, names = ranked_labels(found)  # label numbers in a file may have gaps
@@ -76,9 +77,9 @@ def cut_command(
     run.report(facts, f"{faces}, {counted(n_regions, 'region')}{kept}")
 
 
-def _load(path: Path, format: str | None) -> FaceMesh:
-    cells = load_cells(str(path), format)
+def _surface_of(source: Input) -> FaceMesh:
+    cells = source.cells()
     kind = kind_of(cells)
     if not kind.has_faces:
-        raise MeshError(f"{path}: contains {kind.plural}, but only a mesh of faces can be cut")
+        raise MeshError(f"{source.text}: expected a mesh of faces to cut, got {kind.plural}")
     return as_mesh(cells)

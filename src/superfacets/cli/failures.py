@@ -15,7 +15,7 @@ FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
 
 
 def message_of(error: BaseException) -> str:
-    """Return the text of an error, after the file name if the operating system reports one."""
+    """Return the text of an error, preceded by the file name if the operating system names one."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:

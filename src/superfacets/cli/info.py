@@ -14,14 +14,14 @@ from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
 from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
 from ..io.attributes import LasFrame, MeshAttributes
 from .failures import EXIT_DATA, count_failures, print_note
-from .inputs import check_inputs, load_cells_and_attributes, name_of
+from .inputs import check_inputs, name_of, read_input
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option
 
 Info = MeshInfo | TetInfo | CloudInfo
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Maximum size of a file whose attributes are read, to report properties that are constant."""
+"""Maximum size, in bytes, of files whose attributes are read to report constant properties."""
 
 
 @click.command("info")
@@ -66,12 +66,11 @@ def info_command(
 def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, LasFrame | None]:
     path = Path(text)
     keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
-    is_las = path.suffix.lower() in (".las", ".laz")
-    cells, attributes = load_cells_and_attributes(text, format, keep=keep or is_las)
+    source = read_input(text, format)
+    is_las = source.ending in (".las", ".laz")
+    cells, attributes = source.cells_and_attributes(keep=keep or is_las)
     frame = None if attributes is None else attributes.las
-    if not keep:
-        attributes = None
-    return facts_of(cells), attributes, frame
+    return facts_of(cells), attributes if keep else None, frame
 
 
 def _facts_of(frame: LasFrame) -> dict[str, str | int]:

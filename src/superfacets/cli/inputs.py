@@ -20,13 +20,14 @@ from ..io.readers.labels import (
     LABEL_ENDINGS,
     VERTEX_ENDINGS,
     checked_labels,
-    has_labels,
+    find_labels,
+    parse_labels,
     read_labels,
 )
 from ..io.readers.npy import npy_array
 from ..io.readers.parts import PART_ENDINGS
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .failures import print_note
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
@@ -42,7 +43,7 @@ class GivenLabels(NamedTuple):
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
-    """Raise a usage error if an input is not a file name, or inputs cannot be combined."""
+    """Raise a usage error if an input is not a file name, or if ``-`` is not the only input."""
     for text in inputs:
         if text != STANDARD_STREAM and not Path(text).name:
             raise click.UsageError(f"{text or repr(text)} is not a file name")
@@ -55,32 +56,44 @@ def name_of(text: str) -> str:
     return "standard input" if text == STANDARD_STREAM else text
 
 
-def load_cells(text: str, format: str | None) -> Cells:
-    """Return the mesh or point cloud in a file, or on standard input for ``-``.
+class Input(NamedTuple):
+    """Content of a mesh or point cloud file, from which cells and labels are parsed."""
 
-    If `format` is None, the format is taken from the file ending, or recognized from the content of
-    standard input.
-    """
-    return load_cells_and_attributes(text, format, keep=False)[0]
+    text: str  # path of the file, or - for standard input
+    data: Content
+    ending: str  # file ending of the format
+    folder: Path | None  # folder of the file; None for standard input
 
+    def cells(self) -> Cells:
+        """Return the mesh or point cloud."""
+        return self.cells_and_attributes(keep=False)[0]
 
-def load_cells_and_attributes(
-    text: str, format: str | None, *, keep: bool = True, placement: Placement | None = None
-) -> tuple[Cells, MeshAttributes | None]:
-    """Return the mesh or point cloud of an input, and its attributes.
+    def cells_and_attributes(
+        self, *, keep: bool = True, placement: Placement | None = None
+    ) -> tuple[Cells, MeshAttributes | None]:
+        """Return the mesh or point cloud, and its attributes.
 
-    The attributes are None if `keep` is False, or if the input has no attributes. `placement` moves
-    a model to its position in a 3D Tiles tileset.
-    """
-    data, ending, folder = _content(text, None if format is None else f".{format}")
-    try:
-        return parse_cells_and_attributes(data, ending, folder, keep=keep, placement=placement)
-    except MeshError as error:
-        raise MeshError(f"{name_of(text)}: {error}") from None
+        The attributes are None if `keep` is False, or if the input has no attributes. `placement`
+        moves a model to its position in a 3D Tiles tileset.
+        """
+        with named_errors(name_of(self.text)):
+            return parse_cells_and_attributes(
+                self.data, self.ending, self.folder, keep=keep, placement=placement
+            )
+
+    def labels(self, n_cells: int, name: str) -> Ints | None:
+        """Return the labels called `name`, one per cell, or None if the input has none."""
+        with named_errors(name_of(self.text)):
+            return find_labels(self.data, self.ending, n_cells, name)
+
+    def integers(self, n_cells: int, name: str) -> Ints:
+        """Return the integer property `name`, one value per cell; if missing, raise a MeshError."""
+        with named_errors(name_of(self.text)):
+            return parse_labels(self.data, self.ending, n_cells, name)
 
 
 def labels_for(cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
-    """Read labels of `cells` from a label file; `name` is passed to `read_labels`.
+    """Read labels of `cells` from a label file; `name` is the same as for `read_labels`.
 
     Labels of vertices are converted as in `labels_of_cells`.
     """
@@ -106,27 +119,27 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
 
 def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
     """Read a label file, which has one label per cell or, for a mesh, one label per vertex."""
-    labels = read_labels(path, name=name)
+    ending = known_ending(path, LABEL_ENDINGS)
+    source = Input(str(path), read_content(path), ending, path.parent)
     n_vertices = getattr(cells, "n_vertices", None)
-    if n_vertices is not None and known_ending(path, LABEL_ENDINGS) in VERTEX_ENDINGS:
-        if len(labels) != n_vertices:
-            found = counted(len(labels), "label")
-            raise MeshError(f"{path}: has {found}, but the mesh has {n_vertices} vertices")
-        return GivenLabels(path, labels, True)
-    if len(labels) == n_vertices != cells.n_cells:
-        return GivenLabels(path, labels, True)
     with named_errors(path):
+        labels = parse_labels(source.data, ending, None, name)
+        if n_vertices is not None and ending in VERTEX_ENDINGS:
+            if len(labels) != n_vertices:
+                found = counted(len(labels), "label")
+                raise MeshError(f"has {found}, but the mesh has {n_vertices} vertices")
+            return GivenLabels(path, labels, True)
+        if len(labels) == n_vertices != cells.n_cells:
+            return GivenLabels(path, labels, True)
         checked_labels(labels, cells.n_cells)
-    if path.suffix.lower() in PART_ENDINGS:
-        _check_same_order(cells, path)
+    if ending in PART_ENDINGS:
+        _check_same_order(cells, source.cells(), path)
     return GivenLabels(path, labels, False)
 
 
-def _check_same_order(cells: Cells, path: Path) -> None:
-    """Raise a MeshError if a labeled file has other faces than `cells`, or another face order."""
-    expected, given = (
-        kind_of(some).positions(some) for some in (cells, load_cells(str(path), None))
-    )
+def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
+    """Raise a MeshError if a labeled file has other cells than `cells`, or in another order."""
+    expected, given = (kind_of(some).positions(some) for some in (cells, labeled))
     tolerance = 1e-4 * np.ptp(expected, axis=0).max()
     if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:
         raise MeshError(
@@ -136,25 +149,28 @@ def _check_same_order(cells: Cells, path: Path) -> None:
 
 
 def labels_beside(
-    mesh: Path, labels: Path | None, cells: Cells, name: str, *, is_quiet: bool
+    source: Input, labels: Path | None, cells: Cells, name: str, *, is_quiet: bool
 ) -> Ints | None:
     """Read labels from a label file if given, else from the mesh file; return None if none exist.
 
-    `name` is the name of the labels in files that also contain other data. `is_quiet` is as for
-    `labels_for`.
+    `name` is the name of the labels in files that also contain other data. `is_quiet` is the same
+    as for `labels_of_cells`.
     """
-    if labels is None and not has_labels(mesh, name=name):
-        return None
     if labels is None:
-        return read_labels(mesh, cells.n_cells, name=name)
+        return source.labels(cells.n_cells, name)
     return labels_for(cells, labels, name, is_quiet=is_quiet)
 
 
-def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
-    """Return the content of an input, the file ending of its format, and its folder."""
+def read_input(text: str, format: str | None = None) -> Input:
+    """Read a file, or standard input for ``-``.
+
+    If `format` is None, the format is taken from the file ending, or recognized from the content of
+    standard input.
+    """
+    ending = None if format is None else f".{format}"
     if text != STANDARD_STREAM:
         path = Path(text)
-        return read_content(path), ending or cell_ending(path), path.parent
+        return Input(text, read_content(path), ending or cell_ending(path), path.parent)
     if sys.stdin is None:
         raise OSError("standard input is closed")
     data = sys.stdin.buffer.read()
@@ -163,7 +179,7 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     ending = ending or recognized_ending(data)
     if ending is None:
         raise MeshError("the format of standard input is unknown: give it with --format")
-    return data, ending, None
+    return Input(text, data, ending, None)
 
 
 def read_values(path: Path) -> Array:
@@ -189,13 +205,14 @@ constraint_options = options(
            "Label file with one whole number per face or point. Cells with different numbers never"
            " share a region."),
 )  # fmt: skip
-"""Adds the options ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
+"""Decorator that adds ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
 
 barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
     "No region extends across an edge at which the surface bends by at least this angle, convex or"
     " concave (meshes only). With -n 1 and an angle of 30, each face of a CAD part becomes one"
-    " region. Where a line of sharp edges ends inside a face, the region extends around the end.",
+    " region. Faces that meet tangentially, such as a flat side and its fillet, stay one region."
+    " Where a line of sharp edges ends inside a face, the region extends around the end.",
 )  # fmt: skip
 
 
@@ -222,10 +239,8 @@ def _read_mask(path: Path, n_cells: int, name: str) -> Ints:
     if known_ending(path, LABEL_ENDINGS) != ".npy":
         return read_labels(path, n_cells, name=name)
     data = read_content(path)
-    try:
+    with named_errors(path):
         values = npy_array(data, "labels")
         if values.dtype == bool:
             values = values.view(np.uint8)
         return checked_labels(values, n_cells)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None

@@ -23,21 +23,15 @@ from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
 from . import options as opts
 from .failures import print_notes
-from .inputs import (
-    check_inputs,
-    constraint_options,
-    constraints_of,
-    labels_for,
-    load_cells_and_attributes,
-)
+from .inputs import check_inputs, constraint_options, constraints_of, labels_for, read_input
 from .interrupts import run_in_background
 from .options import FILE, numbers, option, options
-from .outputs import check_mask, output_option, plan_jobs
+from .outputs import Job, check_mask, output_option, plan_jobs
 from .report import notes_on_written
 
 ARRAYS = ".npz"
@@ -51,9 +45,9 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            "Number of regions on each level, such as 2000,500,100.", callback=numbers,
            required=True),
     output_option(
-        "A .npz or .sstk.json file for all levels. In any other format that segment writes, each"
-        " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. May be"
-        " given several times. Or - for standard output.", required=True),
+        "A .npz or .sstk.json file for all levels, or - for standard output. In any other format"
+        " that segment writes, each level is a separate file: OUT.ply becomes OUT.2000.ply,"
+        " OUT.500.ply and so on. May be given several times.", required=True),
     option("--to format_of_stream", tuple(ending.lstrip(".") for ending in ALL_LEVELS),
            "Format of standard output.  [default: npz]"),
     option("--labels L", FILE,
@@ -92,21 +86,16 @@ def levels_command(
         raise click.UsageError(
             "give --labels or --mask, not both: cells with label -1 are left out already"
         )
-    named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
-    streams = [text for text in outputs if text == opts.STANDARD_STREAM]
-    paths = [str(path) for output in named for path in _paths_of_levels(output, counts)]
-    format_of_stream = format_of_stream or ("npz" if streams else None)
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
-    (job,) = plan_jobs(
-        (input,), [*paths, *streams], [format_of_stream] if format_of_stream else [], ascii=False,
-        also_read=also_read,
-    )  # fmt: skip
+    named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
+    job = _plan(input, outputs, counts, format_of_stream, also_read)
     check_mask(mask, mask_values, job.endings)
     checked_targets(job.files)
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
-        cells, attributes = load_cells_and_attributes(input, format, keep=keeps or bool(features))
+        source = read_input(input, format)
+        cells, attributes = source.cells_and_attributes(keep=keeps or bool(features))
         given = None
         if labels is not None:  # label numbers in a file may have gaps
             given, _ = ranked_labels(labels_for(cells, labels, labels_named, is_quiet=is_quiet))
@@ -122,14 +111,7 @@ def levels_command(
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    with atomic_outputs(job.files) as temporaries:
-        writers = _writers(named, cells, attributes, nested)
-        for temporary, write in zip(temporaries, writers, strict=True):
-            with temporary.open("wb") as file:
-                write(file)
-        if job.stream is not None:
-            _write_all(sys.stdout.buffer, job.stream, nested)
-            sys.stdout.buffer.flush()
+    _write(job, named, cells, attributes, nested)
     if not is_quiet:
         print_notes(notes_on_written(cells, attributes, job.endings, 0))
     facts = {
@@ -141,16 +123,45 @@ def levels_command(
     job.report(facts, text, kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
 
 
-def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
+def _plan(
+    input: str, outputs: tuple[str, ...], counts: tuple[int, ...], format: str | None,
+    also_read: list[str],
+) -> Job:  # fmt: skip
+    """Return the input and its outputs; `format` is the format of standard output."""
+    paths = [path for output in outputs for path in _paths_of_levels(output, counts)]
+    format = format or ("npz" if opts.STANDARD_STREAM in outputs else None)
+    formats = [] if format is None else [format]
+    (job,) = plan_jobs((input,), paths, formats, ascii=False, also_read=also_read)
+    return job
+
+
+def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
     """Return the path of a file for all levels, or one path per level, finest level first."""
+    if text == opts.STANDARD_STREAM:
+        return [text]
+    output = Path(text)
     try:
         ending = known_ending(output, OUTPUT_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     if ending in ALL_LEVELS:
-        return [output]
+        return [text]
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
-    return [output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True)]
+    return [str(output.with_name(f"{stem}.{n}{given}")) for n in sorted(counts, reverse=True)]
+
+
+def _write(
+    job: Job, named: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
+) -> None:
+    """Write all outputs of the job, or none of them if one fails."""
+    with atomic_outputs(job.files) as temporaries:
+        writers = _writers(named, cells, attributes, nested)
+        for temporary, write in zip(temporaries, writers, strict=True):
+            with temporary.open("wb") as file:
+                write(file)
+        if job.stream is not None:
+            _write_all(sys.stdout.buffer, job.stream, nested)
+            sys.stdout.buffer.flush()
 
 
 def _writers(

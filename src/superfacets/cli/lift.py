@@ -18,11 +18,11 @@ from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.cameras import read_cameras
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from ..regions.lifting import LiftedLabels, lift
-from .inputs import labels_for, load_cells_and_attributes
+from .inputs import labels_for, read_input
 from .interrupts import run_in_background
 from .options import FILE, FLAG, Real, drop_attributes_option, format_option, option, options
 from .outputs import OneRun, one_output_options
@@ -35,7 +35,7 @@ from .outputs import OneRun, one_output_options
 @click.argument("cameras", metavar="CAMERAS", type=FILE)
 @options(
     option("--consistent-ids is_consistent", FLAG,
-           "A mask id means the same in all images, like a class id, and becomes the label."
+           "Mask ids mean the same in all images, like class ids, and become the labels."
            "  [default: join masks that cover the same regions into objects, numbered from 0]"),
     option("--agreement", Real(0, 1, min_open=True),
            "Probability that two points of the same object are in the same mask of an image, given"
@@ -67,9 +67,8 @@ def lift_command(
     notes: list[str] = []
 
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels]:
-        cells, attributes = load_cells_and_attributes(
-            str(source), format, keep=run.keeps_attributes
-        )
+        file = read_input(str(source), format)
+        cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         check_fit(cells, None, run.job.endings, run.form)
         regions, _ = ranked_labels(
             labels_for(cells, labels, run.labels_named, is_quiet=run.is_quiet)
@@ -108,7 +107,6 @@ def _lifted(
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    """Print counts, covered fractions of the area, and output files."""
     areas = measures_of(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total

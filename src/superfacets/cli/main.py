@@ -56,13 +56,13 @@ _NO_WORKERS = {"-h", "--help", "--scheduler"}
 
 
 def main() -> NoReturn:
-    """Run the command line. An error is one line on stderr, and an exit status."""
+    """Run the command line. An error is reported by one line on stderr and by the exit status."""
     hear_signals()
     try:
         names = {word.partition("=")[0] for word in sys.argv}  # options without their values
         if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
             with contextlib.suppress(OSError):  # if this fails, workers start later
-                prepare()  # workers import packages at the same time as this process
+                prepare()  # workers and this process import packages in parallel
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()

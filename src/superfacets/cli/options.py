@@ -13,7 +13,7 @@ from ..io.readers.read import CELL_ENDINGS
 
 
 class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Option type: an integer of at least `low`, or one given word."""
+    """Type of options whose value is an integer of at least `low`, or one given word."""
 
     name = "count or word"
 
@@ -27,7 +27,7 @@ class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new vers
 
 
 class Count(click.IntRange):
-    """Option type: an integer of at least `lowest`."""
+    """Type of options whose value is an integer of at least `lowest`."""
 
     name = "count"
 
@@ -47,7 +47,7 @@ class Count(click.IntRange):
 
 
 class Real(click.FloatRange):
-    """Option type: a finite number in a range. click's FloatRange also accepts NaN and infinity."""
+    """Type of options with a finite number in a range. FloatRange also accepts NaN and infinity."""
 
     name = "number"
 
@@ -90,9 +90,9 @@ class GroupedCommand(click.Command):
 
 
 FILE = click.Path(path_type=Path)
-FOLDER = FILE  # an output folder, which `output_folder` creates
+FOLDER = FILE  # type of an output folder, which `output_folder` creates
 
-INPUT = click.Path(allow_dash=True)  # a file, or - for standard input
+INPUT = click.Path(allow_dash=True)  # type of a file, or - for standard input
 
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
@@ -159,7 +159,7 @@ def json_option(what: str = "the results as JSON") -> Decorator:
 def numbers(
     ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
 ) -> tuple[int, ...] | None:
-    """Option callback: parse a comma-separated list of integers >= `least`, and sort it."""
+    """Parse a comma-separated list of integers >= `least`, and sort it (a callback of click)."""
     if text is None:
         return None
     wanted = [number.strip() for number in text.split(",")]
@@ -171,7 +171,7 @@ def numbers(
     return tuple(sorted({int(number) for number in wanted}))
 
 
-ascii_option = option("--ascii", FLAG, "Write .ply and .vtp files as text.")
+ascii_option = option("--ascii", FLAG, "Write .ply, .vtp and .stl files as text.")
 quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(

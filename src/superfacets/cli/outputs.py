@@ -21,7 +21,7 @@ from ..io.atomic import output_folder
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from . import options as opts
 from .failures import print_note, print_notes
 from .inputs import name_of
@@ -41,7 +41,7 @@ CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
 """File endings of formats that store the cells. All other formats store only labels, or data that
 are computed from labels."""
 
-ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk", ".pcd"))
+ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".stl", ".vtu", ".vtk", ".pcd"))
 """File endings of formats that ``--ascii`` writes as text."""
 
 
@@ -63,8 +63,8 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
     """Add the options that `OneRun` needs to a command that processes a single input."""
     return options(
         output_option(
-            f"{what}, in any format that segment writes; may be given several times. Or a folder"
-            " (results/), or - for standard output."
+            f"Output file ({what}, in any format that segment writes), a folder (results/), or -"
+            " for standard output; may be given several times."
             f"  [default: {name}.superfacets.ply beside {name}]"
         ),
         to_option(),
@@ -119,7 +119,7 @@ class Job:
         return name_of(self.input) if is_stream else Path(self.input).name
 
     def written(self, noun: str) -> list[str]:
-        """Return the outputs for reports, with the kind of labeled elements after label files.
+        """Return a text for each output, for example ``a.npy (a label per face)``, for reports.
 
         More than `MANY_FILES` files are reported as their number and folder. `noun` is the word for
         a labeled cell.
@@ -149,7 +149,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """Return the kind of labeled elements of a label file, or an empty string."""
+    """Return which elements have labels in a label file, or an empty string for other files."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -236,7 +236,7 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """Return the folder of an input or, with a note, the current folder if it is read-only."""
+    """Return the folder of an input, or if it is read-only, the current folder, with a note."""
     path = Path(text)
     if not path.exists():  # reading the input will report the error
         return path.parent
@@ -333,7 +333,7 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
 
 
 def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Iterable[str]) -> None:
-    """Raise a usage error if a file with these endings cannot store cells without a label.
+    """Raise a usage error if a mask is given, but a format needs a label for every cell.
 
     Also raise a usage error if `values` are given without a mask.
     """

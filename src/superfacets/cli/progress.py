@@ -37,7 +37,7 @@ NAMES = {
 ITERATIONS = 8.0
 """The bar shows a fraction of 1 - exp(-n / 8) of the loop as finished after n iterations, because
 the number of iterations is not known in advance, and later iterations are shorter. On the meshes
-above, the loop ran for 13 to 18 iterations, and half of its time was spent after 6 to 8."""
+for `SHARES`, the loop ran for 13 to 18 iterations, and half of its time was spent after 6 to 8."""
 
 NEARLY = 0.95
 """Largest fraction of a stage, except the loop, that the bar shows before the stage ends."""
@@ -66,7 +66,7 @@ class Estimate:
         self._n_iterations = n_iterations
 
     def fraction(self, now: float) -> float:
-        """Return the finished fraction, 0 to 1, which never decreases unless the clock does."""
+        """Return the finished fraction, 0 to 1. It never decreases unless the clock is set back."""
         done = 0.0
         for stage, share in SHARES.items():
             if stage == self.stage:
@@ -101,7 +101,7 @@ class Bar:
             self._bar.close()
 
     def show(self, text: str, n_done: float, n_all: float) -> None:
-        """Draw the bar with this text and state."""
+        """Draw the bar with this text, and with `n_done` of `n_all` units of work finished."""
         if not self._is_shown:
             return
         if self._bar is None:

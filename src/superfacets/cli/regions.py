@@ -19,28 +19,21 @@ from ..cells.named_features import property_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
-from ..export.tables import (
-    LINE_ENDINGS,
-    TABLE_ENDINGS,
-    print_csv,
-    write_lines,
-    write_tables,
-)
+from ..export.tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_lines, write_tables
 from ..io.atomic import checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
-from ..io.readers.labels import read_labels
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..regions.lines import BorderLines, border_lines
 from ..regions.pooling import pool
 from . import options as opts
-from .inputs import check_inputs, labels_beside, load_cells_and_attributes, name_of
+from .inputs import check_inputs, labels_beside, name_of, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
 
-_Drawn = tuple[Floats, list[tuple[str, Ints]]]
-"""Vertices of a mesh, and a list of (name, vertex indices along the line)."""
+Drawn = tuple[Floats, list[tuple[str, Ints]]]
+"""Vertices of a mesh, and the name and the vertex indices of each border line."""
 
 
 @click.command("regions")
@@ -78,19 +71,15 @@ def regions_command(
     a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
     """
     check_inputs((cells,))
-    if majority and cells == opts.STANDARD_STREAM:
-        raise click.UsageError("--majority needs a file, not standard input")
     output = None if str(output) == opts.STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, Ints, dict[str, Array], _Drawn | None]:
-        whole: Any
-        whole, attributes = load_cells_and_attributes(cells, format, keep=bool(mean))
-        given = labels_beside(Path(cells), labels, whole, labels_named, is_quiet=is_quiet)
-        if given is None:
-            raise MeshError(f"{name_of(cells)} has no labels: give a label file as LABELS")
+    def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
+        whole, given, integers, reals = _read(
+            cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
+        )
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
@@ -99,44 +88,58 @@ def regions_command(
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
-        columns: dict[str, Array] = {
-            f"majority_{name}": _most_frequent(
-                compact, read_labels(cells, whole.n_cells, name=name), len(names)
-            )
-            for name in majority
-        }
-        columns |= {
-            f"mean_{name}": pool(_values_of(name, cells, whole, attributes), compact)
-            for name in mean
-        }
-        drawn: _Drawn | None = None
-        if borders is not None:
-            drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
-        return graph, names, columns, drawn
+        columns = graph.table() | {"region": names}
+        for name, values in integers.items():
+            columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
+        for name, numbers in reals.items():
+            columns[f"mean_{name}"] = pool(numbers, compact)
+        if borders is None:
+            return graph, columns, None
+        return graph, columns, (whole.vertices, [*_named(border_lines(whole, compact), names)])
 
-    graph, names, columns, drawn = run_in_background(compute)
-    regions = graph.table() | {"region": names} | columns
-    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
-    of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
-    tables = [(output, regions), (arcs, of_arcs)]
-    write_tables([(path, table) for path, table in tables if path is not None])
-    if borders is not None and drawn is not None:
-        write_lines(borders, *drawn)
-    if output is None and sys.stdout is None:
-        raise OSError("standard output is closed")
-    if output is None:
-        print_csv(sys.stdout, regions)
+    graph, columns, drawn = run_in_background(compute)
+    _write(graph, columns, drawn, output, arcs, borders)
     if as_json:
         names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
-        return
-    found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} of neighbors"
-    if is_quiet:
-        return
-    for path in files:
-        click.echo(f"wrote {path}", err=output is None)
-    click.echo(f"{cells}: {found}", err=output is None)
+    elif not is_quiet:
+        pairs = f"{counted(graph.n_arcs, 'pair')} of neighbors"
+        lines = [f"wrote {path}" for path in files]
+        lines.append(f"{cells}: {counted(graph.n_regions, 'region')}, {pairs}")
+        click.echo("\n".join(lines), err=output is None)
+
+
+def _read(
+    text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
+    mean: tuple[str, ...], *, is_quiet: bool,
+) -> tuple[Any, Ints, dict[str, Ints], dict[str, Floats]]:  # fmt: skip
+    """Read the cells, their labels with this name, and the properties `majority` and `mean`."""
+    source = read_input(text, format)
+    cells, attributes = source.cells_and_attributes(keep=bool(mean))
+    given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
+    if given is None:
+        raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
+    integers = {key: source.integers(cells.n_cells, key) for key in majority}
+    return cells, given, integers, {key: _values_of(key, text, cells, attributes) for key in mean}
+
+
+def _write(
+    graph: RegionGraph, columns: dict[str, Array], drawn: Drawn | None, output: Path | None,
+    arcs: Path | None, borders: Path | None,
+) -> None:  # fmt: skip
+    """Write the tables and the borders; print the table of regions if `output` is None."""
+    low, high = columns["region"][graph.edge_index]
+    of_arcs = {"low": low, "high": high}
+    of_arcs |= {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    tables = [(output, columns), (arcs, of_arcs)]
+    write_tables([(path, table) for path, table in tables if path is not None])
+    if borders is not None and drawn is not None:
+        write_lines(borders, *drawn)
+    if output is None:
+        if sys.stdout is None:
+            raise OSError("standard output is closed")
+        print_csv(sys.stdout, columns)
 
 
 def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:

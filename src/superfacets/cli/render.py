@@ -14,21 +14,13 @@ from ..batches.files import seen_from
 from ..cells.named_features import property_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.readers.read import read_cells, read_cells_and_attributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
+from . import options as opts
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, labels_beside, labels_for, read_values
-from .options import (
-    FILE,
-    FLAG,
-    camera_options,
-    labels_named_option,
-    option,
-    options,
-    viewpoint_option,
-)
+from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
+from .options import FILE, FLAG, option, options
 
 if TYPE_CHECKING:
     from .._options import Clip
@@ -40,7 +32,7 @@ _MAX_SIDE = 8192
 def _checked_size(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, int] | None:
-    """Option callback: parse a text such as 1200x900 into width and height in pixels."""
+    """Parse a text such as 1200x900 into width and height in pixels (a callback of click)."""
     if text is None:
         return None
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
@@ -86,11 +78,11 @@ def _values_named(
 @click.argument("mesh", metavar="IN", type=FILE)
 @options(
     option("-o --output OUT", FILE, "Write the picture to this .png file."),
-    camera_options,
+    opts.camera_options,
     option("--labels L", FILE,
            "Label file with one label per face or vertex: .npy, .seg, .txt, .segs.json, or labeled"
            " .ply, .vtp, .las or .laz.  [default: labels in IN]"),
-    labels_named_option,
+    opts.labels_named_option,
     option("--turntable OUT", FILE,
            "Write an animation of the rotating mesh to this .gif or .mp4 file.",
            callback=_checked_turntable),
@@ -101,7 +93,7 @@ def _values_named(
            "Color by values: a .npy or .txt file with one value per cell or per region, a property"
            " of IN, such as intensity, or a column of the table that superfacets regions prints,"
            " such as area."),
-    viewpoint_option,
+    opts.viewpoint_option,
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),
     option("--size WxH", None,
@@ -131,12 +123,11 @@ def render_command(
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output} must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
-    cells, attributes = read_cells(mesh), None
-    if color_by is not None:
-        cells, attributes = read_cells_and_attributes(mesh)
+    source = read_input(str(mesh))
+    cells, attributes = source.cells_and_attributes(keep=color_by is not None)
     if viewpoint is not None:
         cells = seen_from(viewpoint, cells)
-    shown, others, titles = _series_of(mesh, labels, compare, cells, labels_named)
+    shown, others, titles = _series_of(source, labels, compare, cells, labels_named)
     values = _values_named(color_by, cells, attributes)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
@@ -154,14 +145,15 @@ def render_command(
 
 
 def _series_of(
-    mesh: Path, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
+    source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
 ) -> tuple[Array | None, list[Array], list[str] | None]:
     """Return labels of the first picture or None, labels of further pictures, and titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
         return first, others, [path.stem for path in paths] if compare else None
-    shown = labels_beside(mesh, None, cells, name, is_quiet=True)
+    shown = source.labels(cells.n_cells, name)
     if shown is None:
-        print_note(f"{mesh} has no labels, so no regions are drawn: give labels with --labels")
+        note = "has no labels, so no regions are drawn: give labels with --labels"
+        print_note(f"{source.text} {note}")
     return shown, [], None

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Ints, Longs
+from .._types import Floats, Ints, Longs
 from ..batches.files import Outcome
 from ..cells.kinds import kind_of
 from ..cells.size import sliver_note
@@ -18,7 +18,7 @@ from ..export.ply import names_replaced
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..pipeline import SCANS, barriers_note, fewer_note
 
 
@@ -107,17 +107,16 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     return [f"{more}: {parts} became regions{advice}"]
 
 
-def _notes_on_sharp_edges(n_inside: Longs) -> list[str]:
-    """Return a note if regions have barrier edges inside; `n_inside` has one count per region."""
-    regions = np.flatnonzero(n_inside)
+def _notes_on_sharp_edges(inside: Floats) -> list[str]:
+    """Return a note if barrier edges are inside regions; see `Outcome` for `inside`."""
+    regions = np.flatnonzero(inside)
     if not len(regions):
         return []
-    edges = counted(int(n_inside.sum()), "sharp edge")
-    verb = "is" if n_inside.sum() == 1 else "are"
     where = f"region {regions[0]}" if len(regions) == 1 else counted(len(regions), "region")
     return [
-        f"{edges} {verb} inside {where}, because lines of sharp edges end there; try a smaller"
-        " --barrier-angle"
+        f"{100 * inside.sum():.3g}% of the length of sharp edges is inside {where}: a crease that"
+        " fades to 0 degrees separates no faces at any --barrier-angle; for another method, see"
+        " CAD parts in the documentation"
     ]
 
 

@@ -20,15 +20,16 @@ from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
-from ..mesh.cells import Cells
+from ..io.readers.pieces import holds_points
+from ..mesh.base import Cells
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
     barrier_angle_option,
     check_inputs,
     constraint_options,
     constraints_of,
-    load_cells_and_attributes,
     name_of,
+    read_input,
 )
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
@@ -36,7 +37,7 @@ from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_denoising, notes_on_result, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
-from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles, tile_options
+from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
 
 
 @click.command("segment", cls=SegmentCommand)
@@ -47,11 +48,12 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     barrier_angle_option,
     labels_named_option,
     output_option(
-        "A mesh with labels (.ply, .vtp, .obj, .stl, .off or .glb; .vtu or .vtk for tetrahedra), a"
-        " point cloud with labels (.ply, .csv, .pcd, .las or .laz), labels alone (.npy, .seg or"
-        " .txt), vertex labels (.segs.json, .bin, _sp_label.npy or .pth), annotations (.sstk.json"
-        " or .aggregation.json), or a region graph (.npz); may be given several times. Or a folder"
-        " (results/) for the files of all inputs, or - for standard output."
+        "Output file, a folder (results/) for the files of all inputs, or - for standard output;"
+        " may be given several times. A file can be a mesh with labels (.ply, .vtp, .obj, .stl,"
+        " .off or .glb; .vtu or .vtk for tetrahedra), a point cloud with labels (.ply, .csv, .pcd,"
+        " .las or .laz), labels alone (.npy, .seg or .txt), vertex labels (.segs.json, .bin,"
+        " _sp_label.npy or .pth), annotations (.sstk.json or .aggregation.json), or a region graph"
+        " (.npz)."
         "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
     format_option("the inputs", of_stream=True),
@@ -148,7 +150,7 @@ class _Run:
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
-        noun = noun_of_tiled(Path(job.input))
+        noun = "point" if holds_points(Path(job.input)) else "face"
         if not self.is_quiet:
             print_notes(notes_on_result(result))
         self._report(job, result, result.timings, noun)
@@ -157,7 +159,6 @@ class _Run:
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
         n_left_out: int = 0,
     ) -> None:  # fmt: skip
-        """Print the number of smoothing steps, the summary and the output files."""
         asked = self.options.keywords.get("denoise")
         if not self.is_quiet:
             print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
@@ -180,7 +181,7 @@ class _Run:
 
     def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
         """Read the input; raise an error if an output format cannot store this kind of cells."""
-        cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        cells, attributes = read_input(job.input, self.format).cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes

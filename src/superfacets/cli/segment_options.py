@@ -142,7 +142,7 @@ segment_options = options(
            " to the length of a path.  [default: 5]"),
     opts.threads_option,
 )  # fmt: skip
-"""Adds the options of the computation to a command."""
+"""Decorator that adds the options of the computation to a command."""
 
 file_options = options(
     opts.ascii_option,
@@ -152,7 +152,7 @@ file_options = options(
     ),
     opts.force_option,
 )
-"""Adds the options for the format of mesh files to a command."""
+"""Decorator that adds the options for the format of mesh files to a command."""
 
 
 _OF_FILES = {field.name for field in fields(FileOptions)}

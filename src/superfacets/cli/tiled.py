@@ -14,6 +14,8 @@ import click
 from ..batches.files import FileOptions
 from ..clustering.result import Segmentation
 from ..errors import IslandWarning, MeshError, SliverWarning
+from ..export.label_files import label_names
+from ..io.readers.pieces import holds_files
 from .options import COUNT, FLAG, FOLDER, STANDARD_STREAM, Count, option, options
 from .outputs import names_of_results
 from .progress import TileBar
@@ -39,7 +41,7 @@ tile_options = options(
            "Address of a Dask scheduler whose workers process the tiles, such as"
            " tcp://10.0.0.1:8786."),
 )  # fmt: skip
-"""Adds the options of tiles to a command."""
+"""Decorator that adds the options of tiles to a command."""
 
 _NOT_OF_TILES = {
     "--paper": "radius_factor",
@@ -125,9 +127,6 @@ class TileOptions:
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Return a file name per file ending; for an input folder, return one per input file."""
-    from ..export.label_files import label_names
-    from ..io.readers.pieces import holds_files
-
     if holds_files(Path(text)):
         with contextlib.suppress(OSError):  # reading the input will report the error
             return label_names(Path(text))
@@ -156,10 +155,3 @@ def segment_by_tiles(
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
-
-
-def noun_of_tiled(path: Path) -> str:
-    """Return the word for a cell of an input file or folder: "point" or "face"."""
-    from ..io.readers.pieces import holds_points
-
-    return "point" if holds_points(path) else "face"

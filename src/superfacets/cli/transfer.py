@@ -14,9 +14,9 @@ from ..cells.kinds import kind_of
 from ..export.write import check_fit
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..regions.nearest_labels import transfer
-from .inputs import labels_for, load_cells, load_cells_and_attributes
+from .inputs import labels_for, read_input
 from .interrupts import run_in_background
 from .options import FILE, NOT_NEGATIVE, drop_attributes_option, format_option, option
 from .outputs import OneRun, one_output_options
@@ -47,13 +47,12 @@ def transfer_command(
     run = OneRun(target, (source, labels), given)
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
-        cells = load_cells(str(source), format)
+        cells = read_input(str(source), format).cells()
         of_source = labels_for(cells, labels, run.labels_named, is_quiet=run.is_quiet)
-        goal, attributes = load_cells_and_attributes(
-            str(target), target_format, keep=run.keeps_attributes
-        )
+        file = read_input(str(target), target_format)
+        goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         check_fit(goal, None, run.job.endings, run.form)
-        with warnings.catch_warnings(record=True) as caught:  # printed as notes
+        with warnings.catch_warnings(record=True) as caught:  # warnings become notes
             carried = transfer(
                 cells, of_source, goal, max_distance=max_distance, n_threads=run.n_threads
             )

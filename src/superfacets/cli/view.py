@@ -14,10 +14,9 @@ from .._types import Array
 from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.npy import npz_array
-from ..io.readers.read import read_cells_and_attributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .failures import print_note
-from .inputs import labels_beside, labels_for, read_values
+from .inputs import Input, labels_beside, labels_for, read_input, read_values
 from .options import FILE, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
@@ -60,9 +59,10 @@ def view_command(
     names = [path.stem for path in features]
     if len(set(names)) < len(names):
         raise click.UsageError("two features have the same name: rename their files")
-    cells, attributes = read_cells_and_attributes(mesh)
+    source = read_input(str(mesh))
+    cells, attributes = source.cells_and_attributes()
     texture = None if attributes is None else attributes.texture
-    shown = _levels_of(mesh, labels, cells, labels_named)
+    shown = _levels_of(source, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} has no labels: give a label file with --labels")
     truth = None if gt is None else labels_for(cells, gt, labels_named, is_quiet=True)
@@ -80,7 +80,7 @@ def view_command(
             print_note(f"the texture is not shown: {error}")
     try:
         page = page or show()
-    except (ValueError, TypeError) as error:  # caused by the content of input files
+    except (ValueError, TypeError) as error:  # an input file has wrong values
         raise MeshError(f"{mesh}: {error}") from None
     if target is not None:
         page.save(target)
@@ -97,10 +97,10 @@ def _open(page: Page, name: str) -> None:
         print_note("no browser was found: open the file yourself, or name a file with --html")
 
 
-def _levels_of(mesh: Path, path: Path | None, cells: Cells, name: str) -> Array | None:
+def _levels_of(source: Input, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
-        return labels_beside(mesh, path, cells, name, is_quiet=True)
+        return labels_beside(source, path, cells, name, is_quiet=True)
     content = read_content(path)
     try:
         return npz_array(content, "labels")

@@ -1,10 +1,10 @@
-"""Stage 4: balance the sizes of regions, using paths with an additive offset for each center.
+"""Balance the sizes of regions, by adding an offset for each center to the lengths of its paths.
 
-After the loop, centers of regions that are too small move into regions that are too large. Then
-there are several rounds. In each round, centers move to the centroids of their regions, and the
-offset of a region increases if the region is larger than its target size, and decreases if it is
-smaller. Regions stay connected, and their borders stay in creases. Stage 5 moves single cells to
-reach the target sizes.
+After the loop, centers of regions that are too small move into regions that are too large. In each
+of the following rounds, centers move to the centroids of their regions. The offset of a region
+increases if the region is larger than its target size, and decreases if it is smaller. Regions stay
+connected, and their borders stay in creases. Later, `regions.region_sizes` moves single cells until
+regions have exactly their target sizes.
 """
 
 from __future__ import annotations
@@ -38,35 +38,36 @@ ITERATIONS_PER_JUMP = 4
 """Number of iterations of the clustering loop after each round in which centers move."""
 
 MOST_JUMPING = 0.15
-"""Maximum fraction of the centers of a component that move per round, but at least one center."""
+"""Maximum fraction of a component's centers that move per round; one center may always move."""
 
 SMALL, LARGE = 0.6, 1.5
-"""Centers of regions below SMALL times the mean size move into regions above LARGE times the mean
-size."""
+"""Centers move from regions smaller than SMALL times the mean size into regions larger than LARGE
+times the mean size."""
 
 ROUNDS = 20
-"""Number of rounds in which offsets change. The result is not better with 40 rounds."""
+"""Number of rounds in which offsets change. With 40 rounds, the sizes are not more equal."""
 
 ROUNDS_ON_ALL = 6
-"""Number of additional rounds on all cells, after rounds on coarse cells."""
+"""Number of rounds in which offsets change on all cells, after ROUNDS rounds on coarse cells."""
 
 GAIN = 0.35
-"""Change of an offset per round, in mean path lengths to a border, if a region is twice as large
-as its target size."""
+"""Increase of an offset per round if a region is twice as large as its target size, as a fraction
+of the mean path length from a center to the border of its region."""
 
 MOST_OFFSET = 0.5
-"""Maximum offset, in mean path lengths to a border. With larger offsets, regions extend around
-their neighbors into other parts. With 1, the undersegmentation error is 0.01 higher."""
+"""Maximum difference of an offset from the median offset, as a fraction of the mean path length to
+a border. With larger offsets, regions extend around their neighbors into other parts of the shape.
+With a value of 1, the undersegmentation error is 0.01 higher."""
 
 RESCUES = 10
-"""Maximum number of final rounds, which move centers that are in other regions."""
+"""Maximum number of final rounds, which move centers that offsets have put into other regions."""
 
 ISLAND = 0.5
-"""A component smaller than this fraction of the mean size of a region keeps its single region."""
+"""A component smaller than this fraction of the mean size of a region always has one region."""
 
 
 MAX_TOTAL = 1e150
-"""Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL, so ratios are finite."""
+"""Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL. Ratios are then finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,17 +75,17 @@ class SizeRules:
     """Rules for the sizes of regions. The size of a region is the sum of the sizes of its cells."""
 
     options: BalanceOptions
-    sizes: Floats  # (n,) size of each kept cell
-    components: Ints  # (n,) component of each kept cell
+    sizes: Floats  # (n,) size of each cell inside the mask
+    components: Ints  # (n,) connected component of each cell inside the mask
 
     @classmethod
     def of(
         cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None,
         measures: Floats,
     ) -> SizeRules | None:  # fmt: skip
-        """Return the rules for the kept cells of a graph, or None if sizes are not restricted.
+        """Return the rules for the cells inside the mask, or None if sizes are not restricted.
 
-        `measures` are the measures of the cells before smoothing.
+        `measures` are the areas or volumes of the cells before the mesh is smoothed.
         """
         if not options.is_used:
             return None
@@ -100,7 +101,7 @@ class SizeRules:
         with np.errstate(over="ignore"):
             total = float(sizes.sum())
         if not total > 0:
-            raise MeshError("at least one cell must have a size above 0 to balance regions")
+            raise MeshError("at least one cell must have a size above 0, but all sizes are 0")
         if not 1 / MAX_TOTAL < total < MAX_TOTAL:
             raise MeshError(
                 f"the sum of cell_weights must be {1 / MAX_TOTAL:g} to {MAX_TOTAL:g}, got"
@@ -109,7 +110,7 @@ class SizeRules:
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return the options with the number of regions computed from `cells_per_region`."""
+        """Return `size` with `n_segments` computed from `cells_per_region`, if this is given."""
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -134,16 +135,16 @@ class SizeRules:
             )
         if low > total + slack:
             raise MeshError(
-                f"min_measure must be at most {total:g}, the size of the mesh, got {low:g}"
+                f"min_measure must be at most {total:g}, the size of all cells, got {low:g}"
             )
         if n_segments * low > total + slack:
             raise MeshError(
                 f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g},"
-                f" but the mesh has {total:g}: use at most {math.floor(total / low)} regions"
+                f" but all cells have {total:g}: use at most {math.floor(total / low)} regions"
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the target number of regions of each component; `found` are current numbers."""
+        """Return the target number of regions of each component, given the current numbers."""
         totals = sums_by_label(self.components, self.sizes, len(found))
         if self.options.cells_per_region is not None:
             return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
@@ -160,13 +161,13 @@ class SizeRules:
             n_regions = int(found.sum())
             raise MeshError(
                 f"max_measure={high:g} needs at least {n_regions + n_least - n} regions, because no"
-                f" region extends over two components of the mesh, got {n_regions}"
+                f" region can extend over two components, got {n_regions} regions"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts
 
     def goals(self, found: Floats, components: Ints) -> Floats:
-        """Return the target sizes of regions; `found` are current sizes."""
+        """Return the target size of each region, given the current sizes and the components."""
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
         if self.options.cells_per_region is not None:
@@ -180,7 +181,7 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Divide n regions among components in proportion to `totals`, by Sainte-Lague's method.
+    """Divide n regions among components in proportion to `totals`, with the Sainte-Lague method.
 
     Each component gets `least` to `most` regions, but at least one.
     """
@@ -198,9 +199,9 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return `per_region` for all regions except the smallest region of each component.
+    """Return target numbers of cells: `per_region` for all but the smallest region of a component.
 
-    The smallest region gets the remaining cells of the component.
+    The target of the smallest region is the number of remaining cells of the component.
     """
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
@@ -215,9 +216,9 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Scale the goals of each component toward their mean until all goals are within bounds.
+    """Return target sizes that are moved toward the mean of their component until within bounds.
 
-    If the mean itself is out of bounds, all goals of the component become the mean.
+    If the mean is out of bounds, all target sizes of the component become the mean.
     """
     low, high = bounds
     spread = goals - means
@@ -231,34 +232,34 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """Balances the sizes of regions on each level of the loop."""
+    """Balances the sizes of regions on each level (all cells or coarse cells) of the loop."""
 
     rules: SizeRules
-    sizes: list[Floats]  # for each level, the size of each cell; the first level is all cells
-    components: list[Ints]  # for each level, the component of each cell
+    sizes: list[Floats]  # one array per level: size of each cell; level 0 has all cells
+    components: list[Ints]  # one array per level: connected component of each cell
     n_threads: int
     islands: _core.Islands
-    may_jump: bool  # whether centers may move to other regions; False for given centers
+    may_jump: bool  # whether centers may move to other regions; False if the caller gave centers
     goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) target sizes; empty at first
-    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,) offsets of paths
+    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,) added to paths
 
     @classmethod
     def of(
         cls, rules: SizeRules, coarse: list[CoarseCells], plan: Plan, loop: LoopOptions
     ) -> Balancer:
-        """Make a balancer for all cells and for coarse levels, where `coarse` starts finest."""
+        """Make a balancer for all cells and for the cells of `coarse`, from finest to coarsest."""
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
         may_jump = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
-            assert isinstance(level, _core.CoarseGraph)  # regions of tiles are never balanced
+            assert isinstance(level, _core.CoarseGraph)  # graphs on disk are never balanced
             cells = level.coarse_cells(n_threads)
             sizes.append(sums_by_label(cells, sizes[-1], level.graph.n_cells))
             components.append(components[-1][level.centers()])
         return cls(rules, sizes, components, n_threads, islands, may_jump)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Balance regions after the loop on a level; level 0 has all cells, other levels coarse."""
+        """Balance regions after the loop has run on a level, where level 0 is all cells."""
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
             clustering.classify(clustering.centers(), self.paths_from())
@@ -275,7 +276,7 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """Return the offsets as unsigned integers for the C++ core."""
+        """Return the offsets as unsigned integers, which `_core` expects."""
         return self.offsets.astype(np.uint64)
 
     def _counted(
@@ -304,7 +305,7 @@ class Balancer:
         return clustering
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
-        """Move centers of small regions into large regions of the same component."""
+        """Move centers of small regions into large regions of the same connected component."""
         strength = self.rules.options.strength
         for _ in range(JUMP_ROUNDS if strength > 0 else 0):
             found = _Regions.of(clustering, *cells)
@@ -324,7 +325,7 @@ class Balancer:
     def _move_offsets(
         self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
     ) -> None:
-        # In a disk, the radius is 3/2 of the mean distance from the center.
+        # The radius of a disk is 3/2 of the mean distance of its points from the center.
         scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
         goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
         for n in range(n_rounds + RESCUES):
@@ -334,7 +335,7 @@ class Balancer:
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
                 moved = clustering.update()
-                is_taken = np.isin(moved, centers[found.are_lost])  # two centers must differ
+                is_taken = np.isin(moved, centers[found.are_lost])  # centers must be distinct
                 centers = np.where(is_taken, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
@@ -342,14 +343,14 @@ class Balancer:
                 offsets = np.clip(offsets, middle - limit, middle + limit)
             if found.are_lost.any():
                 centers, offsets = self._rescued(found, clustering.lengths(), centers, offsets)
-            offsets = offsets - int((offsets - self.offsets).min())  # offsets must not decrease
+            offsets = offsets - int((offsets - self.offsets).min())  # offsets must never decrease
             self.offsets = offsets
             clustering.classify(centers, self.paths_from())
 
     def _rescued(
         self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
     ) -> tuple[Ints, Longs]:
-        """Move centers that are in other regions to the farthest cells of the largest regions."""
+        """Move each center that is in another region to the farthest cell of a large region."""
         pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
         lost, large = pairs[:, 0], pairs[:, 1]
         at = found.farthest(lengths)[large]
@@ -364,43 +365,43 @@ class Balancer:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    """Regions of a clustering, with their sizes and components."""
+    """Regions of a clustering, with their sizes and connected components."""
 
-    labels: Ints  # (n,) region of each cell
+    labels: Ints  # (n,) region of each cell, or -1 if the cell has no region
     centers: Ints  # (K,) center of each region
     sizes: Floats  # (K,) size of each region
-    components: Ints  # (K,) component of each region
+    components: Ints  # (K,) connected component that contains the center of each region
 
     @classmethod
     def of(cls, clustering: Clustering, sizes: Floats, components: Ints) -> _Regions:
         labels, centers = clustering.labels(), clustering.centers()
         if labels.min() >= 0:
             found = sums_by_label(labels, sizes, len(centers))
-        else:  # cells of islands have no label
+        else:  # cells in components without a seed have the label -1
             has_label = labels >= 0
             found = sums_by_label(labels[has_label], sizes[has_label], len(centers))
         return cls(labels, centers, found, components[centers])
 
     @property
     def are_lost(self) -> Bools:
-        """Whether the center of each region is in another region."""
+        """For each region, whether its center is in another region, (K,)."""
         return np.asarray(self.labels[self.centers] != np.arange(len(self.centers)))
 
     @property
     def means(self) -> Floats:
-        """Mean size of the regions in the component of each region, (K,)."""
+        """For each region, the mean size of all regions in the same component, (K,)."""
         counts = np.bincount(self.components)
         totals = sums_by_label(self.components, self.sizes, len(counts))
         means = np.asarray((totals / np.maximum(counts, 1))[self.components])
         return np.maximum(means, np.finfo(np.float64).tiny)
 
     def ranks(self, keys: Floats) -> Ints:
-        """Return the rank of each region in its component, in the ascending order of keys."""
+        """Return the rank of each region among the regions of its component, sorted by `keys`."""
         order = np.lexsort((keys, self.components))
         return _ranks_in_groups(order, self.components)
 
     def farthest(self, lengths: Offsets) -> Ints:
-        """Return the cell with the longest path in each region; its center if it has no cells."""
+        """Return the cell of each region with the longest path, or the center if there is none."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
@@ -411,8 +412,8 @@ class _Regions:
         """Return pairs of a small and a large region of the same component, (P, 2).
 
         In each component, the smallest region is paired with the largest region, the second
-        smallest with the second largest, and so on. The number of pairs is at most the fraction
-        `most` of the number of regions, but at least one pair is possible.
+        smallest with the second largest, and so on. `most` is the maximum number of pairs as a
+        fraction of the number of regions, but one pair is always allowed.
         """
         limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
@@ -423,7 +424,7 @@ class _Regions:
             groups = self.components[chosen].astype(np.int64)
             starts = np.searchsorted(groups, groups)
             ranks = np.arange(len(groups)) - starts
-            ranks[ranks >= limits[groups]] = len(self.centers)  # marks regions beyond the limit
+            ranks[ranks >= limits[groups]] = len(self.centers)  # marks regions that get no pair
             keys.append(groups * (len(self.centers) + 1) + ranks)
             keys[-1][ranks == len(self.centers)] = -len(keys)
         _, first, second = np.intersect1d(keys[0], keys[1], return_indices=True)
@@ -431,7 +432,7 @@ class _Regions:
 
 
 def _ranks_in_groups(order: Array, groups: Ints) -> Ints:
-    """Return the rank of each element within its group; `order` sorts elements by group first."""
+    """Return the rank in `order` of each element within its group; `order` is sorted by group."""
     sorted_groups = groups[order]
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)

@@ -1,4 +1,4 @@
-"""Stage 4a: classification, which labels each cell with its nearest center."""
+"""Classification, which labels each cell with its nearest center."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..cells.cell_graph import CellGraph, checked_graph
 
 
 class Classification(NamedTuple):
-    """Result of `classify`.
+    """Result of `classify`: the label of each cell, and the length of the path to its center.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
         Index in ``centers`` of the center of each cell, from 0 to K - 1.
     centers : ndarray of int32, shape (K,)
-        The given centers, followed by unreached cells that became centers.
+        The given centers, followed by unreached cells that were made centers.
     distances : ndarray of float64, shape (N,)
-        Length of the shortest path from its center to each cell, in the unit of the weights.
+        Length of the shortest path to each cell from its center, in the unit of the weights.
     """
 
     labels: Ints

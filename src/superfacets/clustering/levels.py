@@ -1,4 +1,4 @@
-"""Graphs for the clustering loop: graphs of all cells, in memory or on disk, and coarser graphs."""
+"""Graphs on which the clustering loop runs: all cells, in memory or on disk, and coarse cells."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from .plan import Plan
 
 
 class Assignment(Protocol):
-    """Assignment of cells to centers, implemented for example by `_core.Clustering`."""
+    """Assignment of each cell to its nearest center, as implemented by `_core.Clustering`."""
 
     def centers(self) -> Ints:
-        """Return the given centers, followed by unreached cells that became centers."""
+        """Return the given centers, followed by unreached cells that were made centers."""
 
     def labels(self) -> Ints:
         """Return the label of each cell."""
 
 
 class CoarseCells(Protocol):
-    """Coarse cells of a graph, implemented for example by `_core.CoarseGraph`."""
+    """Coarse cells, which are groups of neighboring cells of a graph, as in `_core.CoarseGraph`."""
 
     @property
     def graph(self) -> OrderedGraph:
         """Graph of the coarse cells."""
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Convert centers of regions from coarse cells to finer cells."""
+        """Return, for each region of coarse cells, a center among the finer cells."""
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int, *, needs_lengths: bool
@@ -43,7 +43,7 @@ class CoarseCells(Protocol):
 
 
 class LargeGraph(Protocol):
-    """A graph on disk. The loop runs on coarse cells in memory, and all cells are labeled once."""
+    """A graph on disk. The loop runs on coarse cells in memory; then all cells are labeled once."""
 
     @property
     def n_cells(self) -> int:
@@ -55,18 +55,18 @@ class LargeGraph(Protocol):
 
     @property
     def straight_unit(self) -> float:
-        """Unit of arc lengths if steps are straight lines, and 0 otherwise."""
+        """Unit of arc lengths if these are straight distances plus costs; otherwise 0."""
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
-        """Group about `cell_size` cells into each coarse cell."""
+        """Group the cells into coarse cells, each of about `cell_size` cells."""
 
     def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> Assignment:
-        """Label all cells with their nearest center."""
+        """Assign all cells to their nearest center, as `assignment_of` does."""
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Do the work of the function `join_islands` for this graph."""
+        """Join cells without a label to regions, as the function `join_islands` does."""
 
     def gathered(self, n_threads: int) -> OrderedGraph:
         """Load the whole graph into memory."""
@@ -75,54 +75,53 @@ class LargeGraph(Protocol):
 AnyGraph: TypeAlias = OrderedGraph | LargeGraph
 
 CELL_SIZES = (16, 8, 4)
-"""Numbers of cells per coarse cell on the first level, in order of preference. The first number
-that gives enough coarse cells is used."""
+"""Possible numbers of cells per coarse cell on the finest coarse level, in order of preference. The
+first number that gives enough coarse cells is used."""
 
 NEXT_CELL_SIZE = 4
-"""Number of cells per coarse cell on each coarser level."""
+"""Number of coarse cells that are grouped into one cell of the next coarser level."""
 
 CELLS_PER_REGION = 24
-"""Minimum of the mean number of coarse cells per region. On the 95 benchmark models, the
-undersegmentation error and the compactness are about as good as without coarse levels, or better,
-with values of 16 to 32: with 50 regions, 0.2088 to 0.2109 and 4.21 to 4.22 instead of 0.2143 and
-4.23; with 150 regions, 0.1279 to 0.1287 and 4.47 to 4.48 instead of 0.1283 and 4.48."""
+"""Minimum mean number of coarse cells per region. On the 95 benchmark models, regions are as good
+with values of 16 to 32 as without coarse levels. The undersegmentation error with 50 regions is
+0.2088 to 0.2109 (0.2143 without coarse levels), and with 150 regions 0.1279 to 0.1287 (0.1283)."""
 
 FINEST_PER_REGION = 48
 """Value that replaces CELLS_PER_REGION if paths on coarse cells determine the labels of all cells.
-With 24, the undersegmentation error is 0.003 to 0.006 higher. With 96, it is 0.001 to 0.003
-lower."""
+With a value of 24, the undersegmentation error is 0.003 to 0.006 higher. With 96, the error is
+0.001 to 0.003 lower."""
 
 COARSEST_PER_REGION = 12
-"""Value that replaces CELLS_PER_REGION on coarser levels if steps are straight lines."""
+"""Value that replaces CELLS_PER_REGION on coarser levels of a graph if `is_straight(graph)`."""
 
 MANY_REGIONS = 10_000
 """Minimum number of small regions for a short loop; see `Levels.is_short`. On 14 meshes of 43,000
-to 420,000 faces, with 17 and 40 faces per region, the undersegmentation error is 0.0261 (0.0259
-with the long loop), and the compactness is lower by 0.5 %."""
+to 420,000 faces, with 17 or 40 faces per region, the short loop raises the undersegmentation error
+from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Minimum fraction of the required coarse cells that must be in components with seeds."""
+"""Minimum number of coarse cells in components with seeds, relative to the required number."""
 
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
 
 
 def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
-    """Group about `cell_size` cells into each coarse cell."""
+    """Group the cells of a graph into coarse cells, each of about `cell_size` cells."""
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)
 
 
 def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
-    """Return the graph, loaded into memory if it is on disk."""
+    """Return the graph itself if it is in memory, or load the graph from disk."""
     return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
 
 
 def assignment_of(
     graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
 ) -> Assignment:
-    """Label all cells with their nearest center."""
+    """Assign all cells to the center with the shortest path; `reach` is as for `classify`."""
     if isinstance(graph, OrderedGraph):
         return _core.Clustering(graph, centers, reach, n_threads, islands)
     return graph.assignment(centers, reach, n_threads, islands)
@@ -131,9 +130,9 @@ def assignment_of(
 def join_islands(
     graph: AnyGraph, labels: Ints, groups: Ints, n_threads: int
 ) -> tuple[Ints, int, Ints]:
-    """Join cells without a label to the nearest regions, except across barriers.
+    """Join cells without a label to the nearest region in the same group (see `Plan.groups`).
 
-    Returns labels, the number of joined components, and the centers of additional regions.
+    Returns labels, the number of joined components, and the centers of new regions for the others.
     """
     if isinstance(graph, OrderedGraph):
         return _core.join_islands(graph, labels, groups, n_threads)
@@ -143,8 +142,8 @@ def join_islands(
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
-    The loop must run only on all cells if seeds are given, in the halted mode, with ``tol=0``, for
-    a single iteration, or if an arc has no reverse arc of the same length.
+    The loop runs only on all cells if the caller gave seeds or `radius_factor`, if `tol` is 0, if
+    `max_num_iter` is 1, or if an arc has no reverse arc of the same length.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return not plan.has_seeds and is_exact and is_symmetric
@@ -152,22 +151,22 @@ def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
 
 @dataclass
 class Levels:
-    """The coarse graphs for the loop."""
+    """The graphs of coarse cells on which the loop runs before it runs on all cells."""
 
     coarse: list[CoarseCells]
-    """Coarse graphs, the finest first. The loop removes each graph after its last use."""
+    """Coarse graphs, from finest to coarsest. The loop removes each graph after its last use."""
     n_finer: int = 0
-    """Number of graphs at the start of `coarse` on which the loop does not run. Paths are extended
-    to the cells of these graphs after the loop."""
+    """Number of graphs at the start of `coarse` on which the loop does not run. After the loop,
+    paths are extended from coarser cells to the cells of these graphs."""
     on_all: bool = True
-    """Whether the loop also runs on all cells. If not, all cells are labeled once at the end."""
+    """Whether the loop also runs on all cells. If False, all cells are labeled once at the end."""
     is_short: bool = False
-    """Whether the loop has only a few iterations, for many small regions. The default seeding is
-    then ``"curve"``."""
+    """Whether the loop has only a few iterations, because there are many small regions. In this
+    case, the default seeding method is ``"curve"``."""
 
     @classmethod
     def of(cls, graph: AnyGraph, plan: Plan, n_threads: int) -> Levels:
-        """Build successively coarser graphs while there are enough coarse cells per region."""
+        """Build successively coarser graphs, as long as regions have enough coarse cells."""
         n_segments = plan.size.n_segments
         if not is_straight(graph):
             enough = (CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments)
@@ -185,7 +184,7 @@ class Levels:
 
 
 def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
-    """Build the coarse graphs for the loop, and add the time to `timings`."""
+    """Build the coarse graphs for the loop, and record the run time in `timings`."""
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Levels([])
     with timed(timings, "coarsen", loop.on_stage):
@@ -193,12 +192,12 @@ def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str,
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
-    """Return whether regions have too few cells to determine labels by paths on coarse cells."""
+    """Return whether regions have too few cells for labels to be computed on coarse cells."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Return whether steps are straight lines, so that arc lengths are distances plus costs."""
+    """Return whether the length of an arc is the straight distance of its ends plus a cost."""
     return graph.straight_unit > 0.0
 
 
@@ -209,10 +208,10 @@ def _coarser(
     n_segments: int,
     n_threads: int,
 ) -> list[CoarseCells]:
-    """Build successively coarser graphs, the finest first.
+    """Build successively coarser graphs, and return them from the finest to the coarsest.
 
-    `sizes` are numbers of cells per coarse cell on the first level, in order of preference.
-    `enough` is the minimum number of coarse cells on the first level, and on coarser levels.
+    `sizes` are possible numbers of cells per coarse cell on the finest coarse level, in order of
+    preference. `enough` is the minimum number of coarse cells on this level and on coarser levels.
     """
     coarse: list[CoarseCells] = []
     n_enough, n_next = enough

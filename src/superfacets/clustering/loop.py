@@ -1,4 +1,4 @@
-"""The clustering loop, which repeats stages 4a (label cells) and 4b (move centers)."""
+"""The clustering loop, which alternately labels all cells and moves the centers of regions."""
 
 from __future__ import annotations
 
@@ -20,44 +20,43 @@ from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
-"""Maximum fraction of centers that move in each round of relocation, but at least one center."""
+"""Maximum fraction of centers that are relocated in each round. One center is always allowed."""
 
 ITERATIONS_PER_ROUND = 8
-"""Maximum number of iterations after each round of relocation."""
+"""Maximum number of iterations of the loop after each round of relocation."""
 
 SHORT_FRACTIONS, SHORT_ITERATIONS = (0.13,), 3
-"""Values of RELOCATED_FRACTIONS and ITERATIONS_PER_ROUND for a short loop. There are also at most
-SHORT_ITERATIONS iterations before this round. More iterations would move only one center in 300."""
+"""Values of RELOCATED_FRACTIONS and ITERATIONS_PER_ROUND in a short loop. SHORT_ITERATIONS is also
+the maximum number of iterations before relocation. Later iterations move only one center in 300."""
 
 LAST_ITERATIONS = 5
 """Maximum number of iterations on all cells after coarser levels, if there are `LEAST_GROUPED` or
-more cells. On 19 benchmark models with 16 times as many faces and k = 3,000, five iterations with
-fewer far arcs raise the undersegmentation error from 0.0193 to 0.0194, and compactness falls from
-4.309 to 4.303."""
+more cells. On 19 subdivided benchmark models with 3,000 regions, this maximum and fewer far arcs
+change the undersegmentation error from 0.0193 to 0.0194, and compactness from 4.309 to 4.303."""
 
 
 @dataclass
 class Loop:
     """State of the clustering loop."""
 
-    radius: float  # expected radius of a region
+    radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
-    timings: dict[str, float]  # seconds, keyed by stage
-    levels: list[Level] = field(default_factory=list)  # records of finished levels
-    is_cancelled: bool = False  # whether `progress` returned False
-    balancer: Balancer | None = None  # balances the sizes of regions, if this is requested
-    is_short: bool = False  # whether the loop is short (see `Levels`); only with relocation
+    timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
+    levels: list[Level] = field(default_factory=list)  # one record per finished level
+    is_cancelled: bool = False  # whether the callback `progress` has returned False
+    balancer: Balancer | None = None  # balances sizes of regions; None if sizes do not matter
+    is_short: bool = False  # whether there are only a few iterations; see `Levels.is_short`
 
     @property
     def stop_reason(self) -> StopReason:
-        """Why the loop stopped on the last finished level."""
+        """Reason why the loop stopped on the last finished level."""
         return self.levels[-1].stop_reason
 
     def run(self, levels: Levels, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
-        """Run on the coarse graphs, the coarsest first, and then on all cells.
+        """Run the loop on the coarse graphs, from coarsest to finest, and then on all cells.
 
-        `centers` are the initial centers, as cells of the coarsest graph. Returns labels and
-        centers of all cells. The last step is a classification, so labels and centers agree.
+        `centers` are the initial centers, as cells of the coarsest graph. Returns the label of each
+        cell, and the centers from which these labels were computed.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -78,25 +77,25 @@ class Loop:
         assert isinstance(clustering, Clustering)
         paths = clustering.lengths(), _labels_and_centers(clustering)[0]
         coarse.append(level)
-        del level, clustering  # otherwise `_spread` could not free the graph after its last use
+        del level, clustering  # these references would keep the graph in memory in `_spread`
         return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: AnyGraph, clustering: Assignment, level: int) -> Assignment:
-        """Balance the sizes of regions if there is a balancer."""
+        """Return the clustering after balancing sizes of regions, if there is a balancer."""
         if self.balancer is None:
             return clustering
         assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # regions of tiles are never balanced
+        assert isinstance(clustering, Clustering)  # graphs on disk are never balanced
         with timed(self.timings, "balance"):
             return self.balancer.run(graph, clustering, level)
 
     def _spread(
         self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
-        """Label all cells by extending paths from the last graph in `coarse` to all cells.
+        """Label all cells by extending `paths`, on the last graph in `coarse`, to finer cells.
 
-        These paths give rounder regions than paths on all cells. `centers` are cells of the next
-        finer graph. The list `coarse` is emptied.
+        Extended paths give rounder regions than paths on all cells. `centers` are cells of the next
+        finer graph. The list `coarse` is emptied to free memory.
         """
         while coarse:
             start = time.perf_counter()
@@ -116,18 +115,18 @@ class Loop:
         n_threads, needs_lengths = self.options.n_threads, not is_last
         if self.balancer is None:
             return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
-        assert isinstance(level, CoarseGraph)  # regions of tiles are never balanced
+        assert isinstance(level, CoarseGraph)  # graphs on disk are never balanced
         offsets = self.balancer.paths_from()
         lengths, labels = level.spread(
             *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
         )
-        labels[centers] = np.arange(len(centers))  # with offsets, another region may be nearer
+        labels[centers] = np.arange(len(centers))  # offsets may put a center into another region
         return lengths, labels
 
     def _run_level(
         self, graph: AnyGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
     ) -> Assignment:
-        """Run the loop on one level, starting from the given centers."""
+        """Run the loop on one level, starting from given centers; only label if `must_stay`."""
         start = time.perf_counter()
         reach = math.inf
         if self.options.radius_factor is not None:
@@ -142,10 +141,10 @@ class Loop:
         elif self.levels and is_last and graph.n_cells >= LEAST_GROUPED:
             most = min(most, LAST_ITERATIONS)
         elif relocates:
-            most -= most // 3  # reserves a third of the iterations for relocation
+            most -= most // 3  # leaves a third of the iterations for relocation
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
         if relocates:
-            assert isinstance(clustering, Clustering)  # relocation only runs on coarse tiles
+            assert isinstance(clustering, Clustering)  # centers in graphs on disk never move
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
@@ -153,10 +152,10 @@ class Loop:
     def _relocate(
         self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Repeatedly move centers into regions with large distances, and iterate.
+        """Repeatedly move some centers to regions whose cells are far from the center, and iterate.
 
-        `n_iter` and `reason` describe the iterations so far on this level. The result is their new
-        values.
+        `n_iter` and `reason` are the number of iterations on this level before, and why they
+        stopped. Returns the total number of iterations and the last stop reason.
         """
         fractions, most = RELOCATED_FRACTIONS, ITERATIONS_PER_ROUND
         if self.is_short:
@@ -188,17 +187,17 @@ class Loop:
         max_num_iter: int | None = None,
         n_before: int = 0,
     ) -> tuple[int, StopReason]:
-        """Repeat update and classification, and return the number of iterations and stop reason.
+        """Alternately move centers and label cells; return number of iterations and stop reason.
 
-        `n_before` is the number of earlier iterations on this level. With `must_stay`, centers do
-        not move, and the stop reason of the previous level is returned.
+        `n_before` is the number of earlier iterations on this level. If `must_stay`, centers do not
+        move, and the stop reason of the previous level is returned.
         """
         if self.is_cancelled:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
         assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # cells in tiles are classified only once
+        assert isinstance(clustering, Clustering)  # centers in graphs on disk never move
         if max_num_iter is None:
             max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
@@ -229,9 +228,9 @@ class Loop:
 
 
 def _labels_and_centers(clustering: Assignment) -> tuple[Ints, Ints]:
-    """Return labels and centers of a clustering, with each center in its own region.
+    """Return labels and centers of a clustering, where each center has the label of its region.
 
-    With offsets, a center may be in another region. This center becomes a region of one cell.
+    If paths have offsets, a center may lie in another region. Its region is then the center alone.
     """
     labels, centers = clustering.labels(), clustering.centers()
     labels[centers] = np.arange(len(centers), dtype=labels.dtype)
@@ -244,5 +243,5 @@ def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -
 
 
 def _fingerprint(centers: Ints) -> bytes:
-    """Return a 128-bit hash of the set of centers, to detect repeated states with less memory."""
+    """Return a 128-bit hash of the set of centers, to detect repeated sets in little memory."""
     return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

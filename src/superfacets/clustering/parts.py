@@ -1,8 +1,8 @@
-"""Stage 2: costs of arcs between the parts of a shape, such as a finger and the palm of a hand.
+"""Compute costs of arcs between the parts of a shape, such as a finger and the palm of a hand.
 
-Parts are far apart in the spectral embedding, whose coordinates are eigenvectors of the Laplacian
-for the smallest eigenvalues. The eigenvectors are computed on coarse cells and interpolated to
-finer cells.
+The coordinates of the spectral embedding are eigenvectors of the graph Laplacian for the smallest
+eigenvalues. In this embedding, different parts are far apart. Eigenvectors are computed on coarse
+cells (groups of cells) and interpolated to finer cells.
 """
 
 from __future__ import annotations
@@ -23,67 +23,68 @@ from ..cells.size import DEFAULT_N_SEGMENTS, radius_of
 from ..cells.weights import WeightOptions
 
 PART_CREASE_SCALE = 7.0
-"""Value of `regions.edit.CREASE_SCALE` for weights ``"parts"``. With 6, compactness is higher by
-0.01."""
+"""Value that replaces `regions.edit.CREASE_SCALE` for weights ``"parts"``. With a value of 6, the
+compactness is 0.01 higher."""
 
 SPARE = 4.0
-"""Factor that makes the unit of path lengths coarser, because costs between parts make paths up to
-1 + gamma times as long."""
+"""Factor by which the unit of integer path lengths is increased, because costs between parts make
+paths up to 1 + gamma times as long."""
 
 N_COARSE = 700
-"""Approximate number of coarse cells for which eigenvectors are computed. The regions are not
-better with 1,500 coarse cells."""
+"""Approximate number of coarse cells for which eigenvectors are computed. Regions are equally good
+with 1,500 coarse cells."""
 
 MOST_COARSE = 8 * N_COARSE
 """Maximum number of coarse cells for which eigenvectors are computed. Only meshes with thousands of
-components, such as triangle soup, have more coarse cells. These meshes get no costs between
-parts."""
+components, such as triangle soup, have more. Costs between parts are 0 for these meshes."""
 
 MOST_CELLS = 16
 """Maximum number of cells that are merged into one cell of the next coarser level."""
 
 LEAST_GROUPED = 96_000
-"""Minimum number of cells for `groups_to_embed`, if the loop runs on all cells."""
+"""Minimum number of cells of a graph for which `groups_to_embed` makes groups."""
 
 GROUP_SIZE = 8
-"""Number of cells per group in `groups_to_embed`."""
+"""Approximate number of cells per group in `groups_to_embed`."""
 
 GROUP_STEP = 0.5
-"""Factor of the costs between groups in border costs. The whole distance between two groups is
-assigned to the arcs between them, which attracts borders of regions to borders of groups. With a
-factor of 1, the compactness is 0.1 higher on meshes of 200,000 faces."""
+"""Factor that reduces costs between parts when costs of borders are computed for groups of cells.
+Without a reduction, borders of regions would follow the borders of groups, because only arcs
+between groups have costs. The compactness on meshes of 200,000 faces would be 0.1 higher."""
 
 CREASE_STEEPNESS = 20.0
-"""Conductances across creases are multiplied by exp(-20 kappa), where kappa = eta theta / pi."""
+"""Conductances across creases are multiplied by exp(-CREASE_STEEPNESS * eta * theta / pi). Theta
+is the angle between the normals; eta is the weight of the crease, for example 0 if convex."""
 
 LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
-"""Costs increase from zero to their full value between these two values of `hindered_share`. A
-surface without concave creases, such as a plane or a convex body, has no parts, and its
-`hindered_share` is 0. All benchmark models have 0.037 or more."""
+"""Costs between parts increase from 0 to their full value between these two values of
+`_Level.hindered_share`. This value is 0 for surfaces without concave creases, such as convex
+bodies, which have no parts. It is at least 0.037 for all benchmark models."""
 
 LEAST_CONDUCTANCE = 1e-6
-"""Minimum conductance, as in the C++ core, which ensures that connected cells stay connected."""
+"""Minimum conductance, so that neighboring cells stay connected. `_core` uses the same value."""
 
 N_VECTORS = 8
-"""Number of eigenvectors. On the benchmark models, 12 are worse, and results of 4 are unstable."""
+"""Default number of eigenvectors. On the benchmark models, regions are worse with 12 eigenvectors,
+and change strongly with small changes of the mesh with 4 eigenvectors."""
 
 N_COMPARED = 15
-"""Number of computed eigenvalues, in addition to the eigenvalues of constant vectors."""
+"""Number of computed eigenvalues above 0. The eigenvalue 0 belongs to constant vectors."""
 
 LEAST_VALUE = 1e-3
-"""Minimum of eigenvalues, as a fraction of the last computed eigenvalue. Smaller eigenvalues belong
-to barely connected pieces. Vectors are scaled by the inverse square root of their eigenvalues, so
-these pieces would dominate all other parts."""
+"""Eigenvalues are raised to at least this fraction of the largest computed eigenvalue. Vectors are
+divided by the square root of their eigenvalues. Without the minimum, vectors of barely connected
+pieces, which have tiny eigenvalues, would therefore dominate the embedding."""
 
 EQUAL = 1e-3
-"""Maximum relative difference of eigenvalues that are treated as equal. Eigenvectors of equal
-eigenvalues have an arbitrary basis, so they are used together or not at all."""
+"""Maximum relative difference of eigenvalues that are treated as equal. All eigenvectors of equal
+eigenvalues are used, or none of them, because their basis is arbitrary."""
 
 FAR_STEPS, SHORT_STEPS = 3, 2
-"""A far arc joins two faces that are at least two arcs apart. The numbers are the maximum distances
-between these faces, counted in arcs: in a normal loop, and in a short loop or a graph with groups.
-With the smaller maximum, there are 9 far arcs per face instead of 20. The regions are then 0.2 % to
-0.4 % more compact, but 5 % longer on regular grids."""
+"""Maximum distance, counted in arcs, between two faces that are joined by a far arc, which is an
+additional arc between faces that are not neighbors. SHORT_STEPS is used in a short loop (see
+`Levels`) and in graphs with groups. It gives 9 instead of 20 far arcs per face, and regions that
+are 0.2 % to 0.4 % more compact, but 5 % longer on regular grids."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,24 +92,24 @@ class PartPrices:
     """Costs of arcs between parts of a shape, proportional to distances in a spectral embedding."""
 
     vectors: Singles
-    """Coordinates of each group of cells, (G, Q); Q may be 0."""
+    """Coordinates in the embedding of each group of cells, (G, Q); Q is 0 if there are no costs."""
     group_of: Ints
-    """Group of each cell, (N,); empty if each cell is a group."""
+    """Group of each cell, (N,); empty if every cell is a group of one."""
     factor: float
-    """Cost of a distance of 1 in the embedding, in the unit of path lengths."""
+    """Cost of an arc between cells at a distance of 1 in the embedding, in integer path lengths."""
 
     @classmethod
     def of(
         cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
     ) -> PartPrices:  # fmt: skip
-        """Compute the embedding of the cells, or groups of cells, of a graph with straight steps.
+        """Compute the spectral embedding of a graph, and the factor of the costs.
 
-        `groups` are successively coarser graphs, and the cells of the last graph are embedded.
-        Without groups, the cells of the graph itself are embedded. `factors` are gamma, and the
-        cost of a crease of angle pi in the unit of the positions. The cost of a step is gamma times
-        the distance in the embedding. Distances are scaled so that their sum over all arcs equals
-        the sum of the lengths of all steps.
+        `groups` are successively coarser graphs. The cells of the last graph are embedded, or the
+        cells of `graph` if `groups` is empty. `factors` are gamma, and the cost of a crease of
+        angle pi in the unit of the positions. The cost of an arc is gamma times the distance of its
+        ends in the embedding, scaled so that the sum of all distances equals the sum of the lengths
+        of all arcs.
         """
         gamma, crease_price = factors
         embedded = groups[-1].graph if groups else graph
@@ -127,11 +128,11 @@ class PartPrices:
         *,
         far_steps: int,
     ) -> None:
-        """Add far arcs, and the costs between parts, to the graph and to coarser graphs.
+        """Add far arcs, and the costs between parts, to `graph` and to the graphs in `coarse`.
 
-        Far arcs join cells that are two or more arcs apart, in the graph itself at most
-        `far_steps`. With `far_steps` 1, the graph itself has no far arcs, because they would
-        dominate the run time if regions have thousands of cells.
+        Far arcs join cells of `graph` that are 2 to `far_steps` arcs apart. If regions have
+        thousands of cells, far arcs would dominate the run time. In this case, `far_steps` is 1, so
+        that only coarse graphs get far arcs.
         """
         graph.add_far_arcs(n_threads, far_steps)
         graph.add_part_prices(self.group_of, self.vectors, self.factor, n_threads)
@@ -141,30 +142,30 @@ class PartPrices:
             group_of = NO_GROUPS
 
     def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
-        """Like `add_to_all`, but only for the embedded graph and for coarser graphs."""
+        """Add far arcs and costs to coarse graphs, of which the first is the embedded graph."""
         rows = self._add_to(coarse[0], self.vectors, n_threads)
         for level in coarse[1:]:
             rows = self._add_to(level, _means(level, rows, NO_GROUPS, n_threads), n_threads)
 
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-        """Add far arcs and costs to one coarse graph; return `rows`, the vectors of its cells."""
+        """Add far arcs and costs to a coarse graph; return `rows`, the vectors of its cells."""
         level.add_far_arcs(n_threads)
         level.add_part_prices(rows, self.factor, n_threads)
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
-        """Return lengths of arcs plus costs between parts, from which border costs are computed."""
+        """Return the given lengths plus costs between parts, for the costs of region borders."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: int) -> Singles:
-    """Return the mean vector of the cells in each coarse cell; `rows` has one vector per group."""
+    """Return the mean vector of the cells in each coarse cell, given the vector of each group."""
     return level.means_of(rows, group_of, n_threads).reshape(-1, rows.shape[1])
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return the cell of the coarsest graph, the last of `groups`, that contains each cell."""
+    """Return, for each cell, the cell of the last graph in `groups` that contains it."""
     if not groups:
         return NO_GROUPS
     found = groups[0].coarse_cells(n_threads)
@@ -174,14 +175,14 @@ def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
 
 
 class _Level(NamedTuple):
-    """Cells of one level of coarseness, and the conductances of the arcs between them."""
+    """Graph of the cells on one level, which are the finest cells or groups of finer cells."""
 
     arcs: ArcLists
-    steps: Floats  # (M,) length of each arc, without creases
-    conductances: Floats  # (M,)
+    steps: Floats  # (M,) length of each arc without the cost of creases
+    conductances: Floats  # (M,) conductance of each arc, which is low across creases
     measures: Floats  # (N,) area of each cell
-    coarse_of: Ints | None = None  # (N,) cell of the next level that contains each cell
-    hindered_share: float = 0.0  # fraction of the total flow that is blocked by creases
+    coarse_of: Ints | None = None  # (N,) cell of the next coarser level that contains each cell
+    hindered_share: float = 0.0  # fraction, 0 to 1, of all border length that creases block
 
 
 def spectral_embedding(
@@ -198,14 +199,14 @@ def spectral_embedding(
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa) + 10^{-6}
 
-    where g is the distance between centroids, and kappa = theta / pi for concave edges with the
-    angle theta between normals. The conductance across concave creases is low. For example, fingers
-    have coordinates far from the palm, because creases separate them. Vector q is scaled by
-    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    where g is the distance between the centroids of two faces. For concave edges, kappa = theta /
+    pi, where theta is the angle between the normals. The conductance across concave creases is
+    therefore low. For example, coordinates of fingers are far from coordinates of the palm, because
+    creases separate them. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
-    Eigenvectors are computed on about 700 coarse cells, interpolated to the faces, and smoothed by
-    relaxation. Vectors that are constant on each component are excluded. Eigenvalues below a
-    thousandth of the 15th eigenvalue are raised to this value.
+    Eigenvectors are computed on about 700 groups of faces, interpolated to the faces, and smoothed
+    by relaxation. Vectors that are constant on each component are excluded. Eigenvalues below 0.001
+    times the 15th eigenvalue are raised to this value.
 
     Parameters
     ----------
@@ -221,9 +222,9 @@ def spectral_embedding(
     ndarray of float64, shape (N, n_vectors)
         Coordinates of each face. Only ratios of distances are meaningful. The coordinate with the
         largest absolute value in each column is positive. If eigenvalues are equal, as for
-        symmetric shapes, their basis is arbitrary. Columns are zero for meshes with few faces, and
-        for triangle soup with thousands of components. The run time is about 2 microseconds per
-        face.
+        symmetric shapes, the basis of their eigenvectors is arbitrary. If a mesh has too few faces
+        for `n_vectors` eigenvectors, the last columns are 0. All columns are 0 for meshes with
+        thousands of components. The run time is about 2 microseconds per face.
 
     Raises
     ------
@@ -262,9 +263,9 @@ def spectral_embedding(
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Group the cells of a large graph, because embedding groups is faster than embedding cells.
+    """Group the cells of a large graph, and return a list that contains the graph of groups.
 
-    The result is empty for small graphs, and for triangle soup, where most cells have no neighbors.
+    The list is empty for small graphs, and for triangle soup, where most cells have no neighbors.
     """
     if graph.n_cells < LEAST_GROUPED:
         return []
@@ -274,18 +275,15 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
 
 def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) -> _Level:
     """Return the level of a graph; `crease_price` is the cost of a crease of angle pi."""
-    offsets, neighbors, steps, conductances, share = graph.conducting_arcs(
-        crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
+    offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
+        graph, crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
     arcs = (offsets, neighbors)
     return _Level(arcs, steps, conductances, graph.measures(), hindered_share=share)
 
 
 def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
-    """Return the sum of the lengths of arcs divided by the sum of distances in the embedding.
-
-    The result is 0 if all distances are 0.
-    """
+    """Return total arc length divided by total arc length in the embedding; 0 if undefined."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -295,7 +293,7 @@ def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
 def _embedding(
     base: _Level, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return the coordinates of the cells of a graph; `base` is the level of this graph."""
+    """Return the coordinates of the cells of `graph` in the embedding; `base` is their level."""
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MOST_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
@@ -303,9 +301,9 @@ def _embedding(
 
 
 def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_Level]:
-    """Return the given level, followed by successively coarser levels."""
+    """Return a list of the given level, which is the level of `graph`, and coarser levels."""
     levels: list[_Level] = []
-    coarse: list[_core.CoarseGraph] = []  # keeps references to all graphs
+    coarse: list[_core.CoarseGraph] = []  # keeps the objects alive that own the graphs
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
@@ -314,27 +312,27 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
         graph = coarse[-1].graph
         offsets, neighbors, _ = coarse[-1].arcs()
-        steps = coarse[-1].steps(n_threads)
+        steps = _core.straight_steps(graph, n_threads)
         conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
         level = _Level((offsets, neighbors), steps, conductances, graph.measures())
     return [*levels, level]
 
 
 def _cell_size(ratio: float) -> int:
-    """Return the number of cells per coarse cell, equal on all levels, for a total ratio."""
+    """Return the number of cells per coarse cell on each level, for a reduction by `ratio`."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return the conductances between coarse cells, summed over the finer arcs between them."""
+    """Return the conductance of each arc between coarse cells, summed over the arcs of `level`."""
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
 
 
 def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
-    """Return the coordinates of the coarsest cells, (C, Q)."""
+    """Return the coordinates of the coarsest cells in the embedding, (C, Q)."""
     n_cells = len(level.measures)
     mean = float(level.measures.mean()) or 1.0
     measures = np.maximum(level.measures / mean, 1e-6)
@@ -361,7 +359,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
-    """Interpolate the rows of the coarsest cells to the finest cells, level by level."""
+    """Interpolate `values`, one row per coarsest cell, to the finest cells, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None
@@ -370,7 +368,7 @@ def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
 
 
 def _relaxed(rows: Singles, coarse_of: Ints, level: _Level, n_threads: int) -> Singles:
-    """Copy the row of each coarse cell to its cells, and smooth the copies by relaxation."""
+    """Copy the row of each coarse cell to its finer cells, and smooth the copies by relaxation."""
     n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
     copied = np.take(rows, coarse_of, axis=0)
     relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)

@@ -1,4 +1,4 @@
-"""The plan of a segmentation: the cells to segment, the size of regions, and initial centers."""
+"""The class `Plan`: the cells to segment, the size of regions, and the initial centers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..cells.size import RegionSize, region_size
 from .result import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation
-"""Start of the loop: initial centers, one label per cell, or an earlier segmentation."""
+"""Initial state of the loop: initial centers, one label per cell, or an earlier segmentation."""
 
 ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 """Offsets (N + 1,), neighbors (M,) and lengths (M,) of arcs in CSR form."""
@@ -26,21 +26,21 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 class Plan:
     """The cells to segment, the expected size of regions, and the initial centers."""
 
-    cut: Cut | None  # kept cells and arcs; None if all cells and arcs are kept
+    cut: Cut | None  # cells inside the mask, arcs that cross no barrier; None if all are kept
     size: RegionSize
-    asked: SizeOptions  # options of the caller, with seeds as indices of kept cells
+    asked: SizeOptions  # options of the caller, with seeds as indices of cells inside the mask
     init: Init | Seeds | None
-    """Seeding method, initial centers as indices of kept cells, or None for the default method."""
+    """Seeding method, initial centers (as `asked.seeds`), or None for the default method."""
 
     @classmethod
     def of(
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
         n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph.
+        """Make the plan for a graph; `start` is the requested size, and the start of the loop.
 
-        If the cells of the graph are sorted, `order` is the input index of each cell. Centers and
-        labels in `start` refer to the input order.
+        If the cells of the graph are sorted, `order` is the index of each cell before sorting.
+        Centers and labels in `start` refer to the order before sorting.
         """
         asked, given = start
         kept, measures = None, graph.measures
@@ -61,15 +61,15 @@ class Plan:
 
     @property
     def groups(self) -> Ints:
-        """Group of each kept cell, as in `Cut`; empty without barriers."""
+        """Group of each cell inside the mask, see `Cut.groups`; empty if there are no barriers."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
         self, graph: Any, lengths: Singles, n_threads: int, placed: _core.PlacedCells | None = None
     ) -> tuple[_core.PlacedCells, ArcLengths]:
-        """Return the kept cells, sorted along a space-filling curve, and their arcs.
+        """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
 
-        If an earlier stage has already sorted all cells, they are given as `placed`.
+        `placed` are all cells, if an earlier stage has already sorted them.
         """
         cut = self.cut
         if cut is None:
@@ -80,7 +80,7 @@ class Plan:
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
 
     def whole(self, result: Segmentation) -> Segmentation:
-        """Convert a result for kept cells to all cells; removed cells are labeled -1."""
+        """Convert a result for cells inside the mask to all cells; label the other cells -1."""
         if self.cut is None:
             return result
         labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]
@@ -97,8 +97,8 @@ def _first_centers(
 ) -> Init | Seeds | None:
     """Return the seeding method, or the initial centers as indices of `positions`.
 
-    From labels, the initial center of a region is the kept cell nearest to its centroid. `kept` is
-    None if all cells are kept. If the cells are sorted, `order` is the input index of each cell.
+    If `init` is labels, the initial center of a region is its cell nearest to its centroid. `kept`
+    are the cells inside the mask; None for all cells. `order` is as for `Plan.of`.
     """
     if init is None or isinstance(init, str):
         return init
@@ -128,14 +128,14 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
 
 
 def _sorted_indices(cells: Ints, order: Ints) -> Ints:
-    """Convert input indices of cells to sorted indices; `order` is the inverse permutation."""
+    """Return the indices of cells after sorting; `order` is the index of each before sorting."""
     inverse = np.empty_like(order)
     inverse[order] = np.arange(len(order), dtype=order.dtype)
     return inverse[cells]
 
 
 def _are_all_different(given: Array) -> bool:
-    """Return whether the array is a permutation of 0 to N - 1, so that each cell is a center."""
+    """Return whether each cell is a center: the array is a permutation of 0 to N - 1."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 
@@ -143,14 +143,14 @@ def _labels_of(given: Array, n_cells: int) -> Ints:
     try:
         return checked_partial_labels(given, n_cells)[0]
     except ValueError as error:
-        raise ValueError(f"init is not valid as one label per cell: {error}") from None
+        raise ValueError(f"init must be seeds, or valid labels of all cells: {error}") from None
 
 
 def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
     """Return the cell nearest to the centroid of each region; cells labeled -1 are ignored."""
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):
-        raise ValueError("labels in init must be >= 0 for at least one kept cell, got only -1")
+        raise ValueError("init must have a label >= 0 for a cell inside the mask, got only -1")
     values, compact = np.unique(labels[kept], return_inverse=True)
     placed = _core.PlacedCells(positions[kept], measures[kept], n_threads)
     no_arcs = (np.zeros(len(kept) + 1, np.int64), np.empty(0, np.int32), np.empty(0, np.float32))

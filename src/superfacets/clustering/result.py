@@ -1,4 +1,4 @@
-"""The class `Segmentation`: the result of `segment`."""
+"""The class `Segmentation`, which is the result of `segment`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 
 if TYPE_CHECKING:
     from ..pictures.page.document import Page
@@ -25,16 +25,16 @@ StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
 @dataclass(frozen=True)
 class Level:
-    """Record of the loop on one level, which is either all cells or coarse cells.
+    """Record of the clustering loop on one level: all cells, or coarse cells (groups of cells).
 
     Attributes
     ----------
     n_cells : int
         Number of cells of the level.
     n_iter : int
-        Number of iterations. If all faces are only classified once after coarse levels, it is 1.
+        Number of iterations, or 1 if the cells of the level were only labeled once.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Why the iterations stopped; see `Segmentation`.
+        Reason why the iterations stopped; see `Segmentation`.
     seconds : float
         Wall time in seconds.
     """
@@ -58,48 +58,48 @@ class Segmentation:
         Region of each face, from 0 to K - 1, in input order; -1 for faces outside the mask.
     centers : ndarray of int32, shape (K,)
         Representative face of each region. Each face has the label of the center with the shortest
-        path, unless the clean-up of stage 5 changed the label. For large regions, shortest paths
-        are computed on coarse cells.
+        path, unless the clean-up of borders changed the label. For large regions, shortest paths
+        are computed on groups of faces.
     n_segments : int
         Number of regions, K.
     n_iter : int
         Total number of iterations on all levels; see ``levels``.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Why the loop stopped, on the finest level on which it ran:
+        Reason why the loop stopped on the finest level on which it ran:
 
         - ``"converged"``: The centers moved by at most `tol`.
         - ``"settled"``: The centers alternate between a few equally good states.
         - ``"max_num_iter"``: The maximum number of iterations was reached.
         - ``"cancelled"``: The callable `progress` returned False.
     n_unreached : int
-        Number of components that no center reached because they have no seed. With `radius_factor`,
-        faces beyond the maximum distance from all centers are included. With ``islands="keep"``,
-        each component becomes a region. With ``"nearest"``, it joins the nearest region, unless it
-        is enclosed by barriers.
+        Number of components that no center reached because they have no seed. If `radius_factor` is
+        given, groups of faces that are too far from all centers are counted too. With
+        ``islands="keep"``, each of these components becomes a region. With ``"nearest"``, it joins
+        the nearest region, unless barriers enclose it.
     n_joined : int
-        Number of pieces of regions that joined a neighbor because of ``enforce_connectivity``.
+        Number of disconnected pieces that ``enforce_connectivity`` joined to a neighboring region.
     n_merged : int
-        Number of small regions that were merged into others because of ``min_size``. They are not
-        included in K.
+        Number of small regions that were merged into other regions because of ``min_size``. K does
+        not include them.
     n_islands : int
-        Number of small regions that were kept because they have no neighbor.
+        Number of regions smaller than ``min_size`` that were kept because they have no neighbor.
     n_extra_pieces : int
-        Number of connected pieces minus K. It can only be above 0 with ``cells_per_region``, if no
-        connected regions of these sizes were found.
+        Number of connected pieces of all regions, minus K. It is 0 unless ``cells_per_region`` is
+        given and no connected regions of this size were found.
     sliver_share : float or None
         Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, where r is
         the expected radius. If it is above 0.1, regions become stripes, and `segment` warns. None
         for a `CellGraph`, whose cells have no shape.
     levels : tuple of Level
-        Record of the loop on each level, from the coarsest cells to all faces.
+        Records of the loop on each level, from the coarsest groups of faces to all faces.
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
         Parameters of the segmentation. ``expected_radius`` is r in the unit of the vertices.
         ``radius`` is the argument, as a fraction of the diagonal, or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
-        The segmented mesh, cloud or graph, which `regions`, `plot` and `view` need. It is not
-        copied. None if the object was made without it.
+        The segmented mesh, cloud or graph (not a copy), which `regions`, `plot` and `view` need.
+        None if the segmentation was made without a mesh.
     """
 
     labels: Ints
@@ -126,10 +126,10 @@ class Segmentation:
     def patches(self) -> Ints:
         """Cells of each region, shape (K, size of the largest region), padded with -1.
 
-        With ``cells_per_region=64``, the rows are batches for neural networks that process patches:
-        each row has 64 cells, except one row per component. The cells of a region are in the order
-        of a depth-first search that starts at the narrowest end of the region. Each cell is a
-        neighbor of the previous cell, unless the search backtracks.
+        Use ``cells_per_region=64`` for neural networks that process patches of 64 cells: all rows
+        then have 64 cells, except one row per component. The cells of a region are in the order of
+        a depth-first search that starts at the narrowest end of the region. Each cell is a neighbor
+        of the previous cell, unless the search backtracks.
 
         Raises
         ------
@@ -176,7 +176,7 @@ class Segmentation:
         return plot(self._known_cells("plot"), self.labels, **options)
 
     def view(self, **options: Any) -> Page:
-        """Return an interactive page of the regions from ``superfacets.view(cells, labels)``.
+        """Return ``superfacets.view(cells, labels)``, an interactive page that shows the regions.
 
         Raises
         ------
@@ -193,7 +193,7 @@ class Segmentation:
         return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
 
     def _known_cells(self, instead: str) -> Any:
-        """Return the cells, or raise an error that suggests the function `instead`."""
+        """Return `cells`, or raise an error that suggests the function `instead` if it is None."""
         if self.cells is None:
             raise ValueError(
                 f"this segmentation does not store its mesh: call {instead}(mesh, labels) instead"
@@ -201,7 +201,7 @@ class Segmentation:
         return self.cells
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        if copy is None:  # NumPy 1 does not accept `np.array(copy=None)`
+        if copy is None:  # NumPy 1 has no `np.array(..., copy=None)`
             return np.asarray(self.labels, dtype=dtype)
         return np.array(self.labels, dtype=dtype, copy=copy)
 
@@ -212,13 +212,13 @@ class Segmentation:
         )
 
     def _repr_html_(self) -> str:
-        """Return HTML for notebooks, with a picture if possible, and sizes of regions."""
+        """Return HTML for notebooks: a picture of the regions if possible, and their sizes."""
         from ..pictures.notebook import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
-        """Return the picture as PNG, for notebooks that do not show HTML."""
+        """Return a picture of the regions as PNG, for notebooks that do not show HTML."""
         from ..pictures.notebook import png_of
 
         return png_of(self)

@@ -1,4 +1,4 @@
-"""Stages 3 and 4 for a graph of cells: seeding, and the clustering loop."""
+"""Place the seeds of regions in a graph of cells, and run the clustering loop."""
 
 from __future__ import annotations
 
@@ -44,20 +44,20 @@ def segment_graph(
 ) -> Segmentation:
     """Divide the cells of a graph into k compact regions.
 
-    This is the clustering of `segment` for cells of any kind, which have positions, measures and
-    weighted arcs.
+    `segment` uses the same clustering for meshes and point clouds. This function accepts cells of
+    any kind that have positions, measures (such as areas) and weighted arcs.
 
     Parameters
     ----------
     graph : CellGraph
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
-        As for `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. In a graph
-        with one-way arcs, cells without a path from any center are treated like components without
-        a seed.
+        As for `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. If arcs are
+        one-way, cells that no path reaches from any center are treated like components without a
+        seed.
     relocate : bool, default False
         As for `segment`.
     mask, barriers
-        As for `segment`. Barriers are one number per cell, because a graph has no edges.
+        As for `segment`, but barriers must be one number per cell, because a graph has no edges.
     features, feature_weight, scale_features
         As for `segment`, with one row of features per cell.
 
@@ -111,7 +111,7 @@ def segment_graph(
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """Return the graph with the costs of feature differences added to its weights."""
+    """Return a copy of the graph, with costs of feature differences added to the weights."""
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -132,11 +132,11 @@ def segment_cells(
     join_pieces: Callable[[Ints, Ints], Ints] | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
-    """Run stages 3 and 4 on a checked graph of the kept cells.
+    """Place seeds and run the loop on a checked graph of the cells inside the mask.
 
-    `levels` is the result of `coarsened`; its graphs are removed after use. `join_pieces` is called
-    with labels and centers, and returns labels of connected regions. `balancer` changes the sizes
-    of regions to their target sizes.
+    `levels` is the result of `coarsened`; its graphs are removed after their last use.
+    `join_pieces` is a function of labels and centers that returns labels of connected regions.
+    `balancer` changes the sizes of regions to their target sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
     if init is None:
@@ -147,11 +147,11 @@ def segment_cells(
         first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
-        del first  # otherwise the loop could not free this graph after its last use
+        del first  # this reference would keep the graph in memory during the loop
     is_short = levels.is_short and bool(loop.relocate)
     run = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
     labels, centers = run.run(levels, graph, seeds)
-    n_unreached = max(0, len(centers) - len(seeds))  # the balancer may have removed centers
+    n_unreached = max(0, len(centers) - len(seeds))  # negative if the balancer removed centers
     if join_pieces is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
             labels = join_pieces(labels, centers)

@@ -1,4 +1,4 @@
-"""Stage 3: seeding, which places the initial centers."""
+"""Seeding, which places the initial centers of regions."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Extent of a flooded region, and edge length of a grid cube, in expected radii."""
+"""Radius of regions for ``"flood"``, and edge length of cubes for ``"grid"``, in expected radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
-"""Enumerators of the C++ core, keyed by the values of the argument `islands`."""
+"""Map from values of the argument `islands` to the enumeration in `_core`."""
 
 
 def place_seeds(
@@ -47,22 +47,22 @@ def place_seeds(
           largest component first.
         - ``"farthest"``: Like ``"geodesic"``, but with Euclidean distances. There are exactly k
           seeds, and time is O((N + k) log N) in practice.
-        - ``"curve"``: Divide the Morton curve through all cells into 0.6 k equal parts, and use the
-          middle cell of each part as a seed. Place the other seeds as by ``"geodesic"``. The weight
-          of a cell on the curve is its measure times the square root of its mean arc length per
-          distance. There are exactly k seeds, and time is O(N + k log N) in practice.
+        - ``"curve"``: Divide the Morton curve through all cells into 0.6 k parts, and use the
+          middle cell of each part as a seed. Place the other seeds as ``"geodesic"`` does. Parts
+          have equal weights; the weight of a cell is its measure times the square root of its mean
+          ratio of arc length to distance. There are exactly k seeds. Time is O(N + k log N).
         - ``"flood"``: Visit cells in the order of their path length from the central cell. A cell
           that no region has reached starts a new region, which expands to 2 r. In each further
           component, start from the cell with the lowest index. The number of seeds is close to k.
         - ``"grid"``: Divide the bounds into cubes of edge 2 r, and use the central cell of the
           cells in each cube. The number of seeds is close to k.
-        - An array of cells.
+        - An array: the indices of the cells that are used as seeds.
     islands : {"keep", "nearest"}
-        A component is an island if it is not among the k largest components, or if its measure is
-        less than A / (2 k), provided that the other components have at least k cells. Islands get
-        no seeds with ``"geodesic"`` and ``"curve"``. If `islands` is ``"nearest"``, they also get
-        no seeds with ``"farthest"`` and ``"flood"``, and ``"farthest"`` starts with the same
-        central cells as ``"geodesic"``.
+        Islands are components that are not among the k largest components or have a measure below
+        A / (2 k). There are no islands if the other components have fewer than k cells. The methods
+        ``"geodesic"`` and ``"curve"`` place no seeds on islands. If `islands` is ``"nearest"``,
+        ``"farthest"`` and ``"flood"`` place no seeds on islands either, and ``"farthest"`` starts
+        with the same central cells as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
 
@@ -73,8 +73,8 @@ def place_seeds(
 
     Notes
     -----
-    One-way arcs connect components like other arcs. Cells without a path from any seed have an
-    infinite path length, and ``"flood"`` visits them last in their component.
+    Components are found with all arcs, including one-way arcs. Cells without a path from any seed
+    have an infinite path length, and ``"flood"`` visits them last in their component.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Return the result of `place_seeds` for checked options and a given size of regions."""
+    """Return the result of `place_seeds` for options that are already checked."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)
@@ -138,5 +138,5 @@ def _positive_radius(size: RegionSize, init: str) -> float:
     if size.radius > 0:
         return size.radius
     raise ValueError(
-        f"init={init!r} needs the radius of a region, but all cells have area 0: use another method"
+        f"init={init!r} needs a radius above 0, but all cells have area 0: use init='geodesic'"
     )

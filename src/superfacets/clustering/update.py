@@ -1,4 +1,4 @@
-"""Stage 4b: update of the centers of regions."""
+"""Update of centers: each region gets the cell nearest to its centroid as its center."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from ..cells.kinds import Kind, kind_of
 from ..cells.texels import check_texture
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .clouds import write_csv, write_las
 from .content import Content
 from .glb import write_glb
@@ -65,7 +65,7 @@ CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings of outputs for which the attributes of the input file are read."""
+"""Endings of outputs for which commands read the attributes of the input file."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of formats that store labels in a named array."""
@@ -100,7 +100,7 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
-        """Return the options, or raise an error if a value is wrong or unused for `endings`."""
+        """Return the options; raise an error if one is invalid or unused by all `endings`."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
         for name, is_given, fitting in (
@@ -115,7 +115,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError unless there is one class and one score per region, or none."""
+        """Raise a MeshError if classes or scores are given, but not one per region."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
@@ -155,7 +155,7 @@ class CellWriter:
     of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
 
     def checked(self, endings: Sequence[str]) -> CellWriter:
-        """Return a writer with checked colors, or raise an error if a format does not fit."""
+        """Return a writer with checked colors; raise an error if a format cannot store the data."""
         if not endings:
             return self
         kind = kind_of(self.cells)

@@ -21,7 +21,6 @@ _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
 _LAS_STEPS = 2.0**31 - 2
 """Maximum coordinate range in quantization steps, because LAS stores 32-bit integers."""
 
-
 _MOST_VLR_BYTES = 65535
 """Maximum size of a variable length record. Larger records are extended records after the points,
 which exist since LAS 1.4."""
@@ -44,9 +43,9 @@ def write_las(file: IO[bytes], content: Content) -> None:
     """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
 
     Version, point format, quantization, coordinate reference system and types of extra dimensions
-    are copied if the attributes come from a LAS file. A new quantization, or type, is computed if
-    the copied one cannot represent the values. For other attributes, the file is LAS 1.4 with point
-    format 6, or 7 if there are colors.
+    are copied if the attributes come from a LAS file. A new quantization or type is computed if the
+    copied one cannot represent the values. Otherwise the file is LAS 1.4 with point format 6, or 7
+    if there are colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -112,7 +111,7 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return `given`, changed as necessary to store the points, or a new `LasFrame`."""
+    """Return `given`, adapted so that it can store the points, or a new frame if it is None."""
     low, high = cloud.bounds
     scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))

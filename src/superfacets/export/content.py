@@ -14,7 +14,7 @@ from ..io.textures import Texture
 
 @dataclass(frozen=True)
 class Content:
-    """Cells to write, with their labels, colors and attributes, and format options; all checked."""
+    """Checked cells to write, with their labels, colors, attributes and format options."""
 
     cells: Any
     ending: str

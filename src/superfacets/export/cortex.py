@@ -58,7 +58,7 @@ def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Write an annotation file. In its color table, regions follow row 0, which means no region."""
+    """Write an annotation file. Its color table has a row for no region, then a row per region."""
     # Colors must differ, because the file identifies the region of a vertex by its color.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]

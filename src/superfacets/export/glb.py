@@ -76,7 +76,7 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 class _Regions:
     names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
     ids: npt.NDArray[np.int64]  # region id of each face
-    count: int
+    count: int  # number of regions, not counting label -1
 
     @classmethod
     def of(cls, labels: npt.NDArray[np.int32]) -> _Regions:
@@ -118,12 +118,12 @@ def _add_primitive(
 
 @dataclass(frozen=True, eq=False)
 class _Split:
-    """Vertices and triangles of the file. A vertex has a single label, color and material."""
+    """Vertices and triangles to write. Each vertex has a single label, color and material."""
 
-    vertices: npt.NDArray[np.int64]  # mesh vertex of each vertex of the file
-    face_of_vertex: npt.NDArray[np.int64]  # index of one of the mesh faces at each vertex
-    pairs: npt.NDArray[np.int64]  # row of texture coordinates of each vertex, or -1
-    triangles: npt.NDArray[np.int64]  # (T, 3) vertices of the file
+    vertices: npt.NDArray[np.int64]  # mesh vertex of each written vertex
+    face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each written vertex
+    pairs: npt.NDArray[np.int64]  # row of texture coordinates of each vertex; -1 if none
+    triangles: npt.NDArray[np.int64]  # (T, 3) indices of written vertices
     faces: npt.NDArray[Any]  # mesh face of each triangle
 
     def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
@@ -162,13 +162,8 @@ def _split_vertices(
         vertex_keys = np.unique(corners, return_inverse=True)[1].astype(np.int64)
         corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
     _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
-    return _Split(
-        vertices.ravel()[firsts].astype(np.int64),
-        faces[firsts // 3],
-        pairs[firsts],
-        numbers.reshape(-1, 3),
-        faces,
-    )
+    used = vertices.ravel()[firsts].astype(np.int64)
+    return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
 
 
 def _feature_ids(n_regions: int, labels: npt.NDArray[np.int32]) -> dict[str, Any]:
@@ -223,7 +218,7 @@ class _Scene:
     views: list[dict[str, int]] = field(default_factory=list)
     accessors: list[dict[str, Any]] = field(default_factory=list)
     parts: list[bytes] = field(default_factory=list)  # consecutive pieces of the buffer
-    n_bytes: int = 0  # size of the buffer
+    n_bytes: int = 0  # size of the buffer, in bytes
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
     middle: npt.NDArray[np.float64] | None = None  # origin of coordinates; None means 0
@@ -253,7 +248,7 @@ class _Scene:
         return len(self.accessors) - 1
 
     def place(self, points: npt.NDArray[np.float64]) -> None:
-        """Move the origin to the center of the points if float32 cannot store them exactly."""
+        """Move the origin to the center of `points` if float32 cannot store `points` exactly."""
         if not fits_single(points):
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()

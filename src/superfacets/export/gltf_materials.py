@@ -16,7 +16,7 @@ class GltfMaterials:
     """Materials and images to write to a glTF document. Each image is embedded once."""
 
     def __init__(self, add_view: Any) -> None:
-        self.add_view = add_view  # appends bytes to the buffer; returns the index of a buffer view
+        self.add_view = add_view  # stores bytes in the buffer; returns the index of their view
         self.lists: dict[str, list[dict[str, Any]]] = {
             name: [] for name in ("images", "samplers", "textures", "materials")
         }
@@ -94,16 +94,11 @@ class GltfMaterials:
             content = image.encoded()
             kind = kind_of_image(content)
             if kind in ("bmp", "tga", "tiff"):
-                content, kind = png_of(image), "png"
+                file = io.BytesIO()
+                import_pillow("Image").fromarray(image.pixels()).save(file, "png")
+                content, kind = file.getvalue(), "png"
             view = self.add_view(np.frombuffer(content, np.uint8))
             document = {"bufferView": view, "mimeType": f"image/{kind}", "name": image.name}
             self.lists["images"].append(document)
             self._image_of[image] = len(self.lists["images"]) - 1
         return self._image_of[image]
-
-
-def png_of(image: TextureImage) -> bytes:
-    """Encode the pixels of an image as PNG."""
-    file = io.BytesIO()
-    import_pillow("Image").fromarray(image.pixels()).save(file, "png")
-    return file.getvalue()

@@ -18,7 +18,7 @@ from ..cells.kinds import kind_of
 from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
 from ..io.readers.labels import checked_labels
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .cells import FormatOptions
 from .cortex import write_cortex
 from .pyg import GRAPH_OUTPUTS, write_arrays
@@ -48,7 +48,7 @@ CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
 
 UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
-"""Endings of files that store given labels of vertices unchanged."""
+"""Endings of files that store labels of vertices, if given, without converting them."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
@@ -77,7 +77,7 @@ class IdWriter:
         return self
 
     def _labels_in(self, ending: str) -> Ints:
-        """Return the given labels of vertices if the format stores them, or labels of cells."""
+        """Return given labels of vertices if the format stores them, otherwise labels of cells."""
         assert self.labels is not None
         if self.of_vertices is not None and ending in UNCONVERTED:
             return self.of_vertices
@@ -107,7 +107,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions that files of vertex labels omit, because they contain no vertex."""
+        """Number of regions without a vertex, which files of vertex labels therefore omit."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
@@ -181,7 +181,7 @@ def _check_labels(labels: Ints, ending: str) -> None:
 
 
 def _check_nested(levels: Sequence[Ints]) -> None:
-    """Raise a MeshError if a region is in several regions of the next level."""
+    """Raise a MeshError if a region is in several regions of the next coarser level."""
     for level, (fine, coarse) in enumerate(pairwise(levels)):
         _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)
         is_other = coarse != coarse[firsts[places]]

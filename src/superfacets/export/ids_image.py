@@ -26,7 +26,7 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
     The texture coordinates of the mesh apply to this image. The id of a region is its label + 1,
     encoded as red + 256 green + 65,536 blue; 0 means no region. If the texture has several images,
-    one id image is written for each.
+    one id image is written for each of them.
     """
     texture, labels = content.texture, content.labels
     if texture is None or labels is None:
@@ -50,7 +50,7 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """Yield a material, a mask of its faces, and the image size, for each image of the texture."""
+    """For each texture image, yield a material, a mask of faces with the image, and its size."""
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:

@@ -1,4 +1,4 @@
-"""Write labels to one file, or to a separate file for each file of the source."""
+"""Write labels to one file, or to a separate file for each file of an input folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .scannet import write_array
 
 
 def label_files(source: object, out: StrPath) -> list[Path]:
-    """Return the paths of the label files of a source, and create their folder if it is missing.
+    """Return paths for the labels of a source, and create the output folder if it is missing.
 
     `out` is the name of a ``.npy`` file. If the source is a folder, `out` can also be a folder that
     exists, has no suffix, or ends in a slash. Raises a ValueError for any other `out`, if `out` is

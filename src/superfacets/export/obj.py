@@ -80,7 +80,7 @@ def face_lines(
     first: int = 0,
     ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
-    """Yield lists of at most `ROWS_AT_ONCE` lines, which consist of `begin`, corners and `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines. A line has `begin`, the corners, and `ends`.
 
     A ``#`` in `begin` is replaced by the number of corners. The first vertex has index `first`.
     Each array in `ends` has one number per face of the mesh.
@@ -93,7 +93,7 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Return face lines; `pairs` has the texture index of each corner, and offsets of faces."""
+    """Return one line per face; `pairs` has texture indices of corners, and offsets of faces."""
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)
@@ -103,7 +103,7 @@ def _lines_of(
             np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
         ]
         is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
-        # Faces in which a corner has no texture coordinates get a negative kind.
+        # A kind is the number of corners, negated if a corner has no texture coordinates.
         kinds = np.where(is_whole, sizes, -sizes)
     for kind in np.unique(kinds).tolist():
         alike = np.flatnonzero(kinds == kind)

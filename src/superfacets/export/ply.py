@@ -98,7 +98,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return rows of the column. If list lengths differ, lists in `rows` have length `size`."""
+        """Return some rows as a column; `size` is the length of their lists if lengths differ."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -133,7 +133,7 @@ def _vertex_columns(vertices: Floats) -> list[_Column]:
 
 
 def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
-    """Return columns of positions, normals, labels and colors, given or from the cloud."""
+    """Return columns of positions, normals, labels, and colors (given, or else of the cloud)."""
     colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:

@@ -87,7 +87,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
         named = json.loads(groups.read_bytes())["segmentsFile"]
         names |= {named, named.removeprefix("scannet.")}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        pass  # if it cannot be read, only the scene in its name shows to which segments it refers
+        pass  # if the file cannot be read, only its scene name identifies its segments
     return names
 
 
@@ -104,7 +104,7 @@ def write_aggregation(
     file: IO[bytes], ids: npt.NDArray[np.integer], scene: str,
     classes: Sequence[str] | None, scores: Sequence[float] | None = None,
 ) -> None:  # fmt: skip
-    """Write one group per segment, with a class and a score if they are given."""
+    """Write an ``.aggregation.json`` file: a group per segment, with given classes and scores."""
     check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes

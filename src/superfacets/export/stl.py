@@ -1,4 +1,4 @@
-"""Write STL as text, with one solid per region or class, for example as patches for CFD."""
+"""Write STL, as text with one solid per region or class, or as binary data without labels."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 
 from .._types import Array
 from .._validate import checked_threads
+from ..io.readers.stl import HEADER_SIZE, TRIANGLE
 from ..mesh.faces import area_vectors
 from .content import Content
-from .text import coordinate_format, write_rows
+from .text import coordinate_format, fits_single, write_rows
 
 
 def write_stl(file: IO[bytes], content: Content) -> None:
@@ -19,13 +20,18 @@ def write_stl(file: IO[bytes], content: Content) -> None:
 
     Solids are named ``region_0``, ``region_1``, ..., and ``unlabeled`` for label -1, or after the
     classes, with underscores instead of spaces. Meshing and flow simulation programs use these
-    names for patches. The file is text because binary STL has only one solid. Undefined normals
-    are 0.
+    names for patches. The file is text because binary STL has only one solid. Without labels, the
+    file is binary if float32 is exact for all coordinates. Undefined normals are 0.
     """
     mesh, labels = content.cells, content.labels
     normals = area_vectors(mesh, checked_threads(None))
     lengths = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
     normals /= np.where(lengths > 0, lengths, 1.0)
+    if labels is None and not content.ascii and fits_single(mesh.vertices):
+        triangles = np.zeros(mesh.n_faces, TRIANGLE)
+        triangles["normal"], triangles["corners"] = normals, mesh.vertices[mesh.faces]
+        file.write(bytes(HEADER_SIZE) + mesh.n_faces.to_bytes(4, "little") + triangles.tobytes())
+        return
     solids, names = np.zeros(mesh.n_faces, np.intp), np.array(["mesh"])
     if labels is not None:
         values, solids = np.unique(labels, return_inverse=True)

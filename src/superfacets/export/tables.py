@@ -25,11 +25,11 @@ LINE_ENDINGS = (".obj",)
 
 
 def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
-    """Write each table to its path, in the format of its ending. Writes all files, or none.
+    """Write each table to its path, in the format of its ending: all tables, or none.
 
     The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
-    null in JSON. A JSON file has a list with one object per row. Numbers are restored
-    exactly. Parquet needs pandas and pyarrow.
+    null in JSON. A JSON file has a list with one object per row. Numbers have enough digits to be
+    read exactly. Parquet needs pandas and pyarrow.
     """
     endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:

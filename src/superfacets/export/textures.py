@@ -44,7 +44,7 @@ def notes_on_texture(
 
 @dataclass
 class Placer:
-    """Copier of images to the folder of an output file, which also chooses their names."""
+    """Copies images to the folder of an output file, and chooses the names of the copies."""
 
     path: Path | None  # output file; None for standard output, for which no image is copied
     names: dict[TextureImage, str | None] = field(default_factory=dict)

@@ -18,7 +18,7 @@ from ..io.atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.labels import checked_labels
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..regions.submeshes import Splitter
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
@@ -63,9 +63,9 @@ def write_mesh(
     path : path-like
         Output file. The ending selects the format:
 
-        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; one
-          solid per region, or per class with `classes`), ``.off`` (colors) or ``.glb`` (region ids
-          and a table of regions);
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; text
+          with one solid per region, or per class with `classes`; binary without labels), ``.off``
+          (colors) or ``.glb`` (region ids and a table of regions);
         - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
         - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
           LAZ need the extra ``las``);
@@ -220,7 +220,7 @@ def write_regions(
     ending: str | None = None,
     ascii: bool = False,
 ) -> list[Path]:
-    """Write the cells of each region to a separate file. Writes all files, or none.
+    """Write the cells of each region to a separate file: either all files, or none.
 
     Parameters
     ----------
@@ -282,7 +282,8 @@ def write_regions(
             value = int(cell_labels[cells_of[0]])
             part = splitter.named_part(cells_of, value)
             with temporary.open("wb") as file:
-                named = np.full(len(cells_of), value, np.int32) if ending == ".stl" else None
+                is_named = ascii and ending == ".stl"
+                named = np.full(len(cells_of), value, np.int32) if is_named else None
                 CellWriter(part.mesh, named, None, None, options).write(file, ending)
     return paths
 
@@ -299,16 +300,16 @@ def write_outputs(
     listed_mesh: Any = None,
     of_vertices: Ints | None = None,
 ) -> int:
-    """Write several files in the formats of their endings. Writes all files, or none.
+    """Write several files in the formats of their endings: either all files, or none.
 
     Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
     binary files, which need not be seekable. Streams are written after all files of `paths` are
     complete. If writing to a stream fails, no file appears at `paths`. If label files belong to
-    another mesh, `listed_mesh` is this mesh, and `listed` has its labels. Formats with one label
-    per vertex store the labels `of_vertices`, or convert `labels` if they are None. Returns the
-    number of regions that are missing in files of vertex labels because they contain no vertex.
-    Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
-    needs labels but there are none.
+    another mesh, such as the mesh before subdivision, pass it as `listed_mesh`, and its labels as
+    `listed`. Formats with one label per vertex store `of_vertices`, or else convert `labels`.
+    Returns the number of regions that are missing in files of vertex labels, because these regions
+    contain no vertex. Raises the errors of `write_mesh`, and a ValueError if a path is given twice,
+    or if a format needs labels but there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -336,7 +337,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """Return the write function for each ending, after checking that the formats fit."""
+    """Return the write function for each ending; raise an error if the format cannot be used."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)

@@ -12,7 +12,7 @@ from .._validate import checked_any_labels, checked_choice
 from ..adapters.convert import as_cells
 from ..adapters.results import NO_COLOR, Results, put_results
 from ..cells.kinds import kind_of
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 

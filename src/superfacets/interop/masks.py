@@ -68,7 +68,7 @@ def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest")
 
 
 def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
-    """Return the mask ids in a file or in the files of a folder; None for other files."""
+    """Return the mask ids in a file, or in all files of a folder; None if the path has no masks."""
     if path.is_dir():
         parts = sorted(path.glob("*.png"), key=lambda part: (len(part.stem), part.stem))
         planes = [_picture(part) > 0 for part in parts]

@@ -35,10 +35,10 @@ from ..cells.point_graph import PointGraph, point_surface
 from ..cells.weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 from ..clustering.run import segment_graph
 from ..errors import IslandWarning, MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import mean_normals
 from ..mesh.point_cloud import PointCloud
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from ..pipeline import segment
 from ..regions.crease_labels import VertexEdges, crease_labels, large_regions
 from ..regions.vertices import with_unused
@@ -275,7 +275,7 @@ def _distinct(steps: Ints, n_nodes: int) -> Longs:
 
 
 def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Count segments of the original package with `least` or more vertices; return 1 if none."""
+    """Return how many segments of `least` or more vertices the original finds; 1 if none."""
     lowest = lowest_vertices(mesh.vertices, True, n_threads)
     normals = mean_normals(mesh, lowest)
     number = _core.count_mesh_segments(

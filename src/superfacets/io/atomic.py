@@ -1,4 +1,4 @@
-"""Write files that replace existing files only when they are complete, and lock files."""
+"""Write files atomically, so that incomplete files never appear, and lock files and folders."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pathlib import Path
 StrPath = str | os.PathLike[str]
 
 STEM_SIZE = 40
-"""Maximum number of characters of an output's name that the name of its temporary file contains.
-File systems limit names to 255 bytes."""
+"""Maximum number of characters that are copied from the name of an output to the name of its
+temporary file. The number is limited because file systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Age in seconds at which leftover temporary files are removed. Writing a file is faster."""
+"""Minimum age, in seconds, of leftover temporary files to remove. Writing takes less time."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
@@ -41,7 +41,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     undone. A process that is killed leaves its temporary files behind. The next process that writes
     to the same path removes these files if they are at least a day old.
 
-    Raises the errors of `checked_targets`.
+    Raises the same errors as `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
@@ -56,7 +56,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
-    except OSError as error:  # replace the name of the temporary file by the name of the output
+    except OSError as error:  # report the name of the output instead of the temporary file
         names = dict(zip(temporaries, map(str, paths), strict=True))
         name = ", ".join(names.values()) if error.filename is None else error.filename
         if error.errno is not None:
@@ -69,7 +69,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
 
 
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
-    """Remove temporary files of the outputs `targets` that are at least `older_than` seconds old.
+    """Remove temporary files of `targets` if the files are at least `older_than` seconds old.
 
     The name of a temporary file contains the first `STEM_SIZE` characters of its output's name.
     Folders and links are not removed.
@@ -176,7 +176,7 @@ def open_own(path: Path, flags: int) -> int:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Create a folder and lock it during the block. Raise a ValueError if it is already locked."""
+    """Create and lock a folder during the block; raise a ValueError if it is already locked."""
     writable_folder(folder)
     with held(folder / ".lock", f"{folder}: another run is writing to this folder"):
         yield
@@ -199,7 +199,7 @@ def held(path: Path, message: str) -> Iterator[None]:
 
 
 def is_left_behind(path: Path) -> bool:
-    """Return whether the lock file exists but no process has locked it."""
+    """Return whether a lock file exists that no process has locked."""
     try:
         file = open_own(path, os.O_RDWR)
     except OSError:

@@ -102,8 +102,8 @@ class MeshAttributes:
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
         Properties of the vertices other than x, y and z, by name: one number, or n numbers, per
-        vertex. The read-only copies have types that PLY supports: bool becomes uint8,
-        int64 becomes int32 or uint32, and float16 becomes float32.
+        vertex. Arrays are copied, made read-only, and converted to types that PLY supports: bool
+        becomes uint8, int64 becomes int32 or uint32, and float16 becomes float32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
         Properties of the faces other than their corners.
     comments : sequence of str, optional
@@ -209,7 +209,7 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """Return the numpy type, in native byte order, in which PLY stores an array."""
+    """Return the NumPy type, in native byte order, in which PLY stores an array."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":
@@ -243,6 +243,6 @@ def is_encodable(text: str) -> bool:
     """Return whether a text can be encoded as UTF-8."""
     try:
         text.encode()
-    except UnicodeEncodeError:  # a lone surrogate
+    except UnicodeEncodeError:  # the text has a lone surrogate
         return False
     return True

@@ -1,4 +1,4 @@
-"""Open files, and check and convert arrays, for several readers."""
+"""Open files, and check and convert arrays, for the readers of all formats."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Polygons(NamedTuple):
 
 Arrays = tuple[Floats, Array | Polygons]
 """Vertices, (V, 3), and faces in the order of the file; an (F, 3) array if all faces are triangles.
-`Mesh` and `PolygonMesh` check indices and coordinates."""
+Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
 
 Content = bytes | mmap.mmap
 """Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
@@ -49,8 +49,8 @@ Content = bytes | mmap.mmap
 def known_ending(path: Path, endings: Sequence[str]) -> str:
     """Return the longest of `endings` with which the file name ends.
 
-    Raises a MeshError if there is none. Letter case is ignored. An ending may have several parts,
-    for example ``.segs.json``.
+    Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
+    may have several parts, for example ``.segs.json``.
     """
     name = path.name.lower()
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
@@ -61,7 +61,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a file into memory. A mapped file would crash the process if the file shrinks."""
+    """Read a file into memory. A memory map would crash the process if the file were truncated."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -113,18 +113,18 @@ def check_regular(path: Path) -> None:
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Allocate memory, in huge pages if possible; filling a bytes object takes 5 times as long."""
+    """Allocate memory, in huge pages if possible. Filling a bytes object is 5 times as slow."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     if hasattr(mmap, "MADV_HUGEPAGE"):
-        with contextlib.suppress(OSError):  # madvise is only a hint
+        with contextlib.suppress(OSError):  # harmless, because madvise is only a hint
             memory.madvise(mmap.MADV_HUGEPAGE)
     return memory
 
 
 def fill(buffer: Any, file: io.FileIO) -> None:
-    """Fill a buffer from a file; several calls are needed, because one call reads at most 2 GB."""
+    """Fill a buffer from a file, in several reads, because one read returns at most 2 GB."""
     view = memoryview(buffer)
     while view:
         n_bytes = file.readinto(view)
@@ -152,7 +152,7 @@ def temporary_file(data: Content, name: str) -> Iterator[str]:
 
 
 def side_by_side(rows: Array) -> Array:
-    """Copy an (N, n) field of records to a contiguous array, faster than NumPy does."""
+    """Copy an (N, n) field of a structured array to a contiguous array, faster than NumPy does."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -215,7 +215,7 @@ def counted(n: int, thing: str) -> str:
 
 
 def hint_at_integers(names: Sequence[str]) -> str:
-    """Return the end of the message for a missing property: names of the integer properties."""
+    """Return the end of an error message, which lists the integer properties, if there are any."""
     return f": the integer properties are {', '.join(names)}" if names else ""
 
 

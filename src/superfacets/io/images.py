@@ -1,4 +1,4 @@
-"""Find texture images in the folder of a mesh or in its file, and decode them with Pillow."""
+"""Find the texture images of a mesh, in its folder or inside its file, and decode them."""
 
 from __future__ import annotations
 

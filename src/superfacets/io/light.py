@@ -1,4 +1,4 @@
-"""Conversion between color spaces: sRGB, linear light and OKLab."""
+"""Convert colors between the color spaces sRGB, linear light and OKLab."""
 
 from __future__ import annotations
 

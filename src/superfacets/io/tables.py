@@ -1,4 +1,4 @@
-"""Read ranges of rows from tables: arrays, binary files and joined files."""
+"""Read ranges of rows from tables, which are arrays, binary files, or several joined files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """Table that can be read in ranges of rows. All classes except `ArrayRows` can be pickled."""
+    """Interface of tables that are read in ranges of rows; all but `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:
@@ -56,7 +56,7 @@ class RecordRows:
     n_rows: int
     record: np.dtype[Any]
     columns: tuple[str, ...]  # fields with one number each, or a single field with all numbers
-    length: str | None = None  # field with the number of corners, which must be 3 in all records
+    length: str | None = None  # field with the number of corners, which must be 3; None if missing
 
     def read(self, begin: int, end: int) -> Array:
         """Return rows `begin` to `end` - 1. Raise a MeshError if the field `length` is not 3."""
@@ -100,7 +100,7 @@ class JoinedRows:
     """Concatenation of tables."""
 
     parts: tuple[Rows, ...]
-    shifts: tuple[int, ...] | None = None  # number to add to all rows of each table
+    shifts: tuple[int, ...] | None = None  # number that is added to the rows of each table
 
     @property
     def starts(self) -> tuple[int, ...]:
@@ -124,11 +124,11 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Return the rows with the indices `wanted`, in this order; reads about `most` rows at once."""
+    """Return the rows with the indices `wanted`, in this order, reading about `most` at a time."""
     if isinstance(rows, ArrayRows):
-        if not rows.array.flags.c_contiguous:
+        if not rows.array.flags.c_contiguous:  # `take` would copy the whole array
             return np.asarray(rows.array[wanted])
-        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but copies strided arrays
+        return np.asarray(rows.array.take(wanted, axis=0))  # faster than array[wanted]
     low, high = int(wanted.min()), int(wanted.max()) + 1
     if high - low <= most:
         return rows.read(low, high).take(wanted - low, axis=0)
@@ -150,7 +150,7 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
 
 
 def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
-    """Return the wanted rows, which are in the blocks `used`; reads consecutive blocks together."""
+    """Return the wanted rows, all in the blocks `used`. Consecutive blocks are read together."""
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
     slots[used] = np.arange(len(used)) << BLOCK_BITS

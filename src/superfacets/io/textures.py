@@ -1,4 +1,4 @@
-"""Textures: texture coordinates of corners, and materials of faces."""
+"""Define textures, which consist of texture coordinates of corners and materials of faces."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .guards import counted
 from .images import TextureImage
 
 WRAPS = ("repeat", "clamp", "mirror")
-"""Wrap modes: how an image continues outside [0, 1]. The C++ core uses this order."""
+"""Wrap modes: how an image continues outside [0, 1]. The C++ core uses indices of this tuple."""
 
 
 @dataclass(frozen=True, eq=False)
 class MaterialSource:
-    """Complete description of a material in its file, for output in the same format.
+    """Complete description of a material, copied from its file for output in the same format.
 
-    In MTL text, an index between two zero bytes replaces the name of each image. In glTF JSON,
-    ``index`` is the index of an image and of its sampler.
+    In MTL text, each image name is replaced by its index in `images`, between two zero bytes. In
+    glTF JSON, ``index`` is the index of an image in `images`, and of its sampler in `samplers`.
     """
 
     format: str  # "mtl" or "gltf"
@@ -50,7 +50,7 @@ def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> 
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A material: a color, which is multiplied by an image if there is one.
+    """Color of faces, which is multiplied by the colors of an image if the material has an image.
 
     Parameters
     ----------
@@ -90,11 +90,11 @@ class Texture:
         Texture coordinates u and v. From 0 to 1, u goes from the left to the right side of the
         image, and v from its lower to its upper side.
     corners : array_like of integers, shape (C,)
-        Row of `coordinates` for each corner of each face, one face after the other, or -1.
+        Row of `coordinates` for each corner, one face after the other; -1 for no coordinates.
     materials : sequence of Material
         Materials of the mesh.
     face_materials : array_like of integers, shape (F,)
-        Index of the material of each face, or -1.
+        Index of the material of each face, or -1 for no material.
     libraries : sequence of path-like, optional
         MTL files that describe the materials.
     format : str, optional

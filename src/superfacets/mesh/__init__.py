@@ -1,1 +1,1 @@
-"""Stage 0: classes for checked meshes and point clouds."""
+"""Classes for meshes and point clouds, which check their arrays when they are made."""

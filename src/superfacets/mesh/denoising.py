@@ -1,4 +1,4 @@
-"""Removal of noise from the positions of meshes, before `segment` measures creases."""
+"""Estimate the noise of vertex positions, and smooth meshes before `segment` measures creases."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import checked_count
-from .cells import lowest_vertices
 from .faces import (
     FaceMesh,
     corners_in_a_row,
@@ -20,87 +19,88 @@ from .faces import (
     spread_indices,
     vertex_graph,
 )
+from .weld import lowest_vertices
 
 Denoise = int | Literal["auto"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
-"""Number of sampled faces, and number of first samples that can show that a mesh is smooth."""
+"""Number of sampled faces. If the first N_FIRST samples show no noise, no others are measured."""
 
 LEAST_SAMPLES = 32
-"""Minimum number of usable samples. A mesh with fewer usable samples is not smoothed."""
+"""Minimum number of samples with finite heights. A mesh with fewer such samples is not smoothed."""
 
 NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
-"""Minimum noise that is smoothed, in edge lengths: for irregular meshes, and for regular grids.
-On a plane of equal squares, noise of 0.005 makes regions 1.3 times as long as wide."""
+"""Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. On a
+plane of equal squares, noise of 0.005 edge lengths makes regions 1.3 times as long as wide."""
 
 SMOOTH_BELOW = 0.7
-"""Fraction of the noise limit. A mesh is treated as smooth if the estimate from the first samples
-is below this fraction, because the estimate is then 4 standard errors below the limit."""
+"""A mesh is treated as smooth if the noise estimated from the first samples is below this fraction
+of the noise limit, because the estimate is then 4 standard errors below the limit."""
 
 DETAIL_RATIO = 1.45
-"""Ratio of the far height to the near height on meshes with details but without noise. The ratio is
-1 for white noise, and 1.3 to 2 for benchmark models without noise."""
+"""Assumed ratio of `Roughness.far` to `Roughness.near` on meshes with details but without noise.
+The ratio is 1 for white noise, and 1.3 to 2 for benchmark models without noise."""
 
 MOST_AGREEMENT = 0.5
-"""Maximum mean `Roughness.agreement` of a noisy mesh. The mean is 0.42 for white noise, and higher
-for coarse shapes without noise."""
+"""Maximum mean of `Roughness.agreement` on a noisy mesh. The mean is 0.42 for white noise, and
+higher for coarse shapes without noise."""
 
 FOLD_PER_NOISE = 2.4
-"""Ratio of the bending angle of edges, in radians, to the noise, in edge lengths. The ratio is 2.4
-to 3.3 on noisy models. It gives an upper bound of the noise, because noise bends all edges. In
-subdivided meshes and in planes, many edges are flat."""
+"""Ratio of the angle between neighboring faces, in radians, to the noise, in edge lengths. It is
+2.4 to 3.3 on noisy models. The ratio gives an upper bound of the noise, because noise bends all
+edges: a mesh with many flat edges, such as a subdivided mesh, has little noise."""
 
 QUARTER_OF_NORMAL = 0.3186
 """First quartile of the absolute values of standard normal numbers."""
 
 LOW_PART, LOW_MEAN_OF_NORMAL = 0.6, 0.3966
-"""Fraction of the samples with the lowest values, and the mean of this fraction for absolute values
-of standard normal numbers. Samples with higher values are excluded because they contain creases."""
+"""Noise is estimated from the lowest 60 % of the heights, because larger heights come from creases.
+The second value is the mean of the lowest 60 % of absolute standard normal numbers."""
 
 STEPS_PER_NOISE, STEPS_ON_GRIDS = 100, 200
 """Number of smoothing steps per edge length of noise, on irregular meshes and on regular grids."""
 
 LEAST_STEPS, LEAST_STEPS_ON_GRIDS = 5, 20
-"""Minimum number of smoothing steps of a noisy mesh that is irregular, or a regular grid. Grids
+"""Minimum number of smoothing steps for noisy irregular meshes, and for noisy regular grids. Grids
 need more steps, because even small creases stretch regions on grids."""
 
 MOST_AUTO_STEPS = 100
 """Maximum number of smoothing steps that ``"auto"`` uses."""
 
 LEAST_EVEN = 0.98
-"""Minimum fraction of inner vertices of a regular grid that have an even number of faces. The
-median of benchmark models is 0.7."""
+"""A mesh is a regular grid if at least this fraction of its inner vertices belong to an even number
+of faces. The median fraction of the benchmark models is 0.7."""
 
 STEPS_WITH_SLACK = 10
-"""Minimum number of smoothing steps for which `slack_of` is not 0."""
+"""Number of smoothing steps below which `slack_of` returns 0."""
 
 LEAST_SLACK, SLACK_PER_STEP = 2.25, 0.1
-"""Minimum of `slack_of`, and its increase per step, in degrees. They exceed three standard
-deviations of the angles that remain on smoothed height fields. The fields had noise of 0.05 to 0.5
-edge lengths, and 200 steps per edge length of noise."""
+"""Minimum of `slack_of`, and its increase per smoothing step, in degrees. Both values exceed three
+standard deviations of the angles that remained on smoothed height fields. The fields had noise of
+0.05 to 0.5 edge lengths, and were smoothed with 200 steps per edge length of noise."""
 
 MOST_STEPS = 1000
 """Maximum number of smoothing steps. Far fewer steps already remove all details of a shape."""
 
 
 def checked_denoise(denoise: object) -> Denoise:
-    """Check the argument `denoise` of `segment`."""
+    """Return the argument `denoise` of `segment`, or raise an error if the argument is invalid."""
     if denoise is None or denoise == "auto":
         return denoise
     if isinstance(denoise, str):
         raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
     n_steps = checked_count(denoise, "denoise", low=0)
     if n_steps > MOST_STEPS:
-        raise ValueError(f"denoise must be at most {MOST_STEPS}, got {n_steps}")
+        raise ValueError(f"denoise must be at most {MOST_STEPS} steps, got {n_steps}")
     return n_steps
 
 
 def smoothed(mesh: FaceMesh, n_steps: int, *, weld: bool, n_threads: int) -> FaceMesh:
-    """Return the mesh after one or more smoothing steps.
+    """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
-    With `weld`, vertices at the same position stay at the same position, and faces refer to the
-    vertex with the lowest index. Do not weld the result again: this would join faces of small
-    components that shrink to a point.
+    If `weld` is true, vertices at the same position stay together, and faces of the result refer to
+    the vertex with the lowest index. Do not weld the result again, because small components can
+    shrink to a point, where welding would join unrelated faces.
     """
     lowest = lowest_vertices(mesh.vertices, weld, n_threads)
     graph = vertex_graph(mesh, lowest, n_threads)
@@ -115,15 +115,20 @@ def smoothed(mesh: FaceMesh, n_steps: int, *, weld: bool, n_threads: int) -> Fac
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    After `n_steps` smoothing steps, small random angles remain at the edges. On regular grids,
-    these angles would stretch regions along the diagonal.
+    Small random angles remain at the edges after `n_steps` smoothing steps. On regular grids, these
+    angles would stretch regions along the diagonal. For other meshes, the result is 0.
     """
     degrees = max(LEAST_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
 
 
 class Roughness(NamedTuple):
-    """Measures of roughness at sampled faces, from ``measure_roughness`` in the C++ core."""
+    """Roughness at sampled faces and at their first corners, measured by `_core.measure_roughness`.
+
+    `near` and `far` are heights above a surface fitted to one or two rings of neighbors. `fold` is
+    the angle to the first neighbor, and `agreement` is the fraction of pairs of neighbors on the
+    same side of the face. `n_faces` is the number of faces around the vertex; 0 at boundaries.
+    """
 
     near: Floats
     far: Floats
@@ -133,7 +138,7 @@ class Roughness(NamedTuple):
 
     @classmethod
     def of(cls, mesh: FaceMesh, arcs: Any, faces: Ints, n_threads: int) -> Roughness:
-        """Measure the roughness at `faces`; `arcs` has the offsets and neighbors of all faces."""
+        """Measure the roughness at `faces`, where `arcs` is the graph of all faces of the mesh."""
         lists = corners_of(mesh).lists
         return cls(
             *_core.measure_roughness(
@@ -143,9 +148,10 @@ class Roughness(NamedTuple):
 
     @classmethod
     def of_mesh(cls, mesh: FaceMesh, arcs: Any, order: Ints | None, n_threads: int) -> Roughness:
-        """Measure the roughness at the sampled faces; `order` has the input index of each face.
+        """Measure the roughness at the sampled faces of a mesh.
 
-        If the first samples show that the mesh is smooth, the other samples are not measured.
+        If faces were sorted, `order` is the index of each face before sorting. If the first samples
+        show that the mesh is smooth, the other samples are not measured.
         """
         faces = sampled_faces(mesh.n_faces)
         if order is not None:
@@ -160,9 +166,9 @@ class Roughness(NamedTuple):
 
     @classmethod
     def joined(cls, parts: list[Roughness], samples: Longs) -> Roughness:
-        """Join measures of several parts of a mesh; the result is the same as from `of_mesh`.
+        """Combine measures of several parts of a mesh, with the same result as `of_mesh`.
 
-        `samples` has the sample index of each row of the joined parts.
+        `samples` is the index in `sampled_faces` of each row of the concatenated parts.
         """
         order = np.argsort(samples)
         columns: Any = [np.concatenate(some)[order] for some in zip(*parts, strict=True)]
@@ -172,12 +178,12 @@ class Roughness(NamedTuple):
 
     @property
     def is_smooth(self) -> bool:
-        """Whether the measured heights are too low for noise above the limit."""
+        """Whether the measured heights are so low that the noise must be below the limit."""
         return _scale_of(self.near[np.isfinite(self.near)]) < SMOOTH_BELOW * self.limit
 
     @property
     def limit(self) -> float:
-        """Minimum noise that is smoothed, in edge lengths."""
+        """Minimum noise, in edge lengths, at which the mesh is smoothed."""
         return NOISE_LIMIT_ON_GRIDS if self.is_regular else NOISE_LIMIT
 
     @property
@@ -197,7 +203,7 @@ class Roughness(NamedTuple):
 
     @property
     def is_regular(self) -> bool:
-        """Whether the mesh is a regular grid: nearly all vertices have an even number of faces."""
+        """Whether the mesh is a regular grid; see `LEAST_EVEN`."""
         inside = self.n_faces[:N_FIRST]
         inside = inside[inside > 0]
         return len(inside) > 0 and float(np.mean(inside % 2 == 0)) >= LEAST_EVEN
@@ -215,7 +221,7 @@ class Roughness(NamedTuple):
 
 
 def _scale_of(heights: Floats) -> float:
-    """Estimate the standard deviation of normal numbers from their absolute values."""
+    """Estimate the standard deviation of normally distributed heights, given absolute heights."""
     low = np.sort(heights)[: math.ceil(LOW_PART * len(heights))]
     return float(low.mean()) / LOW_MEAN_OF_NORMAL if len(low) else 0.0
 
@@ -223,6 +229,6 @@ def _scale_of(heights: Floats) -> float:
 def sampled_faces(n_faces: int) -> Ints:
     """Return the indices of the faces at which roughness is measured.
 
-    All samples are spread evenly over the mesh, and so are the first `N_FIRST` samples.
+    The first `N_FIRST` samples alone are also spread evenly over the mesh.
     """
     return spread_indices(N_SAMPLES, n_faces).astype(np.int32)

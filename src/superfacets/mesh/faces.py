@@ -1,4 +1,4 @@
-"""Functions for meshes: corners, areas, graphs of faces and vertices, and sample points."""
+"""Functions that return corners, areas, normals, vertex graphs and sample points of meshes."""
 
 from __future__ import annotations
 
@@ -20,41 +20,41 @@ AnyMesh: TypeAlias = FaceMesh | TetMesh
 
 
 class VertexGraph(NamedTuple):
-    """Graph of the vertices of a mesh, with an arc in each direction along each edge, as CSR."""
+    """Graph of the vertices of a mesh, in CSR form, with arcs in both directions of each edge."""
 
-    offsets: Longs
-    neighbors: Ints
-    lengths: Floats
+    offsets: Longs  # (V + 1,) index of the first arc of each vertex
+    neighbors: Ints  # (A,) vertex at the end of each arc
+    lengths: Floats  # (A,) length of each arc
 
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Vertices at the corners of all cells of a mesh, grouped by cell."""
+    """Vertices at the corners of all cells (faces or tetrahedra) of a mesh, grouped by cell."""
 
     vertices: Ints  # (C,) vertex of each corner
-    size: int | None  # number of corners of every cell; None if the number varies
-    offsets: Longs | None = None  # (N + 1,) index of the first corner of each cell; None if equal
+    size: int | None  # number of corners of every cell; None if the number differs between cells
+    offsets: Longs | None = None  # (N + 1,) first corner of each cell; None if `size` is not None
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, N."""
+        """Number of cells (faces or tetrahedra), N."""
         if self.offsets is not None:
             return len(self.offsets) - 1
         return len(self.vertices) // (self.size or 1)
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, (N,); one number if it is the same for all cells."""
+        """Number of corners of each cell, (N,), or one number if it is the same for all cells."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
     def lists(self) -> tuple[Ints, Longs, int]:
-        """Arguments for C++ functions: vertices, offsets (empty if None), and size (0 if None)."""
+        """Arguments for `_core`: vertices, offsets (empty instead of None), size (0 for None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
         return self.vertices, offsets, self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the concatenated corners of the given cells, and the offset of each cell."""
+        """Return the vertices at the corners of the given cells, and the offset of each cell."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -64,7 +64,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return the mean over the corners of each cell; `table` has one row per vertex."""
+        """Return, for each cell, the mean of `table` (one row per vertex) over its corners."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -83,7 +83,7 @@ def corners_of(mesh: AnyMesh) -> Corners:
 def mesh_like(
     mesh: AnyMesh, vertices: Floats, corners: Ints, offsets: Longs, bounds: Floats | None = None
 ) -> AnyMesh:
-    """Make a mesh of the class of `mesh`; if `bounds` are given, arrays are not checked."""
+    """Make a mesh of the same class as `mesh`; if `bounds` is given, the arrays are not checked."""
     arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
@@ -111,9 +111,9 @@ def face_sizes(mesh: FaceMesh) -> Longs:
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Return triangles, (T, 3), and the face of each triangle, (T,).
+    """Cut faces into triangles; return triangles, shape (T, 3), and the face of each, shape (T,).
 
-    For a triangle mesh, the second result is None, because each triangle is its own face.
+    For a triangle mesh, the second result is None, because the triangles are the faces.
     """
     if isinstance(mesh, Mesh):
         return mesh.faces, None
@@ -122,7 +122,7 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Like `cut_into_triangles`, but triangles are indices of corners instead of vertices."""
+    """Do the same as `cut_into_triangles`, but return indices of corners instead of vertices."""
     corners = corners_of(mesh)
     indices = np.arange(len(corners.vertices), dtype=np.int32)
     if corners.offsets is None:
@@ -133,7 +133,7 @@ def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Return the start and end vertex of each given side of a face, shape (n, 2)."""
+    """Return the start and end vertex of sides of faces, (n, 2); side s starts at corner s."""
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
     starts, nexts = mesh.offsets[faces], sides + 1
@@ -163,8 +163,8 @@ def measure_shapes(
 ) -> tuple[Floats, Floats, Floats | None, Floats | None]:
     """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
-    Normals have shape (F, 3); undefined normals are 0. The longest sides are given as squared
-    lengths, one per block of faces in the C++ core. For polygons, the last two results are None.
+    Undefined normals are 0. The fourth result is the squared length of the longest side in each
+    block of faces that `_core` processes. For polygons, the last two results are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
@@ -187,9 +187,9 @@ def count_degenerate(mesh: FaceMesh, n_threads: int) -> int:
 
 
 def signed_volume(mesh: FaceMesh, origin: tuple[float, float, float], n_threads: int) -> float:
-    """Return the volume enclosed by a closed mesh, negative if normals point inward.
+    """Return the volume enclosed by a closed mesh; negative if the normals point inward.
 
-    `origin` should be near the mesh, which limits rounding errors.
+    `origin` should be a point near the mesh, so that rounding errors are small.
     """
     triangles, _ = cut_into_triangles(mesh)
     return _core.signed_volume(mesh.vertices, triangles, origin, n_threads)
@@ -216,9 +216,9 @@ def sliver_area(
 
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
-    """Return the graph of vertices that share an edge.
+    """Return the graph of vertices, in which vertices that share an edge are connected.
 
-    Vertices at the same position are one node: `representative`, (V,), is the lowest of them.
+    Only the `representative` of each vertex, the lowest vertex at the same position, has arcs.
     """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):
@@ -228,10 +228,10 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex, (V, 3).
+    """Return the mean of the unit normals of the faces around each vertex, shape (V, 3).
 
-    The means are not normalized. `representative`, (V,), is the lowest vertex at the position of
-    each vertex; other vertices get zeros. All means are zero in a mesh of tetrahedra.
+    The means are not normalized. For each vertex, `representative` is the lowest vertex at the same
+    position; the means of all other vertices are 0. All means are 0 in a mesh of tetrahedra.
     """
     if isinstance(mesh, TetMesh):
         return np.zeros_like(mesh.vertices)
@@ -239,36 +239,36 @@ def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:
-    """Return centroids, areas and unit normals of polygons; undefined normals are zero."""
+    """Return the centroids, areas and unit normals of polygons; undefined normals are 0."""
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
 
 
 GOLDEN = 0.6180339887498949
-"""Golden ratio. Its multiples modulo 1 are spread evenly and do not align with patterns."""
+"""Golden ratio minus 1. Its multiples modulo 1 are spread evenly from 0 to 1 without a period."""
 
 
 def spread_indices(n_samples: int, n: int) -> Longs:
-    """Return indices that are spread evenly over 0 to n - 1; more samples extend the sequence."""
+    """Return indices spread evenly from 0 to n - 1; a larger `n_samples` only appends indices."""
     return (np.arange(n_samples) * GOLDEN % 1.0 * n).astype(np.int64)
 
 
 MAX_STEPS = 8
-"""Maximum number of equal parts per side of a triangle: 64 samples suffice to label a face."""
+"""Maximum number of equal parts per side of a triangle, because 64 samples suffice for a label."""
 
 
 class Samples(NamedTuple):
     """Sample points on the faces of a mesh."""
 
-    points: Floats  # (S, 3) positions
-    faces: Array  # (S,) face that contains each point
-    areas: Floats  # (S,) area of the triangle around each point
+    points: Floats  # (S, 3) position of each sample point
+    faces: Array  # (S,) face that contains each sample point
+    areas: Floats  # (S,) area of the part of the face around each sample point
 
 
 def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
-    """Return about `n_samples` points, spread evenly over the area; at least one per face.
+    """Return about `n_samples` points, spread evenly over the surface, at least one per face.
 
-    Each triangle is cut into n^2 equal triangles, with n from 1 to `MAX_STEPS`. The samples are the
-    centroids of these triangles.
+    Each triangle is cut into n^2 equal triangles, where n is 1 to `MAX_STEPS`. The samples are the
+    centroids of these small triangles.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Conversion of the masks of an image to an image of mask ids."""
+"""Convert the masks of an image to one image in which each pixel has the id of a mask."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NO_MASK = 0
 """Id of pixels outside all masks."""
 
 Overlap = Literal["smallest", "largest"]
-"""Whether overlapping masks assign their common pixels to the smallest or the largest mask."""
+"""Which of several overlapping masks gets the pixels they share: the smallest or the largest."""
 
 
 def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
@@ -32,7 +32,7 @@ def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
     if array.ndim != 2:
         raise MeshError(
             "masks must be integers of shape (height, width) or bools of shape (n, height, width),"
-            f" got {array.dtype} of shape {array.shape}"
+            f" got an array of {array.dtype} of shape {array.shape}"
         )
     _check_size(array.shape[::-1], size)
     if array.max(initial=0) >= 2**31:
@@ -41,9 +41,9 @@ def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
 
 
 def flattened(stack: Bools, overlap: Overlap) -> Ints:
-    """Merge n bool masks, shape (n, height, width), into one image of ids from 1 to n.
+    """Merge n bool masks, shape (n, height, width), into one image of mask ids from 1 to n.
 
-    If overlapping masks have the same size, the first mask is used.
+    Pixels outside all masks are 0. If overlapping masks have the same size, the first mask is used.
     """
     ids = np.zeros(stack.shape[1:], np.int32)
     sizes = np.count_nonzero(stack, axis=(1, 2))
@@ -54,7 +54,7 @@ def flattened(stack: Bools, overlap: Overlap) -> Ints:
 
 
 def _as_array(masks: Any, size: tuple[int, int]) -> Array:
-    """Convert masks to one array; a mask may also be the value ``"segmentation"`` of a dict."""
+    """Convert masks to one array; a mask may also be a dict that has the key ``"segmentation"``."""
     if not isinstance(masks, (list, tuple)):
         return np.asarray(masks)
     planes = [one["segmentation"] if isinstance(one, Mapping) else one for one in masks]
@@ -70,5 +70,5 @@ def _check_size(found: tuple[int, ...], size: tuple[int, int]) -> None:
     if found != size:
         raise MeshError(
             f"masks must have the size of the camera, {size[0]} x {size[1]} pixels, got"
-            f" {found[0]} x {found[1]}"
+            f" {found[0]} x {found[1]} pixels"
         )

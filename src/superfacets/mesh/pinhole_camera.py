@@ -67,14 +67,14 @@ class PinholeCamera:
     def of_opengl(
         cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
     ) -> PinholeCamera:
-        """Make a camera from a pose with right, up and back axes, as in OpenGL and Blender."""
+        """Make a camera from a pose whose axes are right, up and back, as in OpenGL and Blender."""
         opencv_pose = checked_pose(pose)
         opencv_pose[:3, 1:3] *= -1
         return cls(opencv_pose, checked_intrinsics(intrinsics), size, name)
 
     @property
     def projection(self) -> Floats:
-        """Projection matrix (3, 4): maps (x, y, z, 1) to d (u, v, 1) for pixel (u, v), depth d."""
+        """Matrix of shape (3, 4) that maps (x, y, z, 1) to depth * (u, v, 1), with pixel (u, v)."""
         rotation, position = self.pose[:3, :3], self.pose[:3, 3]
         offset = -(rotation * position[:, np.newaxis]).sum(axis=0)
         right, down, ahead = np.concatenate([rotation.T, offset[:, np.newaxis]], axis=1)

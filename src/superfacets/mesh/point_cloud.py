@@ -1,4 +1,4 @@
-"""Stage 0: point clouds, stored as checked arrays."""
+"""Point clouds, which check and store arrays of positions, normals and colors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._types import Floats, Singles
 from .._validate import checked_colors, checked_normals, checked_points, checked_viewpoints, freeze
-from .cells import Cells
+from .base import Cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class PointCloud(Cells):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which are the points."""
+        """Number of cells, which is the number of points."""
         return len(self.points)
 
     @property
@@ -92,7 +92,7 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return the chosen points as a cloud, with all their attributes."""
+        """Return a cloud of the points with the indices `chosen`, including their attributes."""
         arrays = [self.points, self.normals, self.colors, self.axes, self.viewpoints]
         return PointCloud(
             *(rows if rows is None or rows.ndim == 1 else rows[chosen] for rows in arrays)  # type: ignore[arg-type]
@@ -101,6 +101,6 @@ class PointCloud(Cells):
     def __repr__(self) -> str:
         names = ("normals", "colors", "axes", "viewpoints")
         also = [name for name in names if getattr(self, name) is not None]
-        if self.colors is not None and not self.colors.any():  # black: the file has no colors
+        if self.colors is not None and not self.colors.any():  # files store black for no color
             also.remove("colors")
         return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

@@ -1,4 +1,4 @@
-"""Stage 0: polygon meshes, stored as three checked arrays."""
+"""Meshes of polygons, stored as checked arrays of vertices, offsets and corners."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays
-from .cells import CellsOfVertices
+from .base import CellsOfVertices
 from .triangle_mesh import Mesh
 
 
@@ -46,10 +46,10 @@ class PolygonMesh(CellsOfVertices):
         As for `Mesh`.
     offsets : array_like of integers, shape (F + 1,)
         The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``, three or more. F >= 1.
-        Copied as int64, read-only.
+        Copied to a read-only int64 array.
     indices : array_like of integers, shape (C,)
-        Vertices, 0 to V - 1, of the corners of all faces, counterclockwise seen from outside.
-        Copied as int32, read-only.
+        Vertices, 0 to V - 1, at the corners of all faces, counterclockwise seen from outside.
+        Copied to a read-only int32 array.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh from new arrays, which are not copied. They must not be changed later."""
+        """Make a mesh from arrays that no one else uses, so that they need not be copied."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
@@ -107,7 +107,7 @@ class PolygonMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which are the faces."""
+        """Number of cells, which is the number of faces."""
         return len(self.offsets) - 1
 
     @property
@@ -123,7 +123,7 @@ class PolygonMesh(CellsOfVertices):
     def face(self, i: int) -> Ints:
         """Return the vertices at the corners of face i, where i is from 0 to F - 1."""
         if not 0 <= i < self.n_faces:
-            raise IndexError(f"the face must be 0 to {self.n_faces - 1}, got {i}")
+            raise IndexError(f"the face index must be 0 to {self.n_faces - 1}, got {i}")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
 
     def triangulate(self) -> Triangulation:

@@ -1,4 +1,4 @@
-"""Stage 0: tetrahedral meshes, stored as two checked arrays."""
+"""Tetrahedral meshes, stored as checked arrays of vertices and tetrahedra."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from .. import _core
 from .._types import Floats, Ints
 from .._validate import checked_mask, checked_tets, checked_threads, freeze
 from ..errors import MeshError
-from .cells import CellsOfVertices, lowest_vertices
+from .base import CellsOfVertices
 from .triangle_mesh import Mesh
+from .weld import lowest_vertices
 
-# Row i lists the corners of the side opposite to corner i. They are counterclockwise seen from
-# outside if the volume in `signed_volumes` is positive.
+# Row i lists the three corners opposite to corner i of a tetrahedron. The three corners are
+# counterclockwise seen from outside if `signed_volumes` of the tetrahedron is positive.
 _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
@@ -77,7 +78,7 @@ class TetMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which are the tetrahedra."""
+        """Number of cells, which is the number of tetrahedra."""
         return len(self.tets)
 
     @property
@@ -86,7 +87,7 @@ class TetMesh(CellsOfVertices):
         return len(self.tets)
 
     def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
-        """Return the triangles that belong to exactly one tetrahedron.
+        """Return the boundary: all triangles that belong to exactly one tetrahedron.
 
         Parameters
         ----------
@@ -107,9 +108,8 @@ class TetMesh(CellsOfVertices):
         kept = checked_mask(keep, self.n_tets, "keep")
         threads = checked_threads(None)
         lowest = lowest_vertices(self.vertices, weld, threads)
-        offsets, neighbors, sides, *_ = _core.build_tet_graph(
-            self.vertices, self.tets, lowest, threads
-        )
+        graph, _ = _core.build_tet_graph(self.vertices, self.tets, lowest, threads)
+        offsets, neighbors, sides, *_ = graph
         is_outside = np.repeat(kept[:, np.newaxis], 4, axis=1)
         sources = np.repeat(np.arange(self.n_tets), np.diff(offsets))
         inner = kept[neighbors]
@@ -117,7 +117,7 @@ class TetMesh(CellsOfVertices):
         tets, opposite = np.nonzero(is_outside)
         if not len(tets):
             raise MeshError(
-                "the mesh has no boundary: every triangle belongs to two or more tetrahedra"
+                "the mesh has no boundary, because every triangle belongs to two or more tetrahedra"
             )
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_inverted = signed_volumes(self)[tets] < 0
@@ -129,12 +129,12 @@ class TetMesh(CellsOfVertices):
 
 
 def sides_of_tets(mesh: TetMesh) -> Ints:
-    """Return the four triangles of each tetrahedron, shape (4 N, 3)."""
+    """Return the vertices of the four triangles of each tetrahedron, shape (4 N, 3)."""
     return mesh.tets[:, _SIDES].reshape(-1, 3)
 
 
 def signed_volumes(mesh: TetMesh) -> Floats:
-    """Return signed volumes (N,), negative if corners 0 to 2 are clockwise seen from corner 3."""
+    """Return volumes (N,), negative if corners 0 to 2 are clockwise as seen from corner 3."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
     volumes: Floats = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
     return volumes

@@ -1,4 +1,4 @@
-"""Triangle meshes, and the subdivision of every triangle into four."""
+"""Triangle meshes, and a function that splits every triangle into four."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import Array, Floats, Ints
 from .._validate import checked_mesh, freeze
-from .cells import CellsOfVertices
+from .base import CellsOfVertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Mesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh from new arrays, which are not copied. They must not be changed later."""
+        """Make a mesh from arrays that no one else uses, so that they need not be copied."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
@@ -64,7 +64,7 @@ class Mesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which are the faces."""
+        """Number of cells, which is the number of faces."""
         return len(self.faces)
 
     @property
@@ -92,7 +92,7 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     vertices : ndarray of float64, shape (V + E, 3)
         The given vertices, followed by the midpoint of each edge.
     faces : ndarray of int32, shape (4 F, 3)
-        Face f becomes faces 4 f to 4 f + 2, at its corners, and face 4 f + 3, in its center.
+        Face f is split into faces 4 f to 4 f + 2 at its corners, and face 4 f + 3 at its center.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     [[0, 3, 4], [3, 1, 5], [4, 5, 2], [3, 5, 4]]
     """
     corners = faces.astype(np.int64)
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # (2, F, 3) start and end of each side
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # (2, F, 3) start, end of each side
     key_of_side = (ends.min(axis=0) * len(vertices) + ends.max(axis=0)).ravel()
     order = np.argsort(key_of_side)
     sorted_keys = key_of_side[order]

@@ -1,4 +1,4 @@
-"""Stage 6: metrics of labels, with and without ground truth.
+"""Metrics that rate labels of cells or vertices, with or without ground truth.
 
 - `evaluate` computes all metrics of labels of cells. Use `GroundTruths` to evaluate many labels of
   one mesh. `evaluate_vertices` computes metrics of labels of vertices.

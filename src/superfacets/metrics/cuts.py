@@ -1,4 +1,4 @@
-"""Metrics that compare borders of regions with true borders."""
+"""Metrics that compare the borders of regions with the borders of true segments."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from .edges import Borders, MeshEdges, find_borders
 
 DEFAULT_TOLERANCE = 0.01
 """Default tolerance, as a fraction of the diagonal of the bounding box. If a compact object has 150
-regions, it is about a third of the radius of a region."""
+regions, the tolerance is about a third of the radius of a region."""
 
 
 class BoundaryAgreement(NamedTuple):
     """Result of `boundary_agreement`: fractions of the length of borders, where 1 is best."""
 
     recall: float
-    """Fraction of the true borders that are near borders of regions; 1 if no true borders exist."""
+    """Fraction of true borders that are near borders of regions; 1 if there are no true borders."""
     precision: float
-    """Fraction of the borders of regions that are near true borders; 1 if there are no borders."""
+    """Fraction of borders of regions that are near true borders; 1 if regions have no borders."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """Borders of labels, and the distances of all vertices from the borders."""
+    """Borders between labels, and the distances of all vertices from the borders."""
 
     borders: Borders
-    distances: Floats  # (V,) distance along edges to the nearest border; inf if there is no path
+    distances: Floats  # (V,) distance of each vertex to a border, along edges; inf without a path
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
-        """Find the borders of labels, and compute the distances of vertices."""
+        """Find the borders between labels, and compute the distances of all vertices from them."""
         borders = find_borders(mesh, labels)
         return cls(borders, mesh.paths.distances(borders.vertices))
 
@@ -49,7 +49,7 @@ def boundary_agreement(
     tolerance: float = DEFAULT_TOLERANCE,
     weld: bool = True,
 ) -> BoundaryAgreement:
-    """Return the fractions of true borders that are found, and of borders that are true.
+    """Return the recall and the precision of the borders of regions, compared with true borders.
 
     The precision of an oversegmentation is low by design, because most of its borders are not true
     borders.
@@ -64,7 +64,7 @@ def boundary_agreement(
     tolerance : float, default 0.01
         Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
         box. Distances are lengths of paths along edges from vertex to vertex, which are longer than
-        geodesic distances. The distance of a border edge is measured at both ends.
+        geodesic distances. They are measured at both ends of a border edge.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
 
@@ -99,12 +99,12 @@ def boundary_agreement(
 def cut_discrepancy(
     mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
 ) -> float:
-    """Return the distance between borders and true borders, relative to the mesh; 0 is best.
+    """Return the relative distance between borders of regions and true borders; 0 is best.
 
-    The result is the mean geodesic distance from points on the borders to the nearest true border,
-    plus the mean distance in the opposite direction. The sum is divided by the mean distance of the
-    surface from its centroid or, if all faces have the same centroid, by the diagonal of the
-    bounding box.
+    The result is the mean geodesic distance from border points of regions to the nearest true
+    border, plus the mean distance from true borders to the nearest border of a region. The sum is
+    divided by the mean distance of the surface from its centroid or, if all faces have the same
+    centroid, by the diagonal of the bounding box.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def cut_discrepancy(
     -------
     float
         Discrepancy, >= 0. Where no path leads to a border, for example because the truth has no
-        borders, the distance is the diagonal of the bounding box. The mean distance from labels
-        without borders is 0.
+        borders, the distance is the diagonal of the bounding box. If labels have no borders, the
+        mean distance from their borders is 0.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def cut_discrepancy(
 def boundary_agreement_of(
     mesh: MeshEdges, found: Cuts, true: Cuts, tolerance: float
 ) -> BoundaryAgreement:
-    """Return the result of `boundary_agreement` for borders that are already computed."""
+    """Return the result of `boundary_agreement`, given the borders of regions and true borders."""
     within = tolerance * mesh.graph.diagonal
     return BoundaryAgreement(
         _fraction_near(true.borders, found.distances, within),
@@ -151,7 +151,7 @@ def boundary_agreement_of(
 
 
 def cut_discrepancy_of(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
-    """Return the result of `cut_discrepancy` for borders that are already computed."""
+    """Return the result of `cut_discrepancy`, given the borders of regions and true borders."""
     farthest = mesh.graph.diagonal
     there = _mean_distance(found.borders, true.distances, farthest)
     back = _mean_distance(true.borders, found.distances, farthest)
@@ -167,7 +167,7 @@ def _cuts_of_both(
 
 
 def annotated(regions: Ints, segments: Ints) -> Ints:
-    """Return the regions with -1 at unannotated cells, so that these cells have no borders."""
+    """Return regions in which unannotated cells have label -1, so that they have no borders."""
     return np.where(segments < 0, segments, regions)
 
 

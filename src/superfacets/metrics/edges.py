@@ -1,4 +1,4 @@
-"""Edges of a mesh, shortest paths along edges, and border edges of labels."""
+"""Shortest paths along the edges of a mesh, and edges at the borders between labels."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
+from ..mesh.weld import lowest_vertices
 
 _POINT = 1e-12
-"""Mean radii up to this fraction of the diagonal are treated as rounding errors."""
+"""A `MeshEdges.mean_radius` of at most this fraction of the diagonal is a rounding error."""
 
 
 @dataclass(frozen=True)
 class EdgePaths:
     """Graph for shortest paths along the edges of a mesh."""
 
-    graph: _core.OrderedGraph  # graph whose nodes are the vertices that have edges
-    unit: float  # length of one unit of the integer path lengths of the graph
-    nodes: Ints  # (V,) node of each vertex in the graph; -1 for a vertex without edges
+    graph: _core.OrderedGraph  # nodes are the vertices that have edges; path lengths are integers
+    unit: float  # length, in units of the mesh, of a path of length 1 in the graph
+    nodes: Ints  # (V,) node of each vertex in the graph, or -1 if the vertex has no edges
     n_threads: int
 
     @classmethod
     def of(cls, mesh: FaceMesh, representative: Ints, n_threads: int) -> EdgePaths:
-        """Build the graph of the vertices and edges of a mesh."""
+        """Build the graph whose nodes are the vertices of a mesh, and whose arcs are the edges."""
         offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
         nodes = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)
@@ -49,14 +49,14 @@ class EdgePaths:
         return cls(graph, unit, nodes, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
-        """Return the length of the shortest path from any source to each vertex, shape (V,).
+        """Return the distance of each vertex from the nearest source vertex along edges, (V,).
 
-        The length is infinite if there is no path.
+        The distance is infinite if no path leads from a source to the vertex.
         """
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
-            # Unreached vertices become additional sources, whose labels follow the given sources.
+            # `Clustering` uses unreached vertices as further sources, with higher labels.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.nodes >= 0
@@ -66,16 +66,16 @@ class EdgePaths:
 
 @dataclass(frozen=True, eq=False)
 class MeshEdges:
-    """A mesh with the graphs of its faces and of its edges, for metrics of borders."""
+    """A mesh with the graph of its faces and the graph of its edges, for metrics of borders."""
 
     mesh: FaceMesh
     graph: FaceGraph
     surface: Surface
-    representative: Ints  # (V,) lowest vertex at the position of each vertex
+    representative: Ints  # (V,) lowest vertex at the same position as each vertex
 
     @classmethod
     def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
-        """Build the graph of faces; the arguments are as for `segment`."""
+        """Convert `source` to a mesh and build the graph of its faces; see `segment` for `weld`."""
         mesh = as_mesh(source)
         threads = checked_threads(n_threads)
         graph = build_face_graph(mesh, weld=weld, n_threads=threads)
@@ -89,14 +89,14 @@ class MeshEdges:
 
     @cached_property
     def paths(self) -> EdgePaths:
-        """Graph for shortest paths along edges, which is built when a metric needs it."""
+        """Graph for shortest paths along edges, which is built at the first access."""
         return EdgePaths.of(self.mesh, self.representative, self.surface.n_threads)
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of the centroids of faces from their mean position, weighted by area.
+        """Mean distance of face centroids from the centroid of the mesh, weighted by area.
 
-        If all centroids coincide, the result is the diagonal of the bounding box instead.
+        If all face centroids coincide, the value is the diagonal of the bounding box instead.
         """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
@@ -105,11 +105,11 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Return both ends of the given sides of faces, the lower vertex first, shape (n, 2)."""
+        """Return both ends of the given sides of faces, with the lower vertex first, (n, 2)."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:
-        """Return the lengths of edges, which are pairs of vertices, shape (n,)."""
+        """Return the length of each edge; edges are pairs of vertices, shape (n, 2)."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))
 
@@ -118,15 +118,15 @@ class Borders(NamedTuple):
     """Vertices of border edges, which are edges between faces with different labels."""
 
     vertices: Ints
-    """Vertices at the ends of border edges, ascending and distinct, shape (B,)."""
+    """Distinct end vertices of the border edges in ascending order, shape (B,)."""
     lengths: Floats
     """Half the total length of the border edges at each vertex, shape (B,)."""
 
 
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
-    """Find the borders between labels.
+    """Return the borders between labels of faces.
 
-    The boundary of an open mesh and the edges of cells labeled -1 are not included.
+    The boundary of an open mesh is not a border, and faces labeled -1 have no borders.
     """
     graph = mesh.graph
     sources = graph.sources

@@ -23,8 +23,8 @@ from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import as_surface, kind_of, measures_of
 from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
+from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
 from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
@@ -44,15 +44,15 @@ _WRONG_MESH = "the ground truths were prepared for another mesh: prepare GroundT
 
 @dataclass(frozen=True)
 class _Truth:
-    """One ground truth of a mesh."""
+    """One ground truth of a mesh: the true segments of the faces and their borders."""
 
-    segments: Ints  # (F,) true segment of each face, without gaps; -1 for unannotated faces
+    segments: Ints  # (F,) true segment of each face, 0 to n_segments - 1; -1 if unannotated
     n_segments: int
-    cuts: Cuts  # true borders
+    cuts: Cuts
 
 
 class GroundTruths:
-    """Ground truths of one mesh, prepared to evaluate many labels of the mesh.
+    """Ground truths of one mesh, prepared for evaluating many segmentations of the mesh.
 
     Parameters
     ----------
@@ -195,8 +195,8 @@ def evaluate_vertices(
     -------
     dict of str to float
         The metrics of `evaluate` that need neither borders nor normals. Regions are connected along
-        the edges of the mesh. The area of a vertex is its part of the areas of the faces around it,
-        where all corners of a face have equal parts.
+        the edges of the mesh. The area of each face is divided equally among its corners, and the
+        area of a vertex is the sum over the faces around it.
 
     Raises
     ------
@@ -231,7 +231,7 @@ def evaluate_vertices(
 
 
 def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
-    """Return arcs along edges, and between used vertices at the same position, in CSR form."""
+    """Return arcs between used vertices that share an edge or a position, in CSR form."""
     n, threads = cells.n_vertices, checked_threads(None)
     lowest = lowest_vertices(cells.vertices, True, threads)
     graph = vertex_graph(cells, np.arange(n, dtype=np.int32), threads)
@@ -248,7 +248,7 @@ def _of_volume(
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
-    """Return the metrics of tetrahedra or points, which need neither normals nor edges."""
+    """Return the metrics of labels of tetrahedra or points, which have no normals or edges."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
@@ -265,7 +265,7 @@ def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, fl
 
 
 def _means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Return the mean of each metric over the ground truths."""
+    """Return the mean of each metric over all rows; each row has the metrics of one truth."""
     return {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
 
 

@@ -1,4 +1,4 @@
-"""Metrics of the overlap of regions with true segments."""
+"""Metrics that are computed from the areas in which regions and true segments overlap."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Maximum number of entries per face in a dense table of label pairs. Larger tables are sparse."""
+"""Overlaps are counted in a dense table if the table has at most this many entries per face."""
 
 _TIE = 1e-9
 """Relative difference below which two sums of areas are treated as equal. It is an upper bound of
@@ -103,7 +103,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Return the result of `area_overlap` for labels without gaps."""
+    """Return the result of `area_overlap` for labels that are consecutive integers from 0."""
     is_annotated = segments >= 0
     if not is_annotated.all():
         regions, segments = regions[is_annotated], segments[is_annotated]
@@ -128,7 +128,7 @@ def overlap_of(
 def undersegmentation_error(
     mesh: Labeled, labels: Labels = None, truth: Labels = None, *, tolerance: float = 0.05
 ) -> float:
-    """Return the undersegmentation error: the area of regions that crosses true borders; 0 is best.
+    """Return the undersegmentation error: the area by which regions cross true borders; 0 is best.
 
     For each pair of a region and a true segment that contains more than the fraction `tolerance` of
     the region, the area of the region outside the segment is added. The result is the sum divided
@@ -163,7 +163,7 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the achievable segmentation accuracy (ASA): the highest accuracy of region labels.
+    """Return the achievable segmentation accuracy (ASA): the accuracy of the best region labels.
 
     This is the highest accuracy that any choice of one label per region can reach. The best choice
     for a region is the true label with the largest overlap. The accuracy is the fraction of the
@@ -188,18 +188,18 @@ def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = No
 
 
 class Hamming(NamedTuple):
-    """Result of `hamming_distance`: fractions of the area, where 0 is best."""
+    """Result of `hamming_distance`: fractions of the area of the surface, where 0 is best."""
 
     distance: float
     """Mean of the missing rate and the false alarm rate."""
     missing_rate: float
-    """Fraction of the area of true segments outside the region with the largest overlap."""
+    """Fraction of the surface where the region is not the one that overlaps the segment most."""
     false_alarm_rate: float
-    """Fraction of the area of regions outside the true segment with the largest overlap."""
+    """Fraction of the surface where the segment is not the one that overlaps the region most."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
-    """Return the Hamming distance of the Princeton benchmark, and its two directions.
+    """Return the Hamming distance of the Princeton benchmark, missing rate and false alarm rate.
 
     An oversegmentation always has a high missing rate, because its regions are smaller than the
     true segments.
@@ -259,9 +259,9 @@ class Consistency(NamedTuple):
     """Result of `consistency_error`: errors from 0 (best) to 1."""
 
     global_error: float
-    """Error if one of the segmentations must be finer than the other everywhere."""
+    """Error if the finer of the two segmentations must be the same at all points."""
     local_error: float
-    """Error if the finer segmentation may be different at each point."""
+    """Error if the finer of the two segmentations may be different at each point."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
@@ -299,13 +299,13 @@ def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None
 
 
 def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
-    """Return the given overlap, or compute the overlap of labels and truth of a mesh."""
+    """Return `source` if it is an Overlap; otherwise compute the overlap of labels and truth."""
     if isinstance(source, Overlap):
         if labels is not None or truth is not None:
-            raise TypeError("an Overlap replaces labels and truth: leave labels and truth out")
+            raise TypeError("an Overlap replaces labels and truth: pass the Overlap alone")
         return source
     if labels is None or truth is None:
-        raise TypeError("labels and truth are required with a mesh")
+        raise TypeError("labels and truth are required if a mesh or graph is given")
     cells = as_known(source)
     n_vertices = getattr(cells, "n_vertices", None)
     regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices)
@@ -316,7 +316,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:
-    """Return the sum over groups of the largest area of overlap of each group."""
+    """Return the sum of the largest overlap of each region or segment; `groups` are their ids."""
     best = np.zeros(n_groups)
     np.maximum.at(best, groups, areas)
     return float(best.sum())

@@ -1,4 +1,4 @@
-"""Metrics without ground truth: the shape and the flatness of regions."""
+"""Metrics that need no ground truth: the compactness and the flatness of regions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12
-"""Variations of normals up to this fraction of the area are treated as rounding errors."""
+"""If the variation of normals is at most this fraction of the area, the surface is flat."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
@@ -57,7 +57,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
 
 
 def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Return the result of `compactness` for labels without gaps."""
+    """Return the result of `compactness` for labels that are consecutive integers from 0."""
     perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
     areas = sums_by_label(labels, surface.measures, n_regions)
     positive_total(areas)
@@ -67,7 +67,7 @@ def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
 
 
 def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
-    """Return the fraction of the variance of normals that is explained by regions; 1 is best.
+    """Return the fraction of the variance of normals that the regions explain; 1 is best.
 
     The unit normal of each face is compared with the mean normal of its region and with the mean
     normal of the whole surface, weighted by area. The result is 1 if all regions are flat, and 0 if
@@ -107,11 +107,11 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
 
 def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Return the result of `explained_variation` for labels without gaps.
+    """Return the result of `explained_variation` for labels that are consecutive integers from 0.
 
-    For a set of faces, S is the sum of area times (normal - mean normal of the surface), and A is
-    the area. The variance between regions is the sum of |S|^2 / A over regions, and the total
-    variance is the sum over single faces. These formulas avoid differences of large numbers.
+    For a set of faces, S is the sum of area * (normal - mean normal of the surface), and A is the
+    total area. The variance between regions is the sum of |S|^2 / A over all regions, and the total
+    variance is the same sum over all faces. These formulas avoid differences of large numbers.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None

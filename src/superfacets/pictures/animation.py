@@ -15,7 +15,7 @@ from .scene import Picture
 
 MOVING_ENDINGS = (".gif", ".mp4")
 
-_SECONDS = 4.8  # duration of one full rotation
+_SECONDS = 4.8  # duration of one full rotation, in seconds
 
 # Constant rate factor of H.264, from 0 (lossless) to 51 (worst quality). Flat colors and thin lines
 # need high quality.

@@ -20,7 +20,7 @@ TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
 # the color bar, as a fraction of the width of the strip.
 _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 
-# Maximum number of intervals between ticks. The interval is 1, 2 or 5 times a power of ten.
+# Maximum number of intervals between ticks. Intervals are 1, 2 or 5 times a power of ten.
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
 _TINY = 1e-290  # smaller ranges get no intermediate ticks, because their steps would underflow

@@ -130,7 +130,7 @@ def _has_osmesa() -> bool:
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
 
 
-# vtkRenderingOpenGL2 registers the classes with which VTK creates a window.
+# VTK modules to import. vtkRenderingOpenGL2 registers the classes that create windows.
 _VTK_MODULES = (
     "vtkCommonCore", "vtkCommonDataModel", "vtkFiltersCore", "vtkRenderingCore",
     "vtkRenderingOpenGL2", "util.numpy_support",

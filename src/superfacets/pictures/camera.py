@@ -41,7 +41,7 @@ _NAMED_VIEWS = {
 VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
 """Allowed names for `View.named`."""
 
-# Resolution of the solid of revolution of a rotating mesh: number of rings, and points per ring.
+# Number of rings that enclose a rotating mesh, and number of points per ring.
 _N_RINGS, _N_AROUND = 200, 90
 
 
@@ -148,7 +148,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
 
 
 def _swept(points: Floats, view: View) -> Floats:
-    """Return points on rings that enclose the points when they rotate about the up axis."""
+    """Return points on rings around the up axis, which enclose the rotating `points`."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
     levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)

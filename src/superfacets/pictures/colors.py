@@ -16,7 +16,7 @@ from ..adapters.results import NO_COLOR
 from ..cells.cell_graph import CellGraph, CsrArcs
 from ..cells.kinds import as_known, kind_of
 from ..io.light import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)
@@ -57,7 +57,7 @@ def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = 
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255, with clipping."""
+    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255; other values are clipped."""
     return srgb_of_linear(linear_of_oklab(places))
 
 
@@ -87,6 +87,10 @@ deuteranopia and tritanopia. A distance of 0.02 is just noticeable."""
 # Preferred minimum OKLab distance between colors of neighbors. For most colors, at least half of
 # the palette has this distance.
 _CLEAR_DISTANCE = 0.1
+
+# Largest number of regions for which additional colors avoid the repetition of colors. With more
+# regions, the additional colors would be too similar to each other.
+_MAX_DISTINCT = 24
 
 # Every planar graph has a vertex with at most 5 neighbors.
 _PLANAR_DEGREE = 5
@@ -143,8 +147,10 @@ def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
     colors of adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`. Regions with few
     neighbors are removed repeatedly, and regions are colored in the reverse order of removal. Each
     region gets the least used color that is far from the colors of its neighbors. If the neighbors
-    use all 10 colors of the palette, the region gets the additional color that differs most. Time
-    and memory are linear in the number of arcs.
+    use all 10 colors of the palette, the region gets the additional color that differs most. If
+    there are at most 24 regions, a region that would repeat a color also gets an additional color,
+    unless all additional colors are too similar to colors of its neighbors. Time and memory are
+    linear in the number of arcs.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -188,7 +194,7 @@ def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Lon
 
 
 def _color_greedily(order: list[int], starts: list[int], touching: list[int]) -> list[int]:
-    """Return the index into `_choices` for each region. Sets of colors are bit masks."""
+    """Return the index of each region's color in `_choices`. Sets of colors are bit masks."""
     near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
     colors = [-1] * len(order)  # -1: not yet colored
     n_uses = [0] * len(PALETTE)
@@ -205,14 +211,27 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
             continue
         candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
         color = min(candidates, key=n_uses.__getitem__)
-        colors[region] = color
         n_uses[color] += 1
+        if n_uses[color] > 1 and len(order) <= _MAX_DISTINCT:
+            color = _unused_color(sorted(taken), colors, color)
+        colors[region] = color
     return colors
+
+
+def _unused_color(near: list[int], colors: list[int], otherwise: int) -> int:
+    """Return the unused color that differs most from all used colors.
+
+    The color differs clearly from the colors `near`. If there is none, `otherwise` is returned.
+    """
+    from_near = _distances()[:, near].min(axis=1, initial=np.inf)
+    from_used = _distances()[:, [color for color in colors if color >= 0]].min(axis=1)
+    from_used[from_near < MIN_COLOR_DISTANCE] = 0
+    return int(from_used.argmax()) if from_used.any() else otherwise
 
 
 @cache
 def _choices() -> Bytes:
-    """Return the palette followed by additional colors, (C, 3), not dark, white or nearly gray."""
+    """Return the palette and additional colors, (C, 3), none of them dark, white or nearly gray."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]

@@ -13,7 +13,7 @@ from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import kind_of
 from ..errors import MissingExtraError, RenderError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .backend import import_pillow
 from .colors import PALETTE
 from .rendering import render
@@ -37,7 +37,7 @@ _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
-# Cached pictures, because a notebook requests several formats of each result.
+# Cached picture of each result, or None. Notebooks request several formats of one result.
 _drawn: WeakKeyDictionary[Any, bytes | None] = WeakKeyDictionary()
 
 

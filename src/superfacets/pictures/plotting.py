@@ -18,7 +18,7 @@ from .._validate import checked_choice, checked_count, checked_flag, compact_par
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk
@@ -212,7 +212,7 @@ def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
 
 
 def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
-    """Return the path of the output; an error if it cannot store this number of pictures."""
+    """Return the path of the output; raise an error if it cannot store `n_frames` pictures."""
     path = checked_picture_path(output, _ENDINGS)
     is_moving = path.suffix.lower() in MOVING_ENDINGS
     if is_moving and n_frames == 1:

@@ -25,7 +25,7 @@ from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import Camera, View, place_camera
@@ -138,7 +138,7 @@ class Style:
 
     @property
     def aspect(self) -> float:
-        """Width / height."""
+        """Width of the picture divided by its height."""
         return self.frame[0] / self.frame[1]
 
 
@@ -161,7 +161,7 @@ def scene_of(
     *,
     is_smooth: bool = False,
 ) -> Scene:
-    """Build the scene for cells of any kind."""
+    """Build the scene of cells, which are faces, tetrahedra or points."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     outside = kind.outside(cells, keep)
@@ -202,7 +202,7 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Return the color of each new face: the color of its region if unique, or of its old face."""
+    """Color each new face like its region if the region has one color, or like its old face."""
     old, new = labels + 1, cut.labels + 1  # 0 means no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]
@@ -270,7 +270,7 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
 
 
 def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
-    """Return the path; an error if its ending is wrong or its folder does not exist."""
+    """Return the path; raise an error if its ending is wrong or its folder does not exist."""
     path = Path(output)
     if path.suffix.lower() not in endings:
         raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")

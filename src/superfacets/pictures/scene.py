@@ -163,7 +163,7 @@ def hexagons_of(graph: PointGraph) -> Floats:
 
 
 # Points up to this height above the lowest point, in diagonals, touch the ground. With a smaller
-# height, slightly shorter feet would not touch it. With a larger height, round objects would stand.
+# height, slightly shorter feet would not touch the ground; with a larger one, balls would stand.
 _GROUND = 0.02
 
 # Minimum difference in stability between z up and y up, as a fraction of the diagonal, for which z
@@ -197,7 +197,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:
-    """Return the signed distance of the center to the ground hull's boundary, positive inside."""
+    """Return the distance of the center from the ground hull's boundary, negative outside."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)

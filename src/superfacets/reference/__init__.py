@@ -1,7 +1,7 @@
-"""Slow, readable versions of the functions in the C++ core, for tests. There is one file per stage.
+"""Slow, readable versions of functions of the C++ core, which tests compare with the core.
 
-On the same input, a function here and its compiled version give the same numbers, bit for bit. To
-achieve this, both add floats in the same order. `arithmetic` computes arctangents and exponentials,
+On the same input, a function in this package and its compiled version return the same numbers, bit
+for bit, so both add floats in the same order. `arithmetic` computes arctangents and exponentials,
 and `vsa` implements variational shape approximation, an alternative to stages 3 and 4.
 """
 

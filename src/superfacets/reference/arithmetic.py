@@ -1,4 +1,4 @@
-"""Compute vector products, arctangents and exponentials with the same bits as the C++ core."""
+"""Compute vector products, arctangents and exponentials bit-identical to the C++ core."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .._types import Floats
 
 
 def dot(a: Floats, b: Floats) -> Any:
-    """Return the scalar products of the rows of `a` and `b`."""
+    """Return the scalar product of each row of `a` with the same row of `b`."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
@@ -21,7 +21,7 @@ def norm(a: Floats) -> Any:
     return np.sqrt(dot(a, a))
 
 
-# Coefficients of P in ascending order, where atan(q) = q + q z P(z) and z = q^2.
+# Coefficients of the polynomial P, ascending, in atan(q) = q + q z P(z) with z = q^2.
 _ARCTANGENT_SERIES = (
     -0.33333333333333315, 0.19999999999993445, -0.14285714284977744, 0.11111111069363067,
     -0.09090907692059402, 0.07692277476441967, -0.06666223702917291, 0.05877809365040213,
@@ -31,7 +31,7 @@ _ARCTANGENT_SERIES = (
 
 _PI_4_ERROR = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus the float64 nearest to pi / 4
 
-# ln 2, rounded down to 32 bits, and the remainder.
+# ln 2 as the sum of its first 32 bits and the remainder.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
 _LN_2_REMAINDER = float.fromhex("0x1.473de6af278edp-34")
 
@@ -39,9 +39,9 @@ _LN_2_REMAINDER = float.fromhex("0x1.473de6af278edp-34")
 def arctangent(y: Floats, x: Floats) -> Floats:
     """Return the angles, in [0, pi], from the positive x axis to (x, y), for y >= 0.
 
-    The angle is 0 if x and y are 0. Unlike `numpy.arctan2`, the last bits do not depend on the C
-    library. An angle is computed as a multiple of pi / 4, plus the arctangent of a number q with
-    |q| <= 1/2, which is computed by a polynomial.
+    The angle is 0 if x and y are 0. Unlike in `numpy.arctan2`, the last bits do not depend on the C
+    library. An angle is computed as a multiple of pi / 4 plus the arctangent of a number q with |q|
+    <= 1/2. A polynomial approximates this arctangent.
     """
     left, width = x < 0, np.abs(x)
     flat, steep = y + y <= width, y > width + width
@@ -55,18 +55,18 @@ def arctangent(y: Floats, x: Floats) -> Floats:
     even, odd = (_horner(_ARCTANGENT_SERIES[first::2], z * z) for first in (0, 1))
     multiple = n * (math.pi / 4)
     total = multiple + q
-    error = (multiple - total) + q  # rounding error of the sum
+    error = (multiple - total) + q  # rounding error of `total`
     angles: Floats = total + (q * (z * (even + z * odd)) + (error + n * _PI_4_ERROR))
     return angles
 
 
 def exponential(x: Floats) -> Floats:
-    """Return exp(x) for x <= 0, with the same bits on every platform; 0 if x < -708."""
+    """Return exp(x) for x <= 0, bit-identical on all platforms, or 0 if x < -708."""
     bounded = np.maximum(x, -708.0)
     n = np.rint(bounded * 1.4426950408889634)
     high, low = bounded - n * _LN_2, n * _LN_2_REMAINDER
     r = high - low
-    error = (high - r) - low  # rounding error of r
+    error = (high - r) - low  # rounding error of `r`
     series = _horner([1 / math.factorial(i) for i in range(2, 14)], r)
     powers: Floats = np.ldexp(1.0 + (r + (r * r * series + error)), n.astype(np.int64))
     return np.where(x >= -708.0, powers, 0.0)

@@ -14,16 +14,16 @@ from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
 
 Path = tuple[int, int]
-"""Length of a path, and label of the center at its start; paths are compared in this order."""
+"""Length of a path, and label of its center. As tuples, shorter paths compare as less."""
 
 
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Label cells by one expansion from all centers; return labels, and all centers.
+    """Label cells by one expansion from all centers; return the labels and all centers.
 
-    Each component without a center gets a center or, if `islands` is "nearest", the label -1. The
-    offset of a center is the initial length of its paths.
+    Each connected component without a center gets a new center or, if `islands` is "nearest", the
+    label -1. The offset of a center is the initial length of its paths.
     """
     all_centers = list(centers)
     while True:
@@ -37,7 +37,7 @@ def classify_exact(
 def _shortest_paths(
     graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
 ) -> dict[int, Path]:
-    """Return the shortest path to each cell, from starts (initial length, label, cell)."""
+    """Return the shortest path to each cell from `starts`: (initial length, label, cell)."""
     best: dict[int, Path] = {}
     queue = sorted(starts)
     while queue:
@@ -53,11 +53,11 @@ def _shortest_paths(
 def classify_halted(
     graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Label cells by a separate expansion from each center; return labels, and all centers.
+    """Label cells by a limited expansion from each center; return the labels and all centers.
 
-    `islands` is as for `classify_exact`.
+    Expansions end at the distance `reach`. `islands` is as for `classify_exact`.
     """
-    best = [(math.inf, -1)] * graph.n_cells  # shortest path to each cell so far
+    best = [(math.inf, -1)] * graph.n_cells  # shortest known path to each cell
     all_centers: list[int] = []
     waiting = list(centers)
     while waiting:
@@ -66,19 +66,19 @@ def classify_halted(
         for cell, length in expand(graph, center, reach).items():
             best[cell] = min(best[cell], (length, label))
         if not waiting and (math.inf, -1) in best and islands == "keep":
-            waiting.append(best.index((math.inf, -1)))  # the unreached cell with the lowest index
+            waiting.append(best.index((math.inf, -1)))  # lowest cell without a path
     return [label for _, label in best], all_centers
 
 
 def join_islands(
     graph: CellGraph, labels: list[int], groups: list[int] | None = None
 ) -> tuple[list[int], int, list[int]]:
-    """Join islands, which are components labeled -1, to the nearest regions.
+    """Join islands (connected components with label -1) to the nearest regions.
 
     An island gets the label of the labeled cell that is nearest to any of its cells. If several
-    cells are nearest, the lowest index is used. With groups, the nearest cell must be in the group
-    of the island, unless this group is -1. If no such cell exists, the island becomes a region
-    whose center is its lowest cell. Returns labels, the number of joined islands, and new centers.
+    cells are equally near, the lowest index is used. With groups, this cell must be in the group of
+    the island, unless the group of the island is -1. If there is no such cell, the island becomes a
+    region whose center is its lowest cell. Returns labels, number of joined islands, new centers.
     """
     joined = list(labels)
     new_centers: list[int] = []
@@ -132,7 +132,7 @@ def iterate(
 
 
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """Return the paths to each cell from the nearest and the second-nearest center, if any."""
+    """Return for each cell the paths from its nearest and second-nearest center, if these exist."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -144,9 +144,9 @@ def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
     has_barriers: bool = False,
 ) -> list[int]:  # fmt: skip
-    """Move at most `n_moves` centers to other regions, and return the centers.
+    """Move up to `n_moves` centers of cheap regions into costly regions, and return all centers.
 
-    Sums are computed in the order of the cells in `order`.
+    Sums over cells are computed in the order of `order`.
     """
     paths = second_nearest(graph, centers)
     gain = 0.25 if has_barriers else 0.5
@@ -186,16 +186,16 @@ def relocate_centers(
 
 
 RANGE = 4096
-"""Number of consecutive cells of `order` in a range. Coarse cells do not cross ranges."""
+"""Number of consecutive cells of `order` in a range. A coarse cell lies within one range."""
 
 
 def coarse_cells(
     graph: CellGraph, order: Sequence[int], spacing: int
 ) -> tuple[list[int], list[int], list[int]]:
-    """Group cells into coarse cells; return centers, and coarse cell and path length of each cell.
+    """Group cells to coarse cells; return their centers, and coarse cell and path length per cell.
 
-    In each range of `order`, centers are `spacing` cells apart. Cells that no center reaches within
-    the range become additional centers.
+    In each range of `order`, centers are `spacing` cells apart. Cells without a path from a center
+    within the range become additional centers.
     """
     centers: list[int] = []
     coarse_of = [-1] * graph.n_cells
@@ -219,7 +219,7 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the arcs between centers, with the shortest path that crosses only one border."""
+    """Return the length of each arc between coarse cells: shortest path across a single border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

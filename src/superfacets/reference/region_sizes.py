@@ -12,7 +12,7 @@ from ..mesh.triangle_mesh import Mesh
 from .smooth import MovingRegions
 
 MOST_STUCK = 4
-"""Maximum number of blocked pushes, per region, before the moves stop."""
+"""Moves of cells stop after this number of failed attempts per region."""
 
 
 def move_cells(
@@ -28,9 +28,9 @@ def move_cells(
 ) -> list[int]:
     """Move faces between regions until the sizes of regions are within bounds; return labels.
 
-    A face moves only if its region stays connected without this face. The first pass tests only the
-    faces around the corners of the face, and the second pass tests the whole region. If regions may
-    split, a third pass moves faces without a test.
+    A face moves only if its region stays connected without it. To test this, the first pass looks
+    only at the faces around the corners of the face, and the second pass at the whole region. If
+    regions may split, a third pass moves faces without a test.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -42,7 +42,7 @@ def move_cells(
 
 
 class _Moves(MovingRegions):
-    """State of `move_cells`: labels, and sizes of regions."""
+    """State of `move_cells`: labels of faces and sizes of regions."""
 
     test, n_stuck = 0, 0
 
@@ -71,7 +71,7 @@ class _Moves(MovingRegions):
         return self.n_stuck < MOST_STUCK * len(self.totals)
 
     def sweep(self) -> bool:
-        """Move faces for each region that is out of bounds; return whether a sweep may follow."""
+        """Improve each region once; return whether another sweep may improve more."""
         has_moved = False
         for region in range(len(self.totals)):
             for is_full in (True, False):
@@ -81,7 +81,7 @@ class _Moves(MovingRegions):
         return has_moved and self.may_go_on()
 
     def improve(self, region: int, is_full: bool) -> bool:
-        """Move faces out of a region that is too large, or into a region that is too small."""
+        """Move faces out of a region if it is too large, or into it if it is too small."""
         margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
         while -margin(region) > self.rounding and self.may_go_on():
             path = _search(region, lambda other: margin(other) >= self.step, next_of)
@@ -93,11 +93,11 @@ class _Moves(MovingRegions):
         return False
 
     def targets(self, region: int) -> list[int]:
-        """Return the regions that faces of a region may move to, except for blocked pairs."""
+        """Return the regions that faces of a region may move to, without blocked pairs."""
         return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
     def sources(self, region: int) -> list[int]:
-        """Return the regions whose faces may move to a region, except for blocked pairs."""
+        """Return the regions whose faces may move to a region, without blocked pairs."""
         around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
         return [other for other in sorted(around) if region in self.targets(other)]
 
@@ -105,7 +105,7 @@ class _Moves(MovingRegions):
         return [face for face, label in enumerate(self.labels) if label == region]
 
     def exits(self, region: int) -> list[int]:
-        """Return the regions that at least one face of a region may move to."""
+        """Return the regions that at least one face of a region can move to."""
         leaving = [face for face in self.faces_of(region) if self.neighboring_labels(face)]
         leaving = [face for face in leaving if self.test == 2 or self.can_leave(face)]
         return sorted({b for face in leaving for b in self.neighboring_labels(face)})
@@ -116,7 +116,7 @@ class _Moves(MovingRegions):
         return self.test == 2 or self.may_leave(face) or (self.test == 1 and self.is_joined(face))
 
     def is_joined(self, face: int) -> bool:
-        """Whether a face has neighbors in its region that stay connected without the face."""
+        """Return whether the neighbors of a face in its region stay connected without the face."""
         region = set(self.faces_of(self.labels[face])) - {face}
         wanted = region & set(self.neighbors(face))
         reached = set(list(wanted)[:1])
@@ -163,7 +163,7 @@ class _Moves(MovingRegions):
 def _search(
     first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
 ) -> list[int]:
-    """Return a shortest path to a region for which `is_wanted` is true, or an empty list."""
+    """Return a shortest path to a region for which `is_wanted` returns True, or an empty list."""
     parents = {first: first}
     queue = [first]
     for at in queue:

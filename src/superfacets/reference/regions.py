@@ -1,4 +1,4 @@
-"""Stage 5: compute the region graph and the merge tree."""
+"""Stage 5: compute the graph of adjacent regions and the tree of merges."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class RegionShape(NamedTuple):
 
     measure: float
     centroid: Floats
-    covariance: Floats  # (3, 3) covariance of the positions
-    area_vector: Floats  # sum of area times unit normal
+    covariance: Floats  # (3, 3) covariance matrix of positions in the region
+    area_vector: Floats  # (3,) sum over faces of area times unit normal
     box: Floats  # (2, 3) minimum and maximum corner of the bounding box
-    center: int  # cell nearest to the centroid
+    center: int  # cell nearest to the centroid of the region
 
 
 class RegionArc(NamedTuple):
@@ -41,14 +41,14 @@ class RegionArc(NamedTuple):
 
 
 class _Simplex(NamedTuple):
-    """A triangle or a tetrahedron. Triangles of concave polygons may have a negative area."""
+    """A triangle or tetrahedron. Triangles of concave polygons may have a negative area."""
 
-    corners: Floats  # (3, 3) or (4, 3)
+    corners: Floats  # (3, 3) or (4, 3) position of each corner
     measure: float
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Return the shape of each region, computed from the simplices of its cells."""
+    """Return the shape of each region, from the simplices (triangles, tetrahedra) of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """Return the simplices of each cell. Polygons are triangle fans around their first corner."""
+    """Return the simplices of each cell; a polygon is a triangle fan around its first corner."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
@@ -93,7 +93,7 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
     centroid = _mean(simplices)
     moment = np.zeros((3, 3))
     for simplex in simplices:
-        # The integral of p p^T over a simplex is a sum over its n corners.
+        # The integral of p p^T over a simplex follows from a sum over its n corners.
         steps = simplex.corners - centroid
         n, total = len(steps), steps.sum(axis=0)
         moment += simplex.measure / (n * (n + 1)) * (steps.T @ steps + np.outer(total, total))
@@ -109,7 +109,6 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
 
 
 def _mean(simplices: list[_Simplex]) -> Floats:
-    """Return the centroid of the union of simplices."""
     total = sum(simplex.measure for simplex in simplices)
     moments = [simplex.measure * simplex.corners.mean(axis=0) for simplex in simplices]
     return np.asarray(np.sum(moments, axis=0) / total)
@@ -118,7 +117,7 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 def region_arcs(
     offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
-    """Return the sorted borders between regions; an arc and its reverse arc are counted once."""
+    """Return the borders between regions, sorted; an arc and its reverse arc are counted once."""
     regions = np.asarray(labels).tolist()
     targets = neighbors.tolist()
     arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
@@ -143,7 +142,7 @@ def region_arcs(
 def _border_of(
     pair: tuple[int, int], arcs: list[tuple[float, int]], lengths: Floats, angles: Floats
 ) -> RegionArc:
-    """Return length and angles of a border; `arcs` are (fraction of an edge, index of the arc)."""
+    """Return length and angles of a border from its arcs: (fraction of an edge, arc index)."""
     length = math.fsum(fraction * lengths[arc] for fraction, arc in arcs)
     edges = math.fsum(fraction for fraction, _ in arcs)
     weights = {arc: fraction * lengths[arc] / length for fraction, arc in arcs} if length else {
@@ -160,7 +159,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """Return, for each rank > 0, the nearest pair of a cell of this rank and a lower-rank cell."""
+    """Return for each rank > 0 the nearest pair of a cell of this rank and a cell of lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -185,26 +184,25 @@ def merge_tree(
 ) -> tuple[list[tuple[int, int]], list[float]]:
     """Merge regions in the order of costs; return the pairs of merged nodes, and their costs.
 
-    `borders` maps pairs of regions, the lower region first, to (length, open length).
+    `borders` maps pairs of regions, the lower first, to (length, open length). Edges in creases add
+    less to the open length.
     """
     areas, positions, borders = list(areas), list(positions), dict(borders)
     features = None if features is None else list(features)
 
     def cost_of(a: int, b: int) -> float:
-        """Return the cost of a merge without features."""
         factor = _ward_factor(areas[a], areas[b])
         if not factor > 0:
             return 0.0
         length, cost = borders[a, b]
         radius = _radius_of(areas[a] + areas[b], dimension)
         openness = cost / length if length > 0 else 0.0
-        if not length > 0:  # the pair is connected across a gap
+        if not length > 0:  # no common border, but a gap
             length = radius if dimension == 2 else radius * radius
         distance = float(norm(positions[a] - positions[b]))
         return factor * (distance + crease_weight * radius * (1.0 - openness)) / length
 
     def key_of(pair: tuple[int, int]) -> tuple[float, float]:
-        """Return the cost of a merge, and a second cost that breaks ties."""
         if features is None:
             return cost_of(*pair), 0.0
         squared = 0.0
@@ -243,7 +241,7 @@ def _radius_of(measure: float, dimension: int) -> float:
 def _merged(
     borders: dict[tuple[int, int], tuple[float, float]], pair: tuple[int, int], node: int
 ) -> dict[tuple[int, int], tuple[float, float]]:
-    """Return the borders after a pair of nodes was merged into a new node."""
+    """Return the borders after merging a pair of nodes into the new node `node`."""
     merged: dict[tuple[int, int], tuple[float, float]] = {}
     for (one, other), border in borders.items():
         if (one, other) != pair:

@@ -13,10 +13,9 @@ from .arithmetic import dot, norm
 
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
-    """Return the component of each cell; only arcs between cells with equal labels are used.
+    """Return the connected component of each cell, using only arcs between equal labels.
 
-    Arcs connect cells regardless of their direction. Components are numbered in the order of their
-    lowest cells.
+    The direction of arcs is ignored. Components are numbered in the order of their lowest cells.
     """
     around: list[set[int]] = [set() for _ in labels]
     for cell in range(graph.n_cells):
@@ -39,7 +38,7 @@ def find_components(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
-    """Return path lengths from a center; cells beyond the distance `reach` are not expanded."""
+    """Return a dict from cells to path lengths from a center; expansion ends beyond `reach`."""
     lengths: dict[int, int] = {}
     queue = [(0, center)]
     while queue:
@@ -69,7 +68,7 @@ def arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
 
 
 def update_centers(graph: CellGraph, labels: Array) -> list[int]:
-    """Return the cell nearest to the centroid of each region; cells labeled -1 are ignored."""
+    """Return the cell nearest to the centroid of each region, ignoring cells labeled -1."""
     n_regions = int(labels.max()) + 1
     labels = np.where(labels < 0, n_regions, labels)
     means = _fixed_point_means(graph, labels)
@@ -115,7 +114,7 @@ def _fixed_point_scale(total: float) -> float:
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
-    """Return the component of each cell, and the components that get seeds, the largest first."""
+    """Return the connected component of each cell, and components that get seeds, largest first."""
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
     enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
@@ -130,7 +129,7 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Place seeds by farthest-point sampling with Euclidean distances."""
+    """Return seeds by farthest-point sampling with Euclidean distances."""
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":
@@ -148,7 +147,7 @@ def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> 
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
-    """Place seeds by farthest-point sampling with path lengths."""
+    """Return seeds by farthest-point sampling with path lengths."""
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
@@ -156,10 +155,10 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 
 
 def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
-    """Place 60 % of the seeds in the middle of equal parts of a curve through all cells.
+    """Place 60 % of the seeds in the middle of equal parts of a curve, others far from them.
 
-    `order` are the cells along the curve. The other seeds are the cells with the longest paths from
-    all earlier seeds.
+    `order` are all cells in the order of the curve. Each of the other seeds is the cell with the
+    longest path from its nearest seed.
     """
     components, seeded = _seeded_components(graph, n_seeds)
     n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
@@ -167,7 +166,7 @@ def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
     cells = {which: [cell for cell in order if components[cell] == which] for which in seeded}
     totals = [sum(weights[cell] for cell in cells[which]) for which in seeded]
     seeds: list[int] = []
-    for i in reversed(range(len(seeded))):  # from the smallest component to the largest
+    for i in reversed(range(len(seeded))):  # smallest component first
         own = cells[seeded[i]]
         n_others = sum(len(cells[which]) for which in seeded[:i])
         exact = n_along * (totals[i] / sum(totals[: i + 1]))
@@ -185,7 +184,7 @@ def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
 
 
 def _curve_weight(graph: CellGraph, cell: int) -> float:
-    """Return the area of a cell times sqrt(sum of arc lengths / sum of neighbor distances)."""
+    """Return the area of a cell * sqrt(sum of arc lengths / sum of distances to neighbors)."""
     lengths = steps = 0.0
     for neighbor, length in arcs_of(graph, cell):
         if neighbor == cell:
@@ -200,7 +199,7 @@ def _curve_weight(graph: CellGraph, cell: int) -> float:
 def _with_farthest(
     graph: CellGraph, seeds: list[int], n_seeds: int, components: Array, seeded: list[int]
 ) -> list[int]:
-    """Repeatedly add the cell with the longest path from its nearest seed."""
+    """Add, one by one, the cell with the longest path from its nearest seed; return all seeds."""
     cells = np.flatnonzero(np.isin(components, seeded)).tolist()
     lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):
@@ -214,7 +213,7 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Place seeds in the order of path lengths, at cells that no seed has reached within 2 r."""
+    """Visit cells by path length; place a seed if a cell is farther than 2 r from all seeds."""
     seeds: list[int] = []
     reached: set[int] = set()
     components, seeded = _seeded_components(graph, n_seeds)
@@ -235,7 +234,7 @@ def flood_seeds(
 
 
 def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
-    """Return the most central cell in each cube of edge 2 r; cubes are sorted by lowest cell."""
+    """Return the most central cell of each cube of edge 2 r; cubes are sorted by lowest cell."""
     label_of: dict[tuple[float, ...], int] = {}
     cubes = np.floor((graph.positions - graph.bounds[0]) / (2.0 * radius))
     labels = [label_of.setdefault(tuple(cube), len(label_of)) for cube in cubes.tolist()]

@@ -29,12 +29,12 @@ def smooth_borders(
     sizes: Sequence[float] = (),
     goals: Sequence[float] = (),
 ) -> list[int]:
-    """Move chains of faces across borders into neighboring regions; return the labels.
+    """Smooth borders by moving chains of faces to neighboring regions; return the labels.
 
     ``steps`` are the lengths of the arcs in the unit of the vertices. Regions are processed in
-    patches. The processing of a patch takes into account only area changes by this patch and by
-    patches of earlier colors. ``goals`` are target sizes of regions, by default their initial
-    areas. With goals, ``sizes`` of faces replace their areas.
+    patches of regions, as in parallel code: a patch sees only area changes by itself and by patches
+    of earlier colors. ``goals`` are target sizes of regions, by default their initial areas. With
+    goals, ``sizes`` of faces replace their areas.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
@@ -47,7 +47,7 @@ def smooth_borders(
         waiting = set()
         for key, face in listed:
             regions.stiffness.begin(key)
-            if regions.sort_key(face) != key:  # the face has moved to another patch
+            if regions.sort_key(face) != key:  # the face has moved to a region of another patch
                 continue
             waiting.discard(face)
             for label in regions.neighboring_labels(face):
@@ -60,7 +60,7 @@ def smooth_borders(
 
 
 class _Stiffness:
-    """Additional cost of area changes, and of distances from the initial centroids of regions."""
+    """Cost of changes of area, and of the distances of faces from initial centroids of regions."""
 
     def __init__(
         self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
@@ -85,7 +85,7 @@ class _Stiffness:
         self.centroids = np.array(inverses) * moments
         self.known, self.own = [0.0] * len(areas), [0.0] * len(areas)
         self._key: tuple[int, int] | None = None
-        self._others: list[list[float]] = []  # changes by earlier patches of the same color
+        self._others: list[list[float]] = []  # area changes by earlier patches of the same color
 
     def set_goals(
         self, labels: list[int], sizes: Sequence[float], goals: Sequence[float], stiffness: float
@@ -98,7 +98,7 @@ class _Stiffness:
         self.known = [size - goal for size, goal in zip(self.known, goals, strict=True)]
 
     def begin(self, key: tuple[int, int] | None) -> None:
-        """Start the patch with the sort key (color, patch); None ends the sweep."""
+        """Begin the patch with the sort key (color, patch), or end the sweep if the key is None."""
         if key == self._key:
             return
         self._others.append(self.own)
@@ -110,7 +110,7 @@ class _Stiffness:
         self._key = key
 
     def gain(self, face: int, before: int, label: int) -> float:
-        """Return the decrease of the additional cost if a face moves to another region."""
+        """Return the decrease of this cost if a face moves from the region `before` to `label`."""
         area, size = self.of_faces[face], self.sizes[face]
         far, near = (_squared(self.positions[face] - self.centroids[i]) for i in (before, label))
         lost, won = (self.known[i] + self.own[i] for i in (before, label))
@@ -124,7 +124,7 @@ class _Stiffness:
 
 
 def _runs(labels: list[int], block: int = 1 << 14) -> list[list[int]]:
-    """Return lists of consecutive faces in the same region and the same block of faces."""
+    """Return lists of consecutive faces with the same label in the same block of faces."""
     runs: list[list[int]] = []
     for face, label in enumerate(labels):
         if face % block == 0 or labels[face - 1] != label:
@@ -139,7 +139,7 @@ def _squared(step: Floats) -> float:
 
 
 class MovingRegions:
-    """State of `smooth_borders`: labels, and costs of borders."""
+    """State of `smooth_borders`: labels of faces and costs of borders."""
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class MovingRegions:
         self.fixed, self.max_distance = fixed, max_distance
 
     def arcs(self, face: int) -> list[tuple[int, int]]:
-        """Return the index and the neighbor of each arc of a face."""
+        """Return (index of the arc, neighbor) for each arc of a face."""
         numbers = range(self.graph.offsets[face], self.graph.offsets[face + 1])
         return [(number, int(self.graph.neighbors[number])) for number in numbers]
 
@@ -171,16 +171,16 @@ class MovingRegions:
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:
-        """Return the distinct labels of neighbors in other regions, in the order of the arcs."""
+        """Return the distinct labels of neighbors in other regions, in the order of arcs."""
         around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
 
     def sort_key(self, face: int) -> tuple[int, int]:
-        """Return the sort key (color, patch) of the processing order of a face."""
+        """Return the sort key (color, patch) of a face, which defines the order of processing."""
         return self.patches.sort_key(self.labels[face])
 
     def gain(self, face: int, label: int) -> float:
-        """Return the decrease of the cost of borders if a face moves to another region."""
+        """Return the decrease of the cost of borders if a face moves to the region `label`."""
         gain = 0.0
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == label:
@@ -190,7 +190,7 @@ class MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Return the path length from the initial border of a region to a face."""
+        """Return the length of the path from the initial border of a region to a face."""
         if self.first[face] == label:
             return 0.0
         lengths = [math.inf]
@@ -202,8 +202,8 @@ class MovingRegions:
         return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Whether a region stays connected without a face, judged by faces around its corners."""
-        side_of: dict[int, int] = {}  # side toward each neighbor in the region
+        """Return whether a region stays connected without a face, tested around its corners."""
+        side_of: dict[int, int] = {}  # side of the face toward each neighbor in its region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
                 side_of.setdefault(neighbor, int(self.graph.sides[number]))
@@ -226,7 +226,7 @@ class MovingRegions:
         return False
 
     def around(self, vertex: int, before: int, here: int) -> int | None:
-        """Return the next face around a vertex, or None if there is not exactly one."""
+        """Return the face after `before`, `here` around a vertex, or None if it is not unique."""
         corners = self.mesh.faces[here].tolist()
         positions = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
         if vertex in corners:
@@ -243,9 +243,10 @@ class MovingRegions:
         return onward[0] if len(onward) == 1 else None
 
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
-        """Move a chain of faces to a region, and return these faces.
+        """Move a chain of adjacent faces to the region `label`, and return these faces.
 
-        Faces with the largest gains move first. The chain ends where the total gain is largest.
+        Faces with the largest decrease of cost (gain) move first. The total gain at the end of the
+        chain is maximal.
         """
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
@@ -280,7 +281,7 @@ class MovingRegions:
 
 
 def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
-    """Return the cost of a border across each arc: the length of the edge, reduced in creases."""
+    """Return the cost of a border across each arc: length of the edge, reduced in creases."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
@@ -296,17 +297,17 @@ def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: flo
 
 
 SMALLEST, LARGEST = 64, 1024
-"""Limits on the minimum number of border faces in a patch."""
+"""Lower and upper limit of the number of border faces at which a patch stops growing."""
 
 MANY = 512
-"""Target number of patches, as far as the limits permit."""
+"""Target number of patches, if the limits on their size permit it."""
 
 FEWEST_COLORS = 8
-"""Minimum number of colors."""
+"""Minimum number of colors of patches."""
 
 
 class Patches:
-    """Groups of neighboring regions. Adjacent groups have different colors."""
+    """Groups of adjacent regions (patches), where adjacent patches have different colors."""
 
     def __init__(self, graph: FaceGraph, labels: list[int]) -> None:
         self.of_region: dict[int, int] = {}
@@ -327,7 +328,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Grow a patch from a region, breadth-first; return an adjacent region, or None."""
+        """Grow a patch from a region, breadth-first; return a region to start the next, or None."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0
@@ -346,7 +347,7 @@ class Patches:
         return reached[n_taken] if n_taken < len(reached) else None
 
     def _choose_color(self, forbidden: set[int], size: int) -> int:
-        """Return the allowed color with the fewest faces, or a new color if none is allowed."""
+        """Return the color with the fewest faces that is not forbidden, or else a new color."""
         allowed = [c for c in range(len(self._color_sizes)) if c not in forbidden]
         if not allowed:
             allowed = [len(self._color_sizes)]
@@ -356,12 +357,12 @@ class Patches:
         return color
 
     def sort_key(self, region: int) -> tuple[int, int]:
-        """Return the sort key (color, patch) of the processing order of a region."""
+        """Return the sort key (color, patch) of a region, which defines the order of processing."""
         patch = self.of_region[region]
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Whether the patches of `others` are the patch of `region` or have other colors."""
+        """Return whether `region` and each of `others` are in one patch or in different colors."""
         own = self.sort_key(region)
         keys = [self.sort_key(other) for other in others]
         return all(key == own or key[0] != own[0] for key in keys)

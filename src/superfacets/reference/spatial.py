@@ -1,4 +1,4 @@
-"""Find nearest faces, measure thickness along rays, and subdivide meshes."""
+"""Find nearest cells, measure thickness along rays, and subdivide meshes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 FLAT = 1e-20
-"""Squared sine of the angle at the first corner up to which a triangle has no normal."""
+"""A triangle has no normal if the squared sine of the angle at its first corner is at most this."""
 
 
 def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
@@ -35,9 +35,9 @@ def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
 def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
     """Return the point of a triangle, corners (3, 3), that is nearest to p.
 
-    If the projection of p to the plane is in the triangle, it is the nearest point. Otherwise, or
-    if the triangle has no normal, the nearest point is on a side. Corners are sorted first, so that
-    triangles with a common side give the same point on this side.
+    If the projection of p to the plane of the triangle is in the triangle, it is the nearest point.
+    Otherwise, or if the triangle has no normal, the nearest point is on a side. Corners are sorted
+    first, so that triangles with a common side return the same point on this side.
     """
     a, b, c = np.array(sorted(corners.tolist()))
     ab, ac, ap = b - a, c - a, p - a
@@ -53,7 +53,7 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
 
 
 def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
-    """Return the point of a tetrahedron, corners (4, 3), nearest to p; p itself if inside."""
+    """Return the point of a tetrahedron, corners (4, 3), nearest to p, or p if it is inside."""
     is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
     whole = _volume(corners)
     if is_in_box and whole != 0:
@@ -74,9 +74,9 @@ def _nearest_shapes(
     cells: npt.ArrayLike,
     points: npt.ArrayLike,
 ) -> tuple[Ints, Floats, Floats]:
-    """Return the nearest cell to each point, its distance, and its nearest point.
+    """Return for each point the nearest cell, its distance, and its nearest point.
 
-    If several cells are nearest, the first cell is used.
+    If several cells are equally near, the first cell is used.
     """
     corners = np.asarray(vertices, np.float64)[np.asarray(cells)]
     queries = np.asarray(points, np.float64)
@@ -96,7 +96,7 @@ def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
 
 
 def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
-    """Return the index and the position of the candidate nearest to p; the first on ties."""
+    """Return the index and position of the first of the candidates nearest to p."""
 
     def squared(item: tuple[int, Floats]) -> Any:
         return dot(p - item[1], p - item[1])
@@ -115,7 +115,7 @@ COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
 
 
 def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
-    """Return directions (R, 3) in a cone of 60 degrees around the z axis, and weights (R,)."""
+    """Return directions (R, 3) up to 60 degrees from the z axis, and their weights (R,)."""
     directions, weights = [], []
     x, y = 1.0, 0.0
     for ray in range(n_rays):
@@ -128,7 +128,7 @@ def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
 
 
 def typical_length(lengths: Sequence[float], weights: Sequence[float]) -> float:
-    """Return the weighted mean of the lengths within one standard deviation of the median."""
+    """Return the weighted mean of all lengths within one standard deviation of their median."""
     given = np.array(lengths)
     median = float(np.median(given))
     is_kept = np.abs(given - median) <= given.std() + 1e-9 * median
@@ -143,9 +143,9 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """Return the thickness below `starts`, along inward unit `axes`.
+    """Return the thickness of a body below points of its surface, with inward unit `axes`.
 
-    The thickness is NaN if less than a quarter of the rays leave the body.
+    The thickness is NaN if less than a quarter of the rays from a point leave the body.
     """
     corners = vertices[triangles]
     spokes = list(zip(*cone_of_rays(n_rays), strict=True))
@@ -163,7 +163,7 @@ def ray_thickness(
 
 
 def frame_about(axis: Floats) -> tuple[Floats, Floats]:
-    """Return two unit vectors that form a right-handed frame with `axis` (Duff et al., 2017)."""
+    """Return two unit vectors that are a right-handed frame with `axis` (Duff et al., 2017)."""
     x, y, z = axis.tolist()
     sign = -1.0 if z < 0 else 1.0
     a = -1.0 / (sign + z)
@@ -175,9 +175,9 @@ def frame_about(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
-    """Return the distance to the first triangle, corners (F, 3, 3), if the ray leaves the body.
+    """Return the distance to the triangle, of corners (F, 3, 3), where a ray leaves the body.
 
-    Returns None if the ray hits no triangle, or the front of a triangle.
+    Returns None if the ray hits no triangle, or first hits the front of a triangle.
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     along = normals @ ray
@@ -196,11 +196,11 @@ def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> flo
 
 
 class _Edge(NamedTuple):
-    """An edge, and its two halves after bisection."""
+    """An edge, and its halves if it was bisected."""
 
     start: int
     end: int
-    halves: tuple[_Edge, _Edge] | None  # None if the edge is short enough
+    halves: tuple[_Edge, _Edge] | None  # None if the edge was not bisected
 
     def reversed(self) -> _Edge:
         halves = self.halves and (self.halves[1].reversed(), self.halves[0].reversed())
@@ -208,14 +208,14 @@ class _Edge(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A part of a face, made by `depth` bisections."""
+    """A triangle that is a part of a face after `depth` bisections."""
 
     corners: tuple[int, ...]
     depth: int
 
 
 def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
-    """Subdivide a mesh; return all vertices, and the parts of each face."""
+    """Subdivide a mesh; return all vertices, and the list of parts of each face."""
     points = mesh.vertices.tolist()
     faces = mesh.faces.tolist()
     sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}
@@ -228,7 +228,7 @@ def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
 
 
 def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) -> _Edge:
-    """Bisect an edge recursively until all parts are short enough; append midpoints to `points`."""
+    """Bisect an edge recursively to at most `max_edge`, and append midpoints to `points`."""
     if _squared_length(points, start, end) <= max_edge * max_edge:
         return _Edge(start, end, None)
     middle = len(points)
@@ -238,7 +238,7 @@ def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) 
 
 
 def _cut(points: list[list[float]], sides: list[_Edge], max_edge: float, depth: int) -> list[Part]:
-    """Cut a face recursively, from the midpoint of its longest side to the opposite corner."""
+    """Cut a face recursively from the midpoint of its longest side to the opposite corner."""
     lengths = [_squared_length(points, edge.start, edge.end) for edge in sides]
     side = lengths.index(max(lengths))
     halves = sides[side].halves

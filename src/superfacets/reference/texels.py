@@ -1,4 +1,4 @@
-"""Stage 2: compute the colors of the texels in triangles of a texture."""
+"""Stage 2: compute mean colors in triangles of a texture, from its pixels (texels)."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def texel_colors(
     """Return the mean color (N, 3) and the spread (N,) of the texels in triangles (N, 3, 2).
 
     Texels are used if their centers are in the triangle. In large triangles, only every n-th row
-    and column is used. If there are no texel centers in a triangle, colors are interpolated at the
-    centroids of k x k parts of the triangle. Results are NaN if a coordinate is not finite or
-    larger than 2**20.
+    and column is used. If a triangle contains no texel center, colors are interpolated at the
+    centroids of k x k equal parts of the triangle. Coordinates that are not finite or exceed 2**20
+    give NaN.
     """
     found = [_color(pixels, triangle, wrap) for triangle in pairs.tolist()]
     return np.array([mean for mean, _ in found]), np.array([spread for _, spread in found])
@@ -48,7 +48,7 @@ def _color(pixels: Bytes, pairs: list[Position], wrap: tuple[str, str]) -> tuple
 
 
 def _near(values: list[float], wrap: str) -> list[float]:
-    """Shift coordinates by an even number of image sizes, so that they are near 0."""
+    """Shift coordinates by an even number of image widths or heights, so that they are near 0."""
     shift = 0.0 if wrap == "clamp" else 2.0 * math.floor(min(values) / 2.0)
     return [value - shift for value in values]
 
@@ -68,7 +68,7 @@ def _wrapped(i: int, size: int, wrap: str) -> int:
 
 
 def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
-    """Yield the texels whose centers are in a triangle, row by row."""
+    """Yield (column, row) of all texels whose centers are in a triangle, row by row."""
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))
@@ -82,7 +82,7 @@ def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
 
 
 def _cuts(corners: list[Position], y: float) -> Iterator[float]:
-    """Yield the x coordinates at which the sides of a triangle cross a row."""
+    """Yield the x coordinates at which sides of a triangle cross the row at height y."""
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         (ax, ay), (bx, by) = (b, a) if b[1] < a[1] else (a, b)
         if ay != by and ay <= y <= by:
@@ -105,7 +105,7 @@ def _middles(corners: list[Position]) -> Iterator[Position]:
 
 
 def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) -> list[float]:
-    """Return the color between the centers of four texels, by bilinear interpolation."""
+    """Return the color at (x, y) by bilinear interpolation of the four nearest texels."""
     left, upper = math.floor(x - 0.5), math.floor(y - 0.5)
     right_weight, lower_weight = x - 0.5 - left, y - 0.5 - upper
     rows = [
@@ -119,7 +119,7 @@ def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) ->
 
 
 def _mean_and_spread(lights: list[list[float]]) -> tuple[Light, float]:
-    """Return the mean color and the standard deviation.
+    """Return the mean and the standard deviation of colors.
 
     Differences from the first color are summed, so the deviation of equal colors is exactly 0.
     """

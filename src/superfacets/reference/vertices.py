@@ -1,4 +1,4 @@
-"""Stage 5: label vertices along creases, and count segments as the package Segmentator does."""
+"""Stage 5: label vertices along creases, and count segments like the package Segmentator."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .arithmetic import dot, norm
 
 
 def mean_normals(mesh: Mesh) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex; 0 if there are none."""
+    """Return the mean of the unit normals of the faces around each vertex, or 0 without faces."""
     sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
     for face in mesh.faces.tolist():
         p, q, r = mesh.vertices[face]
@@ -24,7 +24,7 @@ def mean_normals(mesh: Mesh) -> Floats:
 
 
 def crease_weight(a: Floats, b: Floats, is_convex: bool) -> float:
-    """Return the weight of an edge between vertices with normals a and b, as in `vertex_labels`."""
+    """Return the weight of an edge between vertices with normals a and b; see `vertex_labels`."""
     weight = max(1.0 - float(dot(a, b)), 0.0)
     return weight * weight if is_convex else weight
 
@@ -38,8 +38,8 @@ def spread_labels(
 ) -> list[int]:
     """Extend labels to all vertices with Kruskal's algorithm; components without a label get -1.
 
-    `edges` are all edges, sorted, as pairs (a, b) with a < b. If weights are equal, edges between
-    vertices with equal `hints` come first.
+    `edges` are all edges, sorted, as pairs (a, b) with a < b. Of edges with equal weights, edges
+    between vertices with equal `hints` come first.
     """
 
     def weight(a: int, b: int) -> float:
@@ -47,7 +47,7 @@ def spread_labels(
         is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
         return crease_weight(normals[a], normals[b], bool(is_convex))
 
-    # Each edge starts at its lower unlabeled vertex. The order of its ends is part of the sort key.
+    # An edge starts at its lower unlabeled vertex, because the sort key depends on its direction.
     free = [
         (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
     ]
@@ -71,13 +71,13 @@ def count_segments(
     threshold: float,
     least: int,
 ) -> int:
-    """Count segments with `least` or more nodes, by the method of Felzenszwalb and Huttenlocher."""
+    """Return the number of segments with at least `least` nodes (Felzenszwalb and Huttenlocher)."""
     ranks = []
     for index, (a, b) in enumerate(edges):
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0
         ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), index))
     sets = {node: [node] for node in range(len(positions))}
-    limits = [threshold] * len(positions)  # threshold of the segment of each node
+    limits = [threshold] * len(positions)  # threshold of the segment with this root node
 
     def join(may_join: Callable[[int, int, float], bool]) -> None:
         for weight, index in sorted(ranks):

@@ -1,4 +1,4 @@
-"""Slow, readable version of `variational_shape_approximation`, for tests."""
+"""Slow, readable version of `variational_shape_approximation`, which tests compare with it."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Matrix = list[list[float]]
 
 
 class Proxy(NamedTuple):
-    """Approximation of a region: a plane, or a point if the normal is zero."""
+    """Plane that approximates a region, or only a point if the normal is 0."""
 
     center: Floats
     normal: Floats
 
 
 class State(NamedTuple):
-    """State of the algorithm: labels of faces, and seeds and proxies of regions."""
+    """State of the algorithm: labels of faces, and seeds and proxies (planes) of regions."""
 
     labels: list[int]
     seeds: list[int]
@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 class Surface:
-    """Areas, normals and neighbors of the faces of a mesh; `metric` is "l2" or "l21"."""
+    """Areas, normals and neighbors of faces, and the error metric, "l2" or "l21"."""
 
     def __init__(self, mesh: Mesh, metric: str, *, weld: bool = True) -> None:
         self.metric = metric
@@ -45,7 +45,7 @@ class Surface:
             self.neighbors[arc.face].append(arc.neighbor)
 
     def own_proxy(self, face: int) -> Proxy:
-        """Return the plane of a face."""
+        """Return the plane of a face as a proxy."""
         return Proxy(self.centroids[face], self.normals[face])
 
 
@@ -54,7 +54,7 @@ def approximate(
 ) -> tuple[State, int, str]:
     """Run the algorithm; return the last state, the number of iterations, and the stop reason.
 
-    If `seeds` is None, regions are inserted one by one.
+    If `seeds` is None, it starts with one region, and inserts regions one by one.
     """
     if seeds is None:
         state = flood(surface, [0], [surface.own_proxy(0)])
@@ -74,7 +74,7 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Grow regions from seeds. Faces with the smallest errors are added first.
+    """Grow regions from seeds, adding the face with the smallest error next.
 
     If errors are equal, the face that was queued first is added first.
     """
@@ -83,7 +83,7 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
     labels = [-1] * len(surface.areas)
     queue: list[tuple[float, int, int, int]] = []  # error, position in the queue, face, label
     n_queued = 0
-    started: list[int] = []  # newly labeled faces, whose neighbors are queued next
+    started: list[int] = []  # newly labeled faces, whose neighbors must be queued
     for label, seed in enumerate(seeds):
         labels[seed] = label
         started.append(seed)
@@ -99,7 +99,7 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
             if labels[face] == -1:
                 labels[face] = label
                 started = [face]
-        elif -1 in labels:  # there is a component without a seed
+        elif -1 in labels:  # a connected component has no seed
             orphan = labels.index(-1)
             labels[orphan] = len(seeds)
             started = [orphan]
@@ -111,14 +111,14 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """Add a region at the face with the largest error, in the region with the largest error.
+    """Add a region whose seed is the face with the largest error in the worst region.
 
-    The region must have at least two faces.
+    The worst region has the largest total error of all regions with at least two faces.
     """
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
     errors = _own_errors(surface, state.labels, proxies)
-    totals = np.bincount(state.labels, errors)  # bincount adds in the order of the faces
+    totals = np.bincount(state.labels, errors)  # adds in the order of faces
     sizes = np.bincount(state.labels)
     worst = max((r for r in range(len(seeds)) if sizes[r] >= 2), key=lambda r: float(totals[r]))
     members = [face for face, label in enumerate(state.labels) if label == worst]
@@ -128,13 +128,12 @@ def _insert(surface: Surface, state: State) -> State:
 
 
 def _own_errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> Floats:
-    """Return the error of each face with respect to the proxy of its region."""
     errors = np.array([errors_of(surface, proxy) for proxy in proxies])
     return np.asarray(errors[labels, np.arange(len(labels))])
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """Return the face with the smallest error of each region; faces without a normal come last."""
+    """Return the face of each region with the smallest error, and with a normal if possible."""
     has_no_normal = np.asarray(~surface.normals.any(axis=1))
     regions = np.array(labels)
     ranks = (_own_errors(surface, labels, proxies), has_no_normal.astype(int), regions)
@@ -159,7 +158,7 @@ def errors_of(surface: Surface, proxy: Proxy) -> Floats:
 
 
 def fit(surface: Surface, labels: list[int]) -> list[Proxy]:
-    """Return the proxy with the smallest error for each region."""
+    """Return the proxy (plane) with the smallest error for each region."""
     regions = np.array(labels)
     return [_fit_one(surface, np.flatnonzero(regions == r)) for r in range(max(labels) + 1)]
 
@@ -179,12 +178,12 @@ def _fit_one(surface: Surface, faces: Array) -> Proxy:
 
 
 def _total(rows: Floats) -> Floats:
-    """Return the sum of rows, which are added from the first to the last."""
+    """Return the sum of rows, added from the first to the last."""
     return np.asarray(np.cumsum(rows, axis=0)[-1])
 
 
 def _least_axis(m: Matrix) -> list[float]:
-    """Return the unit eigenvector of the smallest eigenvalue, computed by Jacobi's method."""
+    """Return the unit eigenvector of the smallest eigenvalue, by Jacobi's method."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0:
         return [0.0] * 3
@@ -218,7 +217,7 @@ def _rotate(m: Matrix, axes: Matrix, p: int, q: int) -> None:
 def _integrals(values: Floats) -> Floats:
     """Return the integrals of squared linear functions over triangles of area 6.
 
-    `values` are the values of the functions at the three corners.
+    `values` are the values of each function at the three corners.
     """
     a, b, c = values[..., 0], values[..., 1], values[..., 2]
     return np.asarray(a * a + b * b + c * c + a * b + a * c + b * c)

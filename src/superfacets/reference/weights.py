@@ -26,10 +26,10 @@ def superfacet_weights(
 ) -> Floats:
     """Return the weight of each arc, computed with equations 1 to 3 of the paper.
 
-    `crease_length` replaces |e| in equation 2. The cost of ridges is the maximum of `ridges` and
-    `eta_convex`. With `hollows`, smooth convex edges of hollow shapes have a cost, and smooth
-    concave edges cost less. With `all_sharp`, all sharp convex edges are ridges, unless their two
-    faces have several common edges.
+    `crease_length`, if given, replaces |e| in equation 2. The relative cost of ridges is the
+    maximum of `ridges` and `eta_convex`. With `hollows`, smooth convex edges of hollow shapes have
+    a cost, and smooth concave edges cost less. With `all_sharp`, all sharp convex edges are ridges,
+    unless their two faces have several common edges.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -58,7 +58,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return the step length, edge length and angle of each arc, and whether it is concave."""
+    """Return the step length, edge length, angle and concavity (True or False) of each arc."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -66,7 +66,7 @@ def _measure_arcs(
         start = mesh.vertices[mesh.faces[face, side]]
         end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
         middle = 0.5 * (start + end)
-        # Equation 1.
+        # equation 1
         geodesic = norm(centroids[face] - middle) + norm(middle - centroids[neighbor])
         n_i, n_j = normals[face], normals[neighbor]
         if same_turn:
@@ -84,7 +84,7 @@ def _measure_arcs(
 def _evened_share(turn: float, volume: float, area: float) -> float:
     """Return the relative cost of smooth convex edges, from 0 (solid shapes) to 1/4 (hollow).
 
-    `turn` is the sum of angle times length over all arcs.
+    `turn` is the sum of angle times edge length over all arcs.
     """
     roundness = 3.0 * volume * turn / 4.0 / area**2
     hollowness = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
@@ -102,11 +102,11 @@ def unit_normals(mesh: Mesh) -> Floats:
 
 
 def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
-    """Return the volume of the mesh, negative if normals point inward; 0 if the mesh is open."""
+    """Return the volume of the mesh, negative if normals point inward, or 0 if the mesh is open."""
     corners = mesh.vertices[mesh.faces]
     names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
-    # A side without an arc is on the boundary. Exceptions are sides with two equal ends, and sides
-    # with the same ends as another side of the face.
+    # A side without an arc is on the boundary, except if its two ends are equal, or if another side
+    # of the face with the same ends has an arc.
     with_arc = {(arc.face, arc.side) for arc in arcs}
     for face, ends in enumerate(names):
         edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
@@ -121,10 +121,10 @@ def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
 
 
 def quantize_weights(weights: Floats) -> tuple[Singles, float]:
-    """Round weights to integer multiples of a unit; return these integers, and the unit."""
+    """Round weights to integer multiples of a unit; return the integers and the unit."""
     chunks = np.zeros((-(-len(weights) // 4096), 4096))
     chunks.flat[: len(weights)] = weights
-    partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
+    partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # adds from left to right
     total = float(np.cumsum(partial_sums)[-1]) if len(weights) else 0.0
     unit = 2.0 ** (math.frexp(total)[1] - 48) if total > 0 else 1.0
     return np.maximum(1.0, np.rint(weights / unit)).astype(np.float32), unit
@@ -134,7 +134,7 @@ SHARP_ANGLE = math.pi * 2 / 9
 """Minimum angle of a sharp edge, 40 degrees in radians."""
 
 MAX_STEPS = 64
-"""Maximum number of faces that are visited around a vertex."""
+"""Maximum number of faces around a vertex that are visited."""
 
 
 def find_sharp(
@@ -149,7 +149,7 @@ def find_sharp(
 def find_ridges(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Return the arcs across ridges; see `superfacets.crease_weights`."""
+    """Return the arcs across ridges, as defined by `superfacets.crease_weights`."""
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
     found = {index for index in sharp if surface.is_flat_beside(index, thetas)}
@@ -157,23 +157,23 @@ def find_ridges(
 
 
 class _Surface:
-    """Faces and their arcs, for tests of single edges."""
+    """Faces and their arcs, with tests whether an edge is a ridge."""
 
     def __init__(self, mesh: Mesh, arcs: list[Arc], weld: bool) -> None:
         self._mesh = mesh
         self._arcs = arcs
         self._weld = weld
-        self._of_face: dict[int, list[tuple[int, int]]] = {}  # face to (neighbor, index of arc)
+        self._of_face: dict[int, list[tuple[int, int]]] = {}  # (neighbor, arc index) by face
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
     def is_only(self, index: int) -> bool:
-        """Whether an arc is the only arc between its faces."""
+        """Return whether an arc is the only arc between its two faces."""
         face, _, neighbor, _ = self._arcs[index]
         return [other for other, _ in self._of_face[face]].count(neighbor) == 1
 
     def is_flat_beside(self, index: int, thetas: Floats) -> bool:
-        """Whether an arc is the only arc between its faces, and their other edges are flat."""
+        """Return whether an arc is the only arc between two faces whose other edges are flat."""
         face, _, neighbor, _ = self._arcs[index]
         theta = float(thetas[index])
         return self.is_only(index) and all(
@@ -183,13 +183,13 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Whether other edges of a face have small angles, except for one similarly sharp edge."""
+        """Return whether `bends` are small compared with `theta`, except for one similar angle."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Whether both ends of an edge meet another edge in `found`, or the boundary."""
+        """Return whether both ends of an edge meet another edge in `found` or the boundary."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -203,7 +203,7 @@ class _Surface:
         for _ in range(MAX_STEPS):
             step = self._next_around(corner, before, here)
             if step is None:
-                return True  # the walk around the vertex has reached the boundary
+                return True  # boundary of the mesh
             if step[1] in found:
                 return True
             before, here = here, step[0]
@@ -233,7 +233,7 @@ def smallest_eigenpairs(
     n_constants: int,
     n_wanted: int,
 ) -> tuple[Floats, Floats]:
-    """Return the smallest eigenvalues of L x = lambda A x, and eigenvectors (N, n_wanted).
+    """Return the smallest eigenvalues of L x = lambda A x, and their eigenvectors, (N, n_wanted).
 
     The first `n_constants` eigenvalues are skipped. Results equal the results of the C++ core up to
     rounding errors and signs of eigenvectors.

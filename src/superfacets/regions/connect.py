@@ -1,4 +1,4 @@
-"""Stage 5: make regions connected, by joining pieces of regions to other regions."""
+"""Stage 5: make each region connected, by joining stray pieces of it to other regions."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def enforce_connectivity(
 ) -> RegionEdit:
     """Change labels so that all regions are connected.
 
-    A region keeps the piece that contains its center or, without centers, its largest piece. All
-    other pieces, the smallest first, join the neighbor with the longest common border. The length
-    of borders in creases is reduced, as in `smooth_borders`. A piece without a neighbor becomes a
-    new region.
+    A region keeps the piece that contains its center or, without centers, its largest piece. Each
+    other piece, smallest first, joins the neighboring region with the longest common border, where
+    borders in creases count less, as in `smooth_borders`. A piece without neighbors is a new
+    region.
 
     Parameters
     ----------
@@ -46,8 +46,7 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels. New regions get the next labels, in the order of their lowest
-        faces.
+        Regions keep their labels. New regions get labels from K on, sorted by their lowest faces.
 
     Raises
     ------
@@ -80,7 +79,7 @@ def enforce_connectivity(
 def connect_regions(
     costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
 ) -> RegionEdit:
-    """Return the result of `enforce_connectivity` for checked arguments."""
+    """Connect regions as `enforce_connectivity` does, with checked arguments."""
     surface = costs.surface
     pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     region_of_piece = np.empty(n_pieces, np.int32)
@@ -106,8 +105,8 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the largest piece of each region; the lowest index wins among equal areas."""
+    """Return the piece with the largest area of each region; of equal areas, the lowest piece."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # NumPy keeps the last value that is assigned
+    largest[region_of_piece[order]] = order  # the last value, the largest, remains
     return largest

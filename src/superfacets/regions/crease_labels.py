@@ -1,4 +1,4 @@
-"""Stage 5: labels of vertices with borders along creases."""
+"""Stage 5: convert labels of cells to labels of vertices, with borders along creases."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from .._types import Array, Floats, Ints, Longs
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import Majority, weighted_majority
 from ..errors import MeshError
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners, mean_normals, vertex_graph
+from ..mesh.weld import lowest_vertices
 
 
 class VertexEdges(NamedTuple):
-    """Vertices or points, and their edges in CSR form, with each edge in both directions."""
+    """Vertices of a mesh, or points, and their edges in CSR form, each edge in both directions."""
 
     offsets: Longs  # (V + 1,) index of the first edge of each vertex
     neighbors: Ints  # (M,) vertex at the other end of each edge
-    positions: Floats  # (V, 3)
-    normals: Floats  # (V, 3) mean of the unit normals of adjacent cells, or 0
+    positions: Floats  # (V, 3) position of each vertex
+    normals: Floats  # (V, 3) mean of the unit normals of the adjacent cells; 0 if it is not defined
 
 
 class _Regions(NamedTuple):
     """Cells of a mesh and their labels."""
 
     cells: Any
-    corners: Corners  # corners of the cells after welding
+    corners: Corners  # vertex at each corner of the cells; equal positions are welded
     labels: Ints  # (N,) region of each cell
     n: int  # number of regions, some of which may have no cells
 
@@ -37,11 +37,11 @@ class _Regions(NamedTuple):
 def crease_labels(
     cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1, merge: bool = False
 ) -> Ints:
-    """Return labels of vertices with borders along creases; see `vertex_labels`.
+    """Convert labels of cells to labels of vertices by the method "creases" of `vertex_labels`.
 
-    The cells must have corners, and their labels are from -1 to `n_labels` - 1. With `merge`,
+    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. With `merge`,
     regions that cannot grow to `least` vertices are merged with other regions. A merged region gets
-    the lower label.
+    the lower of the two labels.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -63,7 +63,7 @@ def crease_labels(
 
 
 def corners_in(cells: Any) -> Corners:
-    """Return the corners of cells, or raise a MeshError if cells of this kind have no corners."""
+    """Return the vertices at the corners of cells, or raise a MeshError for points and graphs."""
     kind = kind_of(cells)
     corners = kind.corners(cells)
     if corners is None:
@@ -77,8 +77,8 @@ def large_regions(
     """Grow regions to `least` vertices, and return the new labels.
 
     Small regions take vertices from regions that stay connected and keep `least` vertices. With
-    `merge`, regions that are still too small are merged with others. `counts` is the number of
-    vertices that were welded to each vertex. Labels are >= 0, or -1 at vertices without edges.
+    `merge`, regions that are still too small are merged with neighbors. `counts` is the number of
+    vertices of the mesh at each welded vertex. Labels are >= 0, or -1 at vertices without edges.
     """
     if least < 2:
         return labels
@@ -88,7 +88,7 @@ def large_regions(
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
-    """Return the cells whose label is not -1, and their labels; no vertices are removed."""
+    """Return a mesh of the cells whose label is not -1 but with all vertices, and their labels."""
     if labels.min() >= 0:
         return cells, labels
     kept = np.flatnonzero(labels >= 0)
@@ -98,23 +98,23 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Return labels of welded vertices. Vertices at borders are labeled with Kruskal's algorithm.
+    """Label welded vertices: inside a region directly, at borders with Kruskal's algorithm.
 
-    A region whose vertices are all at borders keeps these vertices. If a region is not connected,
-    only its largest piece keeps the label, and the vertices of other pieces are labeled again.
+    If all vertices of a region are at borders, they keep the majority label of their cells. If a
+    region is not connected, only its largest piece keeps the label; other pieces are labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # if all vertices of a component are at borders
+    found = np.where(found < 0, majority, found)  # components with no vertex inside a region
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
-    """Return the label with the largest area of the cells at each welded vertex.
+    """Return the label with the largest total area of cells around each welded vertex.
 
     Each region gets at least one vertex if there are enough vertices.
     """
@@ -130,7 +130,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Assign a vertex of its cells to each region without vertices, if possible, in place."""
+    """Assign, in place, a vertex of its cells to each region that has no vertices, if possible."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -154,11 +154,11 @@ def _give_vertex(
     counts: Array,
     searched: set[int],
 ) -> None:
-    """Assign a vertex to a region, along an augmenting path in the matching with vertices.
+    """Assign a vertex to a region along an augmenting path, as in bipartite matching.
 
-    A region that loses its only vertex takes a vertex from the next region of the path. `searched`
-    are regions from which no path leads to a region with several vertices. If the search fails, all
-    visited regions are added to `searched`.
+    If the region takes the only vertex of another region, that region takes a vertex from the next
+    region of the path. The path ends at a region with several vertices. If there is no path, all
+    visited regions are added to `searched`, and later searches skip them.
     """
     reached: dict[int, tuple[int, int] | None] = {region: None}
     queue = [region]
@@ -182,9 +182,9 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Return whether each vertex is in a piece of its region that must be labeled again.
+    """Return for each vertex whether it must be labeled again, because its region is not connected.
 
-    For each connected part of the cells of a region, only the largest piece of vertices is kept.
+    The cells of a region may have several connected parts. The largest piece on each part is kept.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)
@@ -206,7 +206,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return a connected part of the cells at each piece of vertices of a divided region."""
+    """Return, for each piece of vertices of a divided region, the connected part of cells there."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

@@ -1,4 +1,4 @@
-"""Common classes of stage 5: labeled cells, costs of borders, and results of edits."""
+"""Classes shared by modules of stage 5: labeled cells, costs of borders, results of edits."""
 
 from __future__ import annotations
 
@@ -21,52 +21,49 @@ from ..cells.weights import creases_of
 
 CREASE_SCALE = 6.0
 """Crease cost of an edge, in units of r, that reduces the cost of a border to 1/e of its length.
-With values from 4 to 8, the undersegmentation error of smoothed benchmark models changes by
-0.0002."""
+Between 4 and 8, the undersegmentation error of smoothed benchmark models changes by 0.0002."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Data to compute costs of borders: the cost is the length of a border, reduced in creases."""
+    """Data for the cost of a border, which is its length, reduced where it follows a crease."""
 
     surface: Surface
     lengths: Singles  # (M,) weight of each arc as a multiple of `unit`
-    unit: float  # quantization step of the weights
+    unit: float  # quantization step: weight of an arc with length 1
     radius: float  # expected radius r in the unit of the positions, > 0
-    crease_scale: float = CREASE_SCALE  # in units of r
+    crease_scale: float = CREASE_SCALE  # crease cost that reduces the cost to 1/e, in units of r
 
     @classmethod
     def of_weights(cls, surface: Surface, weights: Floats, radius: float) -> BorderCosts:
-        """Make costs from checked arc weights, which are in units of ``surface.weight_unit``."""
+        """Make the object from checked arc weights, in units of ``surface.weight_unit``."""
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
 
     def of_part(self, cut: Cut) -> BorderCosts:
-        """Return the costs for the kept cells of a cut."""
+        """Return the costs restricted to the cells that a cut keeps."""
         return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
     @property
-    def args(self) -> tuple[_core.Surface, Singles, float, float]:
-        """Arguments for C++ functions: surface, lengths, unit of the lengths, and crease scale."""
-        surface = self.surface
-        unit = self.unit * surface.weight_unit
-        return surface.handle, self.lengths, unit, self.crease_scale * self.radius
+    def args(self) -> tuple[_core.Surface, _core.BorderCosts]:
+        """Arguments for C++ functions: the surface, and these costs with absolute units."""
+        unit, scale = self.unit * self.surface.weight_unit, self.crease_scale * self.radius
+        return self.surface.handle, _core.BorderCosts(self.lengths, unit, scale)
 
 
 class RegionEdit(NamedTuple):
-    """Result of functions that join regions or pieces of regions.
+    """Result of `merge_small_regions` or `enforce_connectivity`.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
         New label of each cell. Each label from 0 to K' - 1 occurs.
     sources : ndarray of int32, shape (K',)
-        Old region from which each new region was made.
+        Old label of the region that each new region was made from.
     n_joined : int
         Number of pieces or regions that joined another region.
     n_islands : int
-        Number of pieces or regions that could not join another region because they have no
-        neighbor.
+        Number of pieces or regions that did not join a region because they have no neighbor.
     """
 
     labels: Ints
@@ -80,8 +77,8 @@ def read_regions(
 ) -> tuple[BorderCosts, Ints, int]:
     """Check labels and weights, and return costs of borders, labels and the number of regions.
 
-    Cells labeled -1 are in no region. By default, the weights of a graph or the `crease_weights` of
-    a mesh are used.
+    Cells labeled -1 are in no region. If `weights` is None, the weights of the graph are used, or
+    the `crease_weights` of the mesh.
     """
     array, n_regions = checked_regions(labels, surface.n_cells)
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
@@ -95,12 +92,12 @@ def read_regions(
 
 @dataclass(frozen=True, eq=False)
 class LabeledPart:
-    """The cells whose label is not -1."""
+    """The cells of a mesh, cloud or graph whose label is not -1."""
 
     costs: BorderCosts
-    labels: Ints  # (n,) label of each of these cells
+    labels: Ints  # (n,) label of each labeled cell
     n_regions: int
-    whole: Ints  # (N,) label of each cell, including -1
+    whole: Ints  # (N,) label of each cell, -1 included
     cut: Cut | None  # maps labeled cells to all cells; None if no label is -1
 
     @classmethod
@@ -112,7 +109,7 @@ class LabeledPart:
         weld: bool,
         n_threads: int | None,
     ) -> LabeledPart:
-        """Check the arguments, which are as for `smooth_borders`, and make the part."""
+        """Check arguments of functions like `smooth_borders`, and select the labeled cells."""
         surface = as_surface(source, weld=weld, n_threads=n_threads)
         costs, array, n_regions = read_regions(surface, labels, weights)
         if array.min() >= 0:
@@ -124,11 +121,11 @@ class LabeledPart:
         return cls(costs.of_part(cut), array[is_kept], n_regions, array, cut)
 
     def numbers_of(self, cells: Ints) -> Ints:
-        """Convert indices of cells to indices of labeled cells; cells labeled -1 are removed."""
+        """Convert indices of cells to indices of labeled cells; cells labeled -1 are left out."""
         if self.cut is None:
             return cells
         return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Convert labels of labeled cells to labels of all cells."""
+        """Extend labels of labeled cells to all cells, with -1 at the other cells."""
         return labels if self.cut is None else self.cut.whole_labels(labels)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,25 +15,25 @@ from ..clustering.result import Segmentation
 from .edit import BorderCosts
 
 MERGE_CREASE_WEIGHT = 12.0
-"""Distance that a border in a deep crease adds between two regions, in units of their radius. On a
-third of the benchmark models, merging 150 regions to 50 gives an undersegmentation error of 0.193,
-0.188 and 0.184 with weights of 6, 12 and 16, and a compactness of 4.07, 4.15 and 4.20. `segment`
-with 50 regions gives 0.181 and 4.11. Using distances in the spectral embedding increases the error
-by 0.01."""
+"""Distance, in units of the radius of the regions, by which a deep crease separates two regions. If
+150 regions are merged to 50 on a third of the benchmark models, the undersegmentation error is
+0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and the compactness is 4.07, 4.15 and 4.20.
+`segment` with 50 regions has 0.181 and 4.11. Distances in the spectral embedding instead of the
+surface increase the error by 0.01."""
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of an edge, in units of r, that reduces the open length of a border to 1/e. Creases
-have more influence on merging than on `smooth_borders`. With a scale of 3, the undersegmentation
-error is 0.222 at the same compactness."""
+"""Crease cost of an edge, in units of r, that reduces the edge's part of the open length to 1/e.
+Creases have more influence on merging than on `smooth_borders`. With a scale of 3, the
+undersegmentation error is 0.222 at the same compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
 """Lower region, higher region, length and open length of each border. The open length is the length
-reduced in creases."""
+in which edges in creases count less."""
 
 
 @dataclass(frozen=True, eq=False)
 class MergeTree:
-    """All merges of K regions, in the order in which they are done.
+    """Binary tree of the merges of K regions, in the order in which the merges are done.
 
     Attributes
     ----------
@@ -52,20 +52,20 @@ class MergeTree:
 
     @property
     def n_fewest(self) -> int:
-        """Number of regions after the last merge."""
+        """Number of regions after all merges."""
         return self.n_regions - len(self.children)
 
     def regions_at(self, n: int) -> Ints:
-        """Return the region, from 0 to n - 1, of each old region after merging to n regions.
+        """Merge the K regions to n regions; return the new region, 0 to n - 1, of each.
 
-        New regions are numbered in the order of their lowest old regions.
+        New regions are numbered in the order of the lowest of the K regions in them.
         """
         n_merges = self.n_regions - n
         parents = np.arange(self.n_regions + n_merges)
         merged = self.children[:n_merges]
         parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
         while not np.array_equal(above := parents[parents], parents):
-            parents = above  # each step halves the lengths of paths to the roots
+            parents = above  # pointer jumping: each pass halves the distance to the roots
         roots = parents[: self.n_regions]
         _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
         ranks = np.empty(n, np.int32)
@@ -77,9 +77,9 @@ class MergeTree:
 class Hierarchy:
     """Result of `superfacets.hierarchy`: nested levels of regions.
 
-    Each region of a level is a union of regions of every finer level. Regions of all levels are
-    numbered in the order of the lowest regions of `finest` in them, so the labels of a level do not
-    depend on the other levels.
+    Each region of a level is a union of regions of every finer level. On all levels, regions are
+    numbered in the order of their lowest regions in `finest`. Therefore, the labels of a level do
+    not depend on the other levels.
 
     Attributes
     ----------
@@ -105,12 +105,12 @@ class Hierarchy:
 
     @property
     def n_finest(self) -> int:
-        """Number of regions before the first merge, K, which is the maximum for `cut`."""
+        """Number of regions before the first merge, K, and largest valid argument of `cut`."""
         return self._tree.n_regions
 
     @property
     def n_fewest(self) -> int:
-        """Number of regions after the last merge, which is the minimum for `cut`."""
+        """Number of regions after all merges, and smallest valid argument of `cut`."""
         return self._tree.n_fewest
 
     @cached_property
@@ -120,7 +120,7 @@ class Hierarchy:
 
     @cached_property
     def parents(self) -> list[Ints]:
-        """Region of the next level that contains each region, for each level except the last.
+        """For each level except the last: the region of the next level that contains each region.
 
         ``parents[i]`` has shape (counts[i],). Except at cells labeled -1, ``parents[i][levels[i]]``
         equals ``levels[i + 1]``.
@@ -165,7 +165,7 @@ class Hierarchy:
 
 
 def checked_cut(n: int, name: str, tree: MergeTree) -> int:
-    """Check a number of regions at which a tree can be cut, and return it."""
+    """Return n as an int; raise a ValueError if merges cannot result in n regions."""
     count = checked_count(n, name, tree.n_regions, "regions on the finest level")
     if count < tree.n_fewest:
         raise ValueError(
@@ -178,14 +178,14 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
 ) -> MergeTree:
-    """Merge neighboring regions in the order of their costs, until no neighbors remain."""
+    """Merge the two neighboring regions with the lowest cost, until no regions are neighbors."""
     surface = costs.surface
     is_kept = labels >= 0
     kept = labels[is_kept]
     measures = surface.measures[is_kept]
     positions = np.ascontiguousarray(surface.positions[is_kept])
     areas = sums_by_label(kept, measures, n_regions)
-    weights = np.where(areas[kept] > 0, measures, 1.0)  # equal in regions without area
+    weights = np.where(areas[kept] > 0, measures, 1.0)  # all 1 in regions without area
     borders = _borders_of(costs, labels, n_regions)
     if islands == "nearest":
         gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
@@ -202,18 +202,18 @@ def merge_neighbors(
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
     """Return the borders between regions, without borders to cells in no region."""
-    surface, lengths, unit, _ = costs.args
-    scale = MERGE_CREASE_SCALE * costs.radius
-    n_threads = costs.surface.n_threads
-    named = np.where(labels < 0, np.int32(n_regions), labels)
-    low, high, open_lengths = _core.region_borders(surface, lengths, unit, scale, named, n_threads)
-    *_, whole = _core.region_borders(surface, lengths, unit, np.inf, named, n_threads)
+    named, n_threads = np.where(labels < 0, np.int32(n_regions), labels), costs.surface.n_threads
+    with_creases, without = (
+        replace(costs, crease_scale=scale).args for scale in (MERGE_CREASE_SCALE, np.inf)
+    )
+    low, high, open_lengths = _core.region_borders(*with_creases, named, n_threads)
+    *_, whole = _core.region_borders(*without, named, n_threads)
     is_kept = high < n_regions
     return low[is_kept], high[is_kept], whole[is_kept], open_lengths[is_kept]
 
 
 def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Floats:
-    """Return the weighted mean of each region, (K, F); exact if its values are all equal."""
+    """Return the weighted mean of the values in each region, (K, F), exact if all are equal."""
     lowest = np.empty(n_regions, np.int64)
     lowest[labels[::-1]] = np.arange(len(labels))[::-1]
     origins = values[lowest]
@@ -226,9 +226,10 @@ def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Flo
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return pairs of regions that connect each component to the nearest larger component.
+    """Return, for each connected component except the largest, two nearest regions across a gap.
 
-    Of components with equal areas, the component with the lowest region is treated as larger.
+    One of them is in the component, and the other in the nearest larger component. Of components
+    with equal areas, the component with the lowest region is treated as larger.
     """
     components, n_components = _components_of(borders, len(areas))
     total = sums_by_label(components, areas, n_components)
@@ -241,7 +242,7 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the component of each region, and the number of components.
+    """Return the connected component of each region, and the number of components.
 
     Components are numbered in the order of their lowest regions.
     """
@@ -252,7 +253,7 @@ def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """Add gaps to the sorted list of borders, as borders of length 0."""
+    """Return the sorted borders together with the gaps, which are borders of length 0."""
     lows, highs = np.append(borders[0], low), np.append(borders[1], high)
     order = np.lexsort((highs, lows))
     zeros = np.zeros(len(low))

@@ -28,31 +28,31 @@ from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
 MOST_PAIRS = 500_000_000
-"""Maximum sum, over all masks, of the squared number of regions in a mask. With this sum, finding
-objects takes two minutes. For 100 images of a room in 10,000 regions, the sum is a tenth of it."""
+"""Maximum sum, over all masks, of the squared number of regions in a mask. With this sum, it takes
+two minutes to find objects. For 100 images of a room with 10,000 regions, the sum is 50 million."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LiftedLabels:
-    """Result of `lift`: labels of regions and cells.
+    """Result of `superfacets.lift`: labels of regions and cells.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Label of each cell, or -1 for cells without a label. Labels are mask ids if the ids are
-        consistent, and numbers of objects from 0 to n - 1 otherwise.
+        Label of each cell, or -1 for cells without a label. With ``consistent_ids=True``, labels
+        are mask ids. Otherwise, they are numbers of objects from 0 to n - 1.
     region_labels : ndarray of int32, shape (K,)
         Label of each region, or -1 for regions without a label.
     scores : ndarray of float64, shape (K,)
         Fraction, 0 to 1, of the visible area of each region that is in masks with its label. The
         area is summed over all images. 0 for regions without a label.
     label_scores : ndarray of float64, shape (len(found),)
-        Fraction as in `scores` for each label in `found`, over all regions with this label.
+        For each label in `found`, the same fraction for all regions with this label.
     mask_labels : tuple of dict
-        For each image, a dict from mask ids to labels, or to -1 if no region has the label of the
-        mask. Use it to find classes or captions of labels.
+        For each image, a dict from mask ids to labels. The label is -1 if no region has the label
+        of the mask. Use the dicts to find the classes or captions that belong to labels.
     seen : ndarray of bool, shape (N,)
-        Whether each cell is visible in an image, inside or outside masks.
+        Whether each cell is visible in at least one image, inside or outside masks.
     """
 
     labels: Ints
@@ -85,10 +85,9 @@ def lift(
 ) -> LiftedLabels:
     """Label regions and cells by majority votes of masks in images.
 
-    Each pixel votes for its mask, or for no mask, and its weight is the surface area in the pixel.
-    A region with at least half of its votes in masks gets the label with the most votes. Both sides
-    of a face are visible. A face seen at an angle below 6 degrees hides faces behind it, but does
-    not vote.
+    Each pixel votes for its mask, or for no mask, and the weight of the vote is the surface area in
+    the pixel. A region with at least half of its votes in masks gets the label with the most votes.
+    Both sides of a face are visible. Faces seen at an angle below 6 degrees do not vote.
 
     Parameters
     ----------
@@ -108,18 +107,17 @@ def lift(
         Camera of each image, for example from `read_cameras`.
     consistent_ids : bool, default False
         Whether an id has the same meaning in all images, like ids of classes or tracked objects. If
-        not, regions that are often in the same mask are grouped into objects: starting from single
-        regions, the two groups with the highest agreement are merged while their agreement is at
-        least `agreement`. The label of a mask is the object with the largest area in the mask.
+        not, regions that are often in the same mask are grouped into objects: each region starts as
+        a group, and the two groups with the highest agreement are merged while their agreement is
+        at least `agreement`. The label of a mask is the object with the largest area in the mask.
     agreement : float, default 0.5
-        Minimum agreement of merged groups, above 0 and at most 1, if ids are not consistent. Take a
-        random point of each group, both in masks of the same image: the agreement is the
-        probability that both points are in the same mask. Higher values give more and smaller
-        objects.
+        Minimum agreement of merged groups, above 0 and at most 1, if ids are not consistent. The
+        agreement of two groups is the probability that a random point of each group is in the same
+        mask, if both points are in masks of the same image. Higher values give smaller objects.
     overlap : {"smallest", "largest"}
         Which mask is used where bool masks overlap: the mask with the fewest pixels (parts of
-        objects), or the mask with the most pixels (whole objects). If masks have the same size, the
-        first mask is used.
+        objects), or the mask with the most pixels (whole objects). Of equal masks, the first is
+        used.
     n_threads : int, optional
         As for `segment`. The result does not depend on the number of threads.
 
@@ -240,10 +238,10 @@ def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
 
 
 def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
-    """Group regions into objects, and return the object of each mask.
+    """Group regions that are often in the same mask to objects; return the object of each mask.
 
-    The object of a mask is the group of regions with the largest area in the mask. Regions with
-    most of their visible area outside masks are ignored.
+    The object of a mask is the group of regions with the largest area in the mask. Regions that are
+    mostly outside masks are ignored. `least` is the minimum agreement of merged groups.
     """
     balance = np.where(votes.masks >= 0, votes.areas, -votes.areas)
     is_masked = sums_by_label(votes.regions, balance, n_regions) > 0
@@ -262,7 +260,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return the winning label of each region or -1, the votes for this label, and all votes."""
+    """Return the elected label of each region or -1, the votes for the label, and all votes."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -275,12 +273,12 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels to 0 to n - 1 in the order of their lowest regions.
+    """Renumber labels of masks and regions from 0 to n - 1, in the order of their lowest regions.
 
     The label of a mask becomes -1 if no region has this label.
     """
     kept, firsts = np.unique(winners, return_index=True)
-    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # names[-1] is -1
+    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # keeps label -1
     order = kept[np.argsort(firsts)]
     order = order[order >= 0]
     names[order] = np.arange(len(order))
@@ -288,7 +286,6 @@ def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
 
 
 def _by_image(votes: Votes, label_of: Ints, n_images: int) -> tuple[dict[int, int], ...]:
-    """Return a dict from mask ids to labels for each image."""
     ends = np.searchsorted(votes.image_of, np.arange(n_images + 1)).tolist()
     return tuple(
         dict(zip(votes.ids[a:b].tolist(), label_of[a:b].tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""Stage 5: borders of regions as lines along edges, and the cells at borders."""
+"""Stage 5: extract borders of regions as lines along edges, and find the cells at borders."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ..adapters.convert import CloudLike, MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.kinds import as_known, kind_of
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.weld import lowest_vertices
 
 NO_REGION = -1
-"""Second region of a line at the boundary of the mesh, or at cells in no region."""
+"""Label in place of the second region of a line at the mesh boundary or at unlabeled cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +30,20 @@ class BorderLines:
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, concatenated. Of vertices at the same position, the lowest is used.
+        Vertices of all lines, concatenated; the lowest index of vertices at the same position.
     offsets : ndarray of int64, shape (L + 1,)
         The vertices of line i are ``vertices[offsets[i]:offsets[i + 1]]``; see `line`.
     regions : ndarray of int32, shape (L, 2)
-        The two regions that each line separates, the lower region first. The second is -1 at the
-        boundary of an open mesh, and at cells in no region. If faces are consistently oriented, the
-        first region is to the left of the line, seen from outside.
+        The two regions that each line separates, the lower region first. The second region is -1 at
+        the boundary of an open mesh and at faces in no region. If faces are consistently oriented,
+        the first region is to the left of the line, seen from outside.
     is_closed : ndarray of bool, shape (L,)
         Whether each line is a loop. The first vertex of a loop is not repeated at its end.
     lengths : ndarray of float64, shape (L,)
         Length of each line, in the unit of the vertices.
     junctions : ndarray of int32, shape (J,)
-        Vertices where lines end, in ascending order. At these vertices, the number of border edges
-        is not two, or the regions on the two sides change.
+        Vertices where lines end, in ascending order. A line ends if the number of border edges at a
+        vertex is not two, or if the regions on the two sides change.
     """
 
     vertices: Ints
@@ -86,7 +86,7 @@ def border_lines(
     Returns
     -------
     BorderLines
-        Lines, where open lines come before closed lines.
+        All lines, open lines before closed lines.
 
     Raises
     ------
@@ -119,10 +119,7 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Segments of borders, one for each edge and pair of regions at the edge.
-
-    Segments are sorted by edge, then by regions.
-    """
+    """Segments of borders, one for each pair of regions at an edge, sorted by edge and pair."""
 
     edges: Longs  # (S,) number of the edge, from 0 to B - 1
     ends: Ints  # (S, 2) vertices of the edge, oriented as in a face of the first region
@@ -132,7 +129,6 @@ class _Segments:
     def of(
         cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
     ) -> _Segments:
-        """Find the segments of the borders of checked labels."""
         faces, sides, others = _border_sides(mesh, graph, labels)
         ends = lowest_vertices(mesh.vertices, weld, n_threads)[ends_of_sides(mesh, faces, sides)]
         is_edge = ends[:, 0] != ends[:, 1]
@@ -150,11 +146,11 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """Key of each edge, (B,). Edges with equal keys separate the same regions."""
+        """Key of each border edge, (B,). Edges with equal keys separate the same regions."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
-        # Edges with several pairs of regions are rare. They get negative keys.
+        # Edges with three or more regions have several pairs of regions, and get negative keys.
         several: dict[tuple[int, ...], int] = {}
         stops = np.append(firsts[1:], len(keys))
         for edge in np.flatnonzero(stops - firsts > 1).tolist():
@@ -166,9 +162,9 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return faces at borders, their sides at the border, and the region across the border.
+    """Return the sides of faces at borders: face, side in the face, and region across the border.
 
-    Of the two regions at a border, only faces of the lower region are returned.
+    Each border has faces of two regions, of which only faces of the lower region are returned.
     """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
@@ -189,7 +185,7 @@ def _border_sides(
 
 def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
     vertices, indices = np.unique(segments.ends, return_inverse=True)
-    ends = indices.reshape(-1, 2)  # indices into `vertices`
+    ends = indices.reshape(-1, 2)  # ends of each segment as indices into `vertices`
     continues = _continues(segments, ends, len(vertices))
     partners = _partners_of(ends.ravel(), segments.regions, continues)
     offsets, entries, is_closed = _core.trace_lines(partners)
@@ -217,7 +213,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
 
 
 def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Return whether a line continues at each vertex: two edges separate the same regions."""
+    """Return whether each vertex has exactly two border edges, which separate the same regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)
@@ -229,9 +225,9 @@ def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
-    """Return the end of another segment at which the line continues from each end of a segment.
+    """Return, for each end of a segment, the end of the segment that continues the line.
 
-    The result has shape (2 S,), and is -1 where the line ends. `at` is the vertex of each end.
+    The result has shape (2 S,), with -1 where a line ends. `at` is the vertex of each end.
     """
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(continues[at])
@@ -290,5 +286,5 @@ def find_boundaries(
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
-    is_boundary[neighbors[differ]] = True  # only needed for one-way arcs
+    is_boundary[neighbors[differ]] = True  # needed if arcs have one direction only
     return is_boundary

@@ -1,4 +1,4 @@
-"""Votes of masks for regions: the visible area of each region in each mask."""
+"""Compute the votes of masks for regions: the visible area of each region in each mask."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ MOST_PIXELS = 1 << 23
 """Maximum number of pixels that are processed together. Each pixel takes about 30 bytes."""
 
 LEAST_IMAGES = 8
-"""Number of images that may be processed together even if they exceed `MOST_PIXELS`."""
+"""Up to this number of images are processed together, even if they exceed `MOST_PIXELS`."""
 
 
 class Votes(NamedTuple):
-    """Visible areas of regions in the masks of all images."""
+    """Table of the visible areas of regions in the masks of all images."""
 
-    masks: Ints  # (A,) mask of each area, ascending within an image; -1 outside masks
+    masks: Ints  # (A,) mask of each area, ascending in an image; -1 if the area is in no mask
     regions: Ints  # (A,) region of each area
     areas: Floats  # (A,) area, > 0, in the squared unit of the mesh
-    image_of: Ints  # (M,) image of each mask, ascending
+    image_of: Ints  # (M,) image index of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, >= 1
-    seen: Bools  # (N,) whether each cell is visible in an image
+    seen: Bools  # (N,) whether each cell is visible in at least one image
 
 
 class SeenSurface:
-    """Triangles that cameras can see, and the label of each triangle."""
+    """Surface of a mesh as triangles, the label of each triangle, and the cells seen by cameras."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
@@ -58,7 +58,7 @@ class SeenSurface:
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield the label of each pixel or -1, and the area in each pixel, for each camera."""
+        """Yield for each camera the label of each pixel, or -1, and the area in each pixel."""
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -84,10 +84,10 @@ class SeenSurface:
 def collect_votes(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Votes:
-    """Return the votes of the masks of all images for the labels of a surface.
+    """Return the votes of the masks of all images for the regions on a surface.
 
-    Warns if an image gives no votes. Raises a MeshError if there are no votes at all, or if the
-    sizes of an image and its camera differ.
+    Warns if an image has no votes. Raises a MeshError if no image has votes, or if the sizes of an
+    image and its camera differ.
     """
     images = list(_votes_of_images(surface, masks, cameras, overlap))
     _check_images(images, cameras)
@@ -108,9 +108,9 @@ def collect_votes(
 
 
 class _ImageVotes(NamedTuple):
-    """Visible areas of regions in the masks of one image."""
+    """Table of the visible areas of regions in the masks of one image."""
 
-    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 outside masks
+    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 if it is in no mask
     regions: Ints  # (A,) region of each area
     areas: Floats  # (A,) area, > 0
     ids: Array  # (M,) ids of the masks of the image, ascending
@@ -120,7 +120,7 @@ class _ImageVotes(NamedTuple):
 def _votes_of_images(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Iterator[_ImageVotes]:
-    """Yield the votes of each image; `masks` and `cameras` must have the same length."""
+    """Yield the votes of each image; `masks` and `cameras` must have equal lengths."""
     given, n_images = iter(masks), 0
     for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
         camera = cameras[n_images]
@@ -141,7 +141,7 @@ def _votes_of_images(
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
-    """Sum the areas of the pixels of an image for each pair of a mask and a region."""
+    """For each mask and each region in it, sum the areas of the pixels of an image."""
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)
@@ -156,7 +156,7 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn of images without votes, or raise a MeshError if no image gives votes."""
+    """Warn if images have no votes, or raise a MeshError if no image has votes."""
     titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]

@@ -46,10 +46,9 @@ def merge_small_regions(
     min_size : float
         Minimum area of a region, >= 0, as a fraction of the mean area of the given regions.
     islands : {"keep", "nearest"}
-        Whether small regions without a neighbor are kept (``"keep"``), or join the region of the
-        face with the smallest Euclidean distance from their center (``"nearest"``). The joined
-        region is then not connected. If all regions are small and without neighbors, nothing
-        changes.
+        ``"keep"`` keeps small regions without a neighbor. With ``"nearest"``, a small region
+        without a neighbor joins the region of the face nearest to its center (Euclidean distance).
+        The resulting region is not connected. If all regions are small islands, nothing changes.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -98,9 +97,9 @@ def merge_regions(
     islands: str,
     groups: Ints = NO_GROUPS,
 ) -> RegionEdit:
-    """Do the work of `merge_small_regions` for checked arguments.
+    """Merge small regions as `merge_small_regions` does, with checked arguments.
 
-    Regions without neighbors only join regions of the same group; see `Cut.groups`.
+    Regions without neighbors only join regions of the same group of cells; see `Cut.groups`.
     """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
@@ -122,12 +121,12 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join regions without neighbors to the region of the cell that is nearest to their center."""
+    """Join each region in `islands` to the region of the nearest cell to its center."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
         return roots
-    lengths = np.ones(surface.n_arcs, np.float32)  # has no effect, because no paths are computed
+    lengths = np.ones(surface.n_arcs, np.float32)  # unused, because no paths are computed
     placed = _core.PlacedCells(surface.positions, surface.measures, surface.n_threads)
     cells = _core.OrderedGraph(placed, *surface.arcs, lengths, surface.n_threads)
     regions, compact = np.unique(region_of_cell, return_inverse=True)
@@ -146,16 +145,15 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Indices]]:
-    """Yield the regions without neighbors in each group, and the cells whose regions they may join.
+    """Yield for each group: the islands (regions without neighbors), and cells that they may join.
 
-    The cells are in ascending order. `islands` are the regions without neighbors. Islands that
-    cannot join any region are skipped. Time is O(N log N).
+    The cells are ascending. Islands that cannot join any region are skipped. Time is O(N log N).
     """
     if not len(groups):
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is the minimum
+    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is less than all groups
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)
@@ -164,7 +162,7 @@ def _by_group(
 
 
 def _split_by(values: Array, keys: Ints) -> dict[int, Array]:
-    """Return a dict from each key to its values, in their given order."""
+    """Return a dict from each key to the array of its values, in their given order."""
     found, counts = np.unique(keys, return_counts=True)
     parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])
     return dict(zip(found.tolist(), parts, strict=True))

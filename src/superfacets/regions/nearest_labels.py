@@ -1,4 +1,4 @@
-"""Stage 5: transfer of labels to another mesh, to a cloud, or to points."""
+"""Stage 5: transfer labels to another mesh, to a cloud, or to points."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..errors import MismatchWarning
 from ..mesh.faces import sample_faces
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
-"""Upper bound of the rounding error of centroids, as a fraction of the largest coordinate."""
+"""Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""
 
 _FAR = 0.05
-"""Distance above which a point of the target is far, as a fraction of the diagonal of the mesh."""
+"""Fraction of the diagonal of the mesh; points of the target at a larger distance are far."""
 
 _MOST_FAR = 0.1
-"""Fraction of far points in the target above which `transfer` warns."""
+"""`transfer` warns if a larger fraction of the target's points are far from the mesh."""
 
 
 def transfer(
@@ -41,27 +41,28 @@ def transfer(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
-        The labeled cells, as for `segment`. Distances are measured to the nearest point of a face
-        (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
-        position of a cell of a graph.
+        The labeled cells, as for `segment`. The distance to a face is the distance to its nearest
+        point, not to its centroid. The distance to a tetrahedron is 0 inside. The distance to a
+        cell of a graph is the distance to its position.
     labels : array_like of int, shape (N,)
         Label of each cell, which may be any integer >= 0, or -1 for cells without a label.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
-        Points with finite coordinates, where M may be 0, or another mesh or cloud of the same
-        object. Points, tetrahedra and cells of a graph get the label of the cell nearest to their
-        position or centroid. A face gets the label with the largest area in the face. To estimate
-        areas, each triangle is sampled at 1 to 64 points, depending on its size.
+        Points with finite coordinates (M may be 0), or another mesh or cloud of the same object.
+        Points, tetrahedra and cells of a graph get the label of the cell nearest to their position
+        or centroid. A face gets the label with the largest area in the face. To estimate areas,
+        each triangle is sampled at 1 to 64 points, depending on its size.
     max_distance : float, optional
-        Maximum distance, >= 0, in the unit of the meshes. Beyond this distance, the label is -1.
+        Maximum distance, >= 0, in the unit of the meshes. Targets that are farther from all cells
+        get the label -1. By default, there is no maximum.
     n_threads : int, optional
         As for `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (M,)
-        Label of each point or cell of the target. It is -1 beyond `max_distance`, or if the nearest
-        cell is labeled -1. If several cells are equally near, the lowest index is used. If several
-        labels have the same area in a face, the lowest label is used.
+        Label of each point or cell of the target. The label is -1 if the nearest cell is farther
+        than `max_distance` or is labeled -1. If several cells are equally near, the lowest index is
+        used. If several labels have the same area in a face, the lowest label is used.
 
     Warns
     -----
@@ -127,7 +128,7 @@ def _warn_if_far(distances: Floats, bounds: Floats) -> None:
 
 
 def _as_target(target: Any) -> Any:
-    """Return the target as a mesh with faces, or else as one point per cell, (M, 3)."""
+    """Return the target as a mesh if it has faces, and otherwise as one point per cell, (M, 3)."""
     if _are_points(target):
         return query_points(target)
     cells = as_known(target)
@@ -136,7 +137,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Return whether the target is an array or list of points, and not a pair of arrays."""
+    """Return whether the target is an array or list of points, and not a pair (vertices, faces)."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

@@ -1,4 +1,4 @@
-"""Stage 5: conversion of values of cells to values of regions, and back."""
+"""Stage 5: convert values of cells to values of regions, and back."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
 from ..cells.sums import weighted_majority
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 from .vertices import corner_groups
 
 Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
 
 _ROWS_AT_ONCE = 1 << 14
-"""Number of rows that are processed together. Rows of 64 numbers then fit into 8 MB of cache."""
+"""Number of table rows that are processed together, which takes 8 MB if rows have 64 numbers."""
 
 
 def pool(
@@ -47,17 +47,17 @@ def pool(
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
         One value or row per cell or, if ``cells`` have vertices, per vertex: shape (V,) or (V, F).
-        The weight of a value at a vertex is the sum, over the cells at the vertex, of the cell area
-        divided by the number of corners. If N equals V, values belong to cells.
+        Each cell divides its area equally among the values at its corners. If N = V, there is one
+        per cell.
     labels : array_like of int, shape (N,)
-        Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. For
-        labels of vertices, such as superpoints, pass values of vertices, but not ``cells``.
+        Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. To
+        pool values of vertices with labels of vertices (superpoints), leave out ``cells``.
     how : {"mean", "sum", "max", "min", "majority"}
         ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
         integral over the region. All weights are 1 if neither ``cells`` nor ``measures`` are given.
         ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
-        total area; if areas are equal, the lowest value is used. It needs integers or bools, where
-        -1 means unknown. A region without known values gets -1.
+        total area; if areas are equal, the lowest value is used. Values must be integers or bools,
+        where -1 means unknown. A region without known values gets -1.
     cells : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
@@ -124,7 +124,7 @@ def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = No
     labels : array_like of int, shape (N,)
         Region of each cell, from -1 to K - 1.
     fill : number, optional
-        Value of cells labeled -1. The default is NaN for floats, and -1 for signed integers.
+        Value of cells labeled -1. The default is NaN for floats and -1 for integers.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def snap(
         integer >= 0. Cells labeled -1 (unknown) do not vote, and get the label of their region.
     regions : array_like of int, shape (N,)
         Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells in
-        region -1 do not vote, and keep their labels.
+        region -1 do not vote and keep their noisy labels.
     cells : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, whose areas or volumes are the weights of the votes. By default, all
         votes have the same weight.
@@ -211,10 +211,10 @@ def snap(
 
 @dataclass(frozen=True, eq=False)
 class _Members:
-    """Members of regions, which are cells or corners of cells, sorted by region."""
+    """Table of the members of regions, which are cells or corners of cells, sorted by region."""
 
     regions: npt.NDArray[np.integer]  # (m,) region of each member
-    rows: npt.NDArray[np.integer]  # (m,) row in the table of values of each member
+    rows: npt.NDArray[np.integer]  # (m,) row of each member in the table of values
     weights: Floats | None  # (m,) weight of each member; None if all weights are 1
     starts: Longs  # (K + 1,) index of the first member of each region
 
@@ -223,7 +223,7 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield slices of regions, slices of their members, and starts of regions in the slice."""
+        """Yield slices of regions and of their members, and the first member of each region."""
         first = 0
         while first < self.n_regions:
             start = self.starts[first]
@@ -241,7 +241,7 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Sort the cells by region or, if there is one value per vertex, the corners of the cells."""
+    """Sort the cells by region or, if `values` has one row per vertex, the corners of the cells."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
@@ -271,7 +271,8 @@ def _means(table: Array, members: _Members) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
         for regions, inside, starts in members.blocks():
             part = table[members.rows[inside]].astype(np.float64, copy=False)
-            # Averaging differences from the first value makes the mean of equal values exact.
+            # Only differences from the first value are averaged, so the mean of equal values is
+            # exact.
             base = np.where(np.isfinite(part[starts]), part[starts], 0.0)
             part -= np.repeat(base, np.diff(starts, append=len(part)), axis=0)
             part *= weights[inside, np.newaxis]
@@ -281,7 +282,7 @@ def _means(table: Array, members: _Members) -> Floats:
 
 
 def _positive_weights(members: _Members) -> Floats:
-    """Return the weights of the members, or 1 in regions whose weights are all 0."""
+    """Return the weights of members, replaced by 1 in regions whose weights are all 0."""
     if members.weights is None:
         return np.ones(len(members.rows))
     highest = np.zeros(members.n_regions)
@@ -331,7 +332,7 @@ def _majorities(column: Array, members: _Members) -> Array:
 def _codes(values: Array) -> tuple[Ints, Array | None]:
     """Encode integers as int32 codes that sort in the same order, and return a table of values.
 
-    The code of -1 is -1. The table is None if all codes equal their values.
+    The code of -1 is -1. The table maps codes to values, and is None if codes equal values.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:
@@ -339,12 +340,11 @@ def _codes(values: Array) -> tuple[Ints, Array | None]:
     names, codes = np.unique(values, return_inverse=True)
     if low < 0:
         codes[values == -1] = -1
-        names = np.append(names, -1)  # names[-1] is the value of code -1
+        names = np.append(names, -1)  # so that names[code] is -1 for code -1
     return codes.astype(np.int32), names
 
 
 def _checked_values(values: npt.ArrayLike, how: str) -> Array:
-    """Return values as a one- or two-dimensional array of numbers or bools."""
     refuse_mask(values, "values")
     array = np.asarray(values)
     if array.ndim not in (1, 2):
@@ -364,7 +364,6 @@ def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
 
 
 def _count(labels: npt.ArrayLike, source: Cells | CellGraph | None) -> int:
-    """Return the expected number of labels."""
     if source is None:
         return int(np.size(labels))
     return source.n_cells
@@ -380,7 +379,7 @@ def _weights_of(
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
-    """Convert the fill value to a dtype, or raise a ValueError if the dtype cannot represent it."""
+    """Convert `fill` to a dtype, or raise a ValueError if the dtype cannot represent the value."""
     if fill is None:
         fill = np.nan if dtype.kind == "f" else -1
     given = np.asarray(fill)

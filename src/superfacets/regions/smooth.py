@@ -1,62 +1,80 @@
-"""Stage 5: smoothing of the borders between regions."""
+"""Stage 5: smooth the borders between regions."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints, Singles
+from .._types import Floats, Ints
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from .edit import BorderCosts, LabeledPart
 
 MAX_DISTANCE = 1.0
-"""Default of `max_distance` in `smooth_borders`, in units of r. On the benchmark models with 0.6, 1
-and 1.3, the compactness is 4.59, 4.49 and 4.44, and the undersegmentation error is 0.1232, 0.1237
-and 0.1254."""
+"""Default of `max_distance` in `smooth_borders`, in units of r. On the benchmark models, distances
+of 0.6, 1 and 1.3 have a compactness of 4.59, 4.49 and 4.44, and an undersegmentation error of
+0.1232, 0.1237 and 0.1254."""
 
 MAX_CHAIN = 8
-"""Maximum number of faces that move together. With 1, 4, 8 and 16, the compactness is 4.80, 4.60,
-4.57 and 4.56."""
+"""Maximum number of faces that move together. With maximums of 1, 4, 8 and 16, the compactness on
+the benchmark models is 4.80, 4.60, 4.57 and 4.56."""
 
 MAX_SWEEPS = 10
 """Maximum number of sweeps over all border faces. Most meshes need 4 sweeps."""
 
 
 ROUNDNESS = 0.13
-"""Weight of second moments relative to changes of area, in units of 1 / r^2. With a weight of 0 and
-150 regions, the undersegmentation error is 0.0006 lower and the compactness is 0.01 higher, but the
-median elongation of regions on a square grid is 1.25 instead of 1.19."""
+"""Weight of second moments relative to changes of area, in units of 1 / r^2; the stiffness
+multiplies both. With a weight of 0 and 150 regions, the undersegmentation error is 0.0006 lower and
+the compactness is 0.01 higher, but regions on a square grid have a median elongation of 1.25
+instead of 1.19."""
 
 
-SmoothArgs: TypeAlias = tuple[
-    _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
-]
-"""Arguments of the C++ function: the four values of `BorderCosts.args`, labels, fixed cells,
-`max_distance`, `max_chain`, number of sweeps, stiffness, roundness and number of threads."""
+BALANCED_STIFFNESS = 15.0
+"""Stiffness of regions with target sizes, in units of 1 / r. With 5, 15 and 30, the coefficient of
+variation of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, the compactness is 0.1
+higher."""
+
+BALANCED_SWEEPS = 20
+"""Maximum number of sweeps for regions with target sizes."""
+
+NO_SIZES = np.empty(0)
+"""Empty array that is passed to the C++ core if there are no target sizes."""
 
 
 class SmoothOptions(NamedTuple):
-    """Parameters of the smoothing of borders; see `smooth_borders`."""
+    """Parameters of `smooth_borders`, where they are described."""
 
     max_distance: float = MAX_DISTANCE  # maximum distance that borders move, in units of r
     max_chain: int = MAX_CHAIN  # maximum number of faces that move together
     stiffness: float = 0.0  # resistance to changes of area and position, in units of 1 / r
 
-    def args(self, costs: BorderCosts, labels: Ints, fixed: Ints) -> SmoothArgs:
-        """Return the arguments of the C++ function; cells in `fixed` keep their labels."""
-        radius, n_threads = costs.radius, costs.surface.n_threads
+    def for_core(
+        self, radius: float, goals: tuple[Floats, Floats] | None = None
+    ) -> _core.SmoothOptions:
+        """Convert the options for the C++ core, which measures lengths in the unit of positions.
+
+        `goals` are the sizes of cells, and the target sizes of regions, in the unit of measures.
+        """
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
-        if not math.isfinite(roundness):  # happens only if regions are single cells
+        if not math.isfinite(roundness):  # 1 / r^3 overflows only if regions are single cells
             stiffness = roundness = 0.0
-        limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
-        return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
+        sizes, targets = (NO_SIZES, NO_SIZES) if goals is None else goals
+        return _core.SmoothOptions(
+            max_distance=self.max_distance * radius,
+            max_chain=self.max_chain,
+            max_sweeps=MAX_SWEEPS if goals is None else BALANCED_SWEEPS,
+            stiffness=stiffness if goals is None else BALANCED_STIFFNESS / radius,
+            roundness=roundness,
+            sizes=sizes,
+            goals=targets,
+        )
 
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
@@ -78,17 +96,17 @@ def smooth_borders(
 ) -> Ints:
     r"""Straighten borders between regions where the surface is smooth, but keep them in creases.
 
-    Chains of up to eight faces move to a neighboring region while this reduces the total cost of
-    borders. The cost of a border is the sum over its edges e of
+    Chains of up to eight adjacent faces move to a neighboring region as long as moves reduce the
+    total cost of borders. The cost of a border is the sum over its edges e of
 
     .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
 
-    where w is the weight of the arc across the edge, g is the distance between the two centroids
-    through the midpoint of the edge, and r is the expected radius of a region. The difference w - g
-    is the cost of the crease, so borders in creases have a low cost. With this cost alone, small
-    regions would shrink, and regions on regular grids could become elongated. A stiffness s
-    prevents this by an additional cost, which depends on the areas :math:`A_i` of the regions, and
-    on their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
+    where w is the weight of the arc across the edge, g is the length of the path between the two
+    centroids through the midpoint of the edge, and r is the expected radius of a region. The
+    difference w - g is the cost of the crease, so borders in creases have a low cost. With this
+    cost alone, small regions would shrink, and regions on regular grids could become elongated. A
+    stiffness s prevents this by an additional cost, which depends on the areas :math:`A_i` of the
+    regions, and on their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{(A_i - A_{0,i})^2}{2 A_{0,i}}
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
@@ -156,18 +174,6 @@ def smooth_borders(
     return part.whole_labels(straighten(part.costs, part.labels, fixed, options))
 
 
-BALANCED_STIFFNESS = 15.0
-"""Stiffness of regions with target sizes, in units of 1 / r. With 5, 15 and 30, the coefficient of
-variation of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, the compactness is 0.1
-higher."""
-
-BALANCED_SWEEPS = 20
-"""Maximum number of sweeps for regions with target sizes."""
-
-NO_SIZES = np.empty(0)
-"""Empty array that is passed to the C++ core if there are no target sizes."""
-
-
 def straighten(
     costs: BorderCosts,
     labels: Ints,
@@ -177,11 +183,14 @@ def straighten(
 ) -> Ints:
     """Smooth the borders of checked labels; cells in `fixed` keep their labels.
 
-    `goals` are the sizes of cells, and the target sizes of regions.
+    `goals`, if given, are the sizes of all cells and the target sizes of all regions.
     """
-    args = options.args(costs, labels, fixed)
-    if goals is None or not goals[1].sum() > 0:
-        return _core.smooth_borders(*args, NO_SIZES, NO_SIZES)
-    unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
-    stiff = BALANCED_SWEEPS, BALANCED_STIFFNESS / costs.radius, *args[10:]
-    return _core.smooth_borders(*args[:8], *stiff, unit * goals[0], unit * goals[1])
+    n_threads = costs.surface.n_threads
+    if goals is not None and not goals[1].sum() > 0:
+        goals = None
+    if goals is not None:
+        unit = _core.sum_of(costs.surface.measures, n_threads) / goals[1].sum()
+        goals = unit * goals[0], unit * goals[1]
+    return _core.smooth_borders(
+        *costs.args, labels, fixed, options.for_core(costs.radius, goals), n_threads
+    )

@@ -1,4 +1,4 @@
-"""Stage 5: split of a mesh into one mesh per region."""
+"""Stage 5: split a mesh into one mesh per region."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .._validate import checked_regions, is_extent_valid
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..errors import MeshError
-from ..mesh.cells import Cells
+from ..mesh.base import Cells
 
 
 class Submesh(NamedTuple):
@@ -29,8 +29,8 @@ class Submesh(NamedTuple):
     cells : ndarray of int32
         Index in the whole mesh of each cell of the part, in ascending order.
     vertices : ndarray of int32
-        Index in the whole mesh of each vertex of the part, in ascending order. For a cloud, it
-        equals ``cells``.
+        Index in the whole mesh of each vertex of the part, ascending. For a cloud, same as
+        ``cells``.
     """
 
     mesh: Cells
@@ -39,7 +39,7 @@ class Submesh(NamedTuple):
 
 
 def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> Submesh:
-    """Return the mesh of one region, and the indices of its cells and vertices.
+    """Return one region as a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
 
 
 def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
-    """Yield the mesh of each region, and the indices of its cells and vertices.
+    """Yield each region as a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     Yields
     ------
     Submesh
-        Meshes of regions 0 to K - 1, in this order. Each mesh is made when it is requested. The
-        total time is O(N log N).
+        Meshes of regions 0 to K - 1, in this order. Each mesh is made when the iterator reaches it.
+        The total time is O(N log N).
 
     Raises
     ------
@@ -115,7 +115,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
 def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
     """Yield the parts of a mesh, where the cells of part i are ``order[starts[i]:starts[i + 1]]``.
 
-    This is faster than `Splitter`, because vertices of all parts are renumbered in one step.
+    This is faster than a `Splitter`, because it renumbers the vertices of all parts together.
     """
     kind = kind_of(whole)
     corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]
@@ -152,7 +152,7 @@ class Splitter:
         self._whole = whole
         self._corners = kind_of(whole).corners(whole)
         n_vertices = 0 if self._corners is None else whole.n_vertices
-        # Index of each vertex in the current part. Entries of other vertices are undefined.
+        # Index in the current part of each of its vertices; other entries are undefined.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:
@@ -167,14 +167,14 @@ class Splitter:
         return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
     def named_part(self, cells: Ints, region: int) -> Submesh:
-        """Return the mesh of the given cells; messages of errors contain the region."""
+        """Return the mesh of the given cells; messages of errors name the region."""
         try:
             return self.part(cells)
         except MeshError as error:  # raised if all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:
-        """Set `_numbers` for the vertices of a part, and return the vertices, ascending."""
+        """Number the vertices of a part in `_numbers`, and return these vertices, ascending."""
         vertices = np.unique(corners)
         self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         return vertices

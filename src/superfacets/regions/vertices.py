@@ -1,4 +1,4 @@
-"""Stage 5: conversion of labels of cells to labels of vertices, and back."""
+"""Stage 5: convert labels of cells to labels of vertices, and back."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ METHODS = ("majority", "creases")
 """Names of the methods of `vertex_labels`."""
 
 LEAST_IN_FILES = 20
-"""Minimum number of vertices of a region in files for neural networks. It is the default of
-segMinVerts in the Segmentator of ScanNet, which made the training data of these networks."""
+"""Minimum number of vertices of a region in files for neural networks. ScanNet's Segmentator, which
+made the training data of these networks, uses the same minimum (its option segMinVerts)."""
 
 
 def vertex_labels(
@@ -48,8 +48,8 @@ def vertex_labels(
     method : {"majority", "creases"}, default "majority"
         ``"majority"``: A vertex gets the label with the largest total area (volume) of its cells.
         If areas are equal, the lowest label is used. A region may have no vertices, or several
-        pieces. Vertices are not welded. If a polygon contains a vertex twice, its area is added
-        twice.
+        pieces. Vertices are not welded. The area of a polygon is added twice to a vertex that it
+        contains twice.
 
         ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
         the same label. Other vertices are labeled in the order of edge weights (see Notes). Each
@@ -60,7 +60,7 @@ def vertex_labels(
     min_vertices : int, default 1
         Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
         vertices across the edges with the lowest weights, from regions that stay connected and keep
-        `min_vertices` vertices. Without such neighbors, a region stays smaller.
+        `min_vertices` vertices. If there are no such regions next to a region, it stays smaller.
     n_threads : int, optional
         As for `segment`. The labels do not depend on the number of threads.
 
@@ -85,8 +85,7 @@ def vertex_labels(
     ends already have a label. Therefore borders are at the edges with the highest weights, which
     are concave creases. In a volume, all weights are equal.
 
-    Time is linear in the number of corners. On two cores, ``"creases"`` takes less than 0.2 s per
-    million faces.
+    Time is linear in the number of corners: less than 0.2 s per million faces on two cores.
 
     References
     ----------
@@ -171,7 +170,7 @@ def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Int
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Convert labels of cells to ids of vertices, for files that neural networks read.
+    """Convert labels of cells to ids of vertices for files that neural networks read.
 
     Borders follow creases, and regions grow to `LEAST_IN_FILES` vertices if possible. Labels are
     >= 0 and may have gaps. Each unused vertex gets a separate id above all labels.
@@ -185,7 +184,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Replace labels 0 to K - 1 by names; each vertex labeled -1 gets a separate id above them."""
+    """Return ``names[labels]``, where each vertex labeled -1 gets a separate id above all names."""
     ids = names.astype(np.int64)[labels]
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
@@ -193,7 +192,7 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return the most frequent label of the corners of each cell; ties go to the lowest label.
+    """Return the most frequent label among the corners of each cell; of several, the lowest label.
 
     `of_vertices` has one label per vertex. For a point cloud, `of_vertices` is returned as int64.
     """
@@ -208,6 +207,6 @@ def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> 
 
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
-    """Return the vertices at all corners, grouped by cell, and the number of corners per cell."""
+    """Return the vertices at the corners of all cells, and the number of corners of each cell."""
     corners = corners_in(cells)
     return corners.vertices, corners.sizes

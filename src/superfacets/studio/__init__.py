@@ -1,5 +1,5 @@
-"""Label meshes region by region in a browser: the server on this machine, and its work files.
+"""Label meshes region by region in a browser, with a local web server that stores work files.
 
-Each cell has a class and an object as its labels. Regions only select cells for labeling, so a new
-segmentation does not change any labels.
+The labels of a cell (face, point or tetrahedron) are a class and an object. Regions only help to
+select cells, so a new segmentation does not change labels.
 """

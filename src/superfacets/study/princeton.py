@@ -1,9 +1,9 @@
 """Read the Princeton Segmentation Benchmark.
 
-The benchmark has 380 models in 19 categories of 20 models, and about eleven people segmented each
-model (Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009). The folder
-of the benchmark contains ``off/N.off`` for model N, and ``seg/Benchmark/N/N_j.seg`` for its ground
-truths. Some models may be missing.
+The benchmark has 380 models in 19 categories of 20 models. About eleven people segmented each model
+(Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009). The folder of the
+benchmark contains the mesh ``off/N.off`` of model N, and its segmentations
+``seg/Benchmark/N/N_j.seg``, called ground truths. Some models may be missing.
 """
 
 from __future__ import annotations
@@ -26,8 +26,7 @@ _SHELVES = (
     "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
     "Plier", "Fish", "Bird", "", "Armadillo", "Bust", "Mech", "Bearing", "Vase", "Fourleg",
 )  # fmt: skip
-"""Category of models 1 to 20, category of models 21 to 40, and so on. Models 261 to 280 do not
-exist."""
+"""Category of models 1 to 20, of models 21 to 40, and so on. Models 261 to 280 do not exist."""
 
 CATEGORIES = tuple(name for name in _SHELVES if name)
 """The 19 categories, in the order of their models."""
@@ -56,7 +55,7 @@ def category_of(number: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model of the benchmark, with the segmentations that people made.
+    """A model of the benchmark, and segmentations of this model by several people.
 
     Attributes
     ----------
@@ -64,10 +63,9 @@ class Model:
     category : str
     mesh : Mesh
     ground_truths : tuple of ndarray of int32, shape (F,)
-        Segment of each face: one array for each readable file ``N_j.seg``, in the order of j.
+        Segment of each face, in one array for each readable file ``N_j.seg``, in the order of j.
     problems : tuple of str
-        A message for each ground truth that is left out, because its file is missing or does not
-        fit the mesh.
+        Messages about ground truths that are left out: the file is missing or does not fit.
     """
 
     number: int
@@ -78,7 +76,7 @@ class Model:
 
 
 class Benchmark:
-    """A folder with the benchmark or a part of the benchmark.
+    """A folder with all or some models of the benchmark.
 
     Parameters
     ----------
@@ -109,7 +107,7 @@ class Benchmark:
             raise MeshError(f"{meshes} contains no model: expected files such as 1.off")
 
     def path_of(self, number: int) -> Path:
-        """Return the mesh file of a model."""
+        """Return the path of the mesh file of a model."""
         return self.root / "off" / f"{number}.off"
 
     def load(self, number: int) -> Model:
@@ -118,7 +116,7 @@ class Benchmark:
         Raises
         ------
         MeshError
-            If the mesh cannot be used. (Unusable ground truths are listed in `problems`.)
+            If the mesh cannot be used. Invalid ground truths only give a message in `problems`.
         OSError
             If the mesh file does not exist.
         ValueError
@@ -143,7 +141,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """Return paths from N_0.seg to the last existing file, including missing files between."""
+        """Return the paths from N_0.seg to the last existing file, including missing files."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

@@ -23,32 +23,32 @@ from .princeton import Benchmark, Model
 class Source:
     """A model of the benchmark or a mesh file, which `load` reads."""
 
-    name: str  # number of the model in the benchmark, or name of the file
+    name: str  # number of the model as text, or name of the file
     path: Path  # root folder of the benchmark, or path of the file
     category: str  # category in the benchmark; empty for other meshes
     n_faces: int
     n_ground_truths: int
-    digest: str  # hash of the mesh and its ground truths
+    digest: str  # hash of the content of the mesh and its ground truths
     number: int = 0  # number of the model in the benchmark, from 1; 0 for other meshes
 
     @property
     def is_model(self) -> bool:
-        """Whether the mesh is a model of the benchmark, which has ground truth."""
+        """Whether the mesh is a model of the benchmark, so that it has ground truths."""
         return self.number > 0
 
 
 @dataclass(frozen=True)
 class Sources:
-    """Meshes, smallest first, and a message for each file that is missing or not used."""
+    """Meshes sorted by size, and a message for each file that is missing or not used."""
 
     found: tuple[Source, ...]
     problems: tuple[str, ...]
 
 
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
-    """Return the models of a benchmark (all, or `numbers`) that are readable and have ground truth.
+    """Return all models, or the models in `numbers`, of a benchmark that have ground truths.
 
-    Raises MeshError if no model can be used; ValueError if a model of `numbers` does not exist.
+    Raises MeshError if no model can be used, and ValueError if a model in `numbers` does not exist.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
@@ -90,9 +90,9 @@ def find_meshes(folder: Path) -> Sources:
     return Sources(_by_size(found), tuple(problems))
 
 
-@lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
+@lru_cache(maxsize=1)  # because consecutive tasks mostly use the same mesh
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return the mesh and its ground truths; raise a MeshError as `load_model` does."""
+    """Return the mesh and its ground truths; raise a MeshError if files have changed."""
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
         return mesh, GroundTruths(mesh, (), n_threads=1)
@@ -101,7 +101,7 @@ def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
 
 
 def load_model(source: Source) -> Model:
-    """Return a model; raise a MeshError if its files have changed after `find_models`."""
+    """Return a model; raise a MeshError if its files have changed since `find_models`."""
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
         raise MeshError(f"the files of model {source.name} changed during the run: start it again")

@@ -1,9 +1,9 @@
-"""Measure the quality of superpoints of scanned rooms, and compare it with other methods.
+"""Measure the quality of superpoints (regions of vertices) in scanned rooms, for several methods.
 
-A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3) and ``instances`` (V,), which
-is the true object of each vertex, or -1 for unannotated vertices. The file may also contain
-``felzenszwalb`` (V,), which is the segment of each vertex by ScanNet's segmenter. The last part of
-the file name is the noise level: ``n1`` for ``office_n1``.
+A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3) and ``instances`` (V,).
+``instances`` is the true object of each vertex, or -1 for vertices without annotation. The file may
+also contain ``felzenszwalb`` (V,), the segment of each vertex from ScanNet's segmenter. The last
+part of the file name is the noise level, for example ``n1`` in ``office_n1``.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from .._validate import checked_threads, checked_vertex_classes, ranked_labels
 from ..cells.sums import weighted_majority
 from ..errors import IslandWarning, MeshError
 from ..io.readers.labels import LABEL_ENDINGS, read_labels
-from ..mesh.cells import lowest_vertices
 from ..mesh.faces import vertex_graph
 from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
 from ..pipeline import SCANS, segment
 from ..regions.vertices import vertex_labels
 from .table_writer import markdown_table
@@ -36,7 +36,7 @@ METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method of the table."""
 
 LEAST_OBJECT = 0.002
-"""Objects with a smaller fraction of the vertices of their room are left out of the mean IoU."""
+"""The mean IoU ignores objects that have a smaller fraction of the vertices of their room."""
 
 VERTICES_PER_SUPERPOINT = 200
 """Average number of vertices per superpoint in rooms without segments of another method."""
@@ -45,27 +45,27 @@ _MOST_RUNS = 5
 
 
 class Score(NamedTuple):
-    """Quality of superpoints; each superpoint is assigned to the object of most of its vertices."""
+    """Quality of superpoints, where a superpoint represents the object of most of its vertices."""
 
     n_superpoints: float
-    error: float  # fraction of vertices with a wrong object
-    error_away: float  # error of vertices that are more than one edge away from object borders
-    mean_iou: float  # mean intersection over union of the objects
+    error: float  # fraction of vertices whose superpoint represents another object
+    error_away: float  # error among vertices more than one edge away from object borders
+    mean_iou: float  # mean over objects of the intersection over union (IoU)
     extra_pieces: float  # number of connected pieces minus number of superpoints
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A scanned room with the true object and the given segments of each vertex."""
+    """A scanned room: its mesh, and the true object and segments of each vertex."""
 
     name: str
     mesh: Mesh
-    truth: Ints  # true object of each vertex, numbered from 0; -1 for unannotated vertices
-    given: dict[str, Ints]  # segment of each vertex, shape (V,), by the name of the method
+    truth: Ints  # (V,) true object of each vertex, from 0; -1 means no annotation
+    given: dict[str, Ints]  # (V,) segment of each vertex, for each method by name
 
     @classmethod
     def read(cls, path: Path, folders: Iterable[Path] = ()) -> Room:
-        """Read a room from a file, and its segments from one label file in each of the folders.
+        """Read a room from a file, and segments of other methods from a label file in each folder.
 
         The name of a label file begins with the name of the room and a dot. Raises a MeshError if
         the file contains no room, or if a folder does not contain exactly one label file for it.
@@ -89,12 +89,12 @@ class Room:
 
     @property
     def level(self) -> str:
-        """Noise level: the part of the name after the last underscore."""
+        """Noise level, which is the part of the name after the last underscore."""
         return self.name.rpartition("_")[2]
 
     @property
     def edges(self) -> Longs:
-        """Vertices at both ends of each edge, shape (E, 2)."""
+        """Vertices at the two ends of each edge, (E, 2)."""
         threads = checked_threads(None)
         lowest = lowest_vertices(self.mesh.vertices, False, threads)
         graph = vertex_graph(self.mesh, lowest, threads)
@@ -110,14 +110,14 @@ class Room:
         return is_used
 
     def superpoints(self, **options: Any) -> Ints:
-        """Vertex labels from `segment`, with about as many regions as the first given segments."""
+        """Compute superpoints with `segment`, about as many as the first entry of `given` has."""
         number = self.mesh.n_vertices // VERTICES_PER_SUPERPOINT
         if self.given:
             number = len(np.unique(next(iter(self.given.values()))[self.is_used]))
         asked = number
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
-            for _ in range(_MOST_RUNS):  # repeated, because components without a seed add regions
+            for _ in range(_MOST_RUNS):  # because components without a seed add regions
                 result = segment(self.mesh, max(asked, 1), **options)
                 if result.n_segments <= number:
                     break
@@ -125,9 +125,9 @@ class Room:
         return vertex_labels(self.mesh, result.labels, method="creases")
 
     def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
-        """Measure the quality of superpoints at vertices that belong to a face.
+        """Return the quality of superpoints, ignoring vertices without a face.
 
-        Errors and IoU ignore unannotated vertices.
+        Errors and IoU also ignore vertices without annotation.
         """
         used, edges = self.is_used, self.edges
         rated = used & (self.truth >= 0)
@@ -150,7 +150,7 @@ class Room:
 def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
     """Return a Markdown table with the mean scores of all methods at each level of noise.
 
-    Each of the folders contains the labels of another method, which is named after the folder.
+    Each folder contains the labels of one more method, which gets the name of the folder.
     """
     rooms = [Room.read(path, folders) for path in sorted(paths)]
     if not rooms:
@@ -176,7 +176,6 @@ def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
 
 
 def _labels_in(folder: Path, room: str) -> Ints:
-    """Read the only label file of a room in a folder."""
     paths = [path for path in folder.glob(f"{room}.*") if path.name.endswith(LABEL_ENDINGS)]
     if len(paths) != 1:
         raise MeshError(
@@ -187,7 +186,7 @@ def _labels_in(folder: Path, room: str) -> Ints:
 
 
 def _near_borders(edges: Longs, truth: Ints) -> Bools:
-    """Whether each vertex is on an edge between objects, or next to a vertex on such an edge."""
+    """Return whether each vertex is at most one edge away from an edge between two objects."""
     is_near = np.zeros(len(truth), bool)
     is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
     is_near[edges[is_near[edges].any(axis=1)]] = True
@@ -204,7 +203,7 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Return the number of connected components of the vertices in `used`. Needs SciPy."""
+    """Return the number of connected components of the vertices in `used`; this needs SciPy."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

@@ -1,4 +1,4 @@
-"""Write the tables of the studies and of the benchmark as CSV files and Markdown."""
+"""Write tables as CSV files or Markdown, for the studies and the speed benchmark."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 from ..io.atomic import atomic_outputs
 
-EMPTY = "(not measured)"  # text that replaces a table without rows in Markdown
+EMPTY = "(not measured)"  # Markdown text instead of a table without rows
 
 _NUMBER = re.compile(r"-?[\d.,]+(\s?\w+)?")
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table, or `EMPTY` if there are no rows. Needs tabulate.
+    """Return a Markdown table, or `EMPTY` if there are no rows. This needs tabulate.
 
     Columns whose first cell is a number are aligned to the right.
 
@@ -38,7 +38,7 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a CSV file with all columns that occur in any row; missing values are empty."""
+    """Write a CSV file with all columns that occur in rows; missing values are empty cells."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

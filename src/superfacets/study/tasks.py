@@ -1,7 +1,7 @@
 """Run long studies as tasks in worker processes, with a record on disk for each piece of work.
 
-The pieces of a task share work, such as loading a mesh. Each piece writes a record, even if the
-piece fails, so a second start runs only missing and failed pieces.
+A task consists of pieces that share some work, for example loading a mesh. Each piece writes a
+record, even if it fails, so a second start runs only missing and failed pieces.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
 Key = Mapping[str, Any]
-"""All inputs that a record depends on. A record with another key is out of date."""
+"""All inputs that the result of a piece depends on. A record with another key is outdated."""
 
 Record = dict[str, Any]
-"""The results of a piece. The record of a failed piece contains only the entry "reason"."""
+"""Results of a piece. The record of a failed piece contains only the entry "reason"."""
 
 _MEMORY_SHARE = 0.8
-"""Fraction of the free memory that tasks may use, so that other programs have memory, too."""
+"""Fraction of the free memory that tasks may use; other programs need some of it."""
 
 
 class Job(Protocol):
-    """A job for a worker. The job and its result are pickled."""
+    """A job for a worker process. The job and its result are pickled."""
 
     @property
     def memory(self) -> int:
-        """Estimated memory in bytes; 0 if it is small."""
+        """Estimated memory in bytes, or 0 if it is small."""
 
     def run(self) -> Any:
         """Run the job."""
@@ -45,26 +45,26 @@ class Job(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A unit of work, with the path and key of its record."""
+    """A piece of work, with the path and key of its record."""
 
-    subject: Any  # input of the piece, which only the task interprets
+    subject: Any  # input of the piece; its type depends on the task
     path: Path
     key: Key
 
 
 class Task(Protocol):
-    """Pieces of work that one worker runs in sequence. Tasks are pickled and sent to workers."""
+    """Pieces of work that one worker does in sequence. Tasks are pickled and sent to workers."""
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
-        """The pieces of work."""
+        """Pieces of work of the task."""
 
     @property
     def memory(self) -> int:
-        """Estimated memory in bytes; 0 if it is small."""
+        """Estimated memory in bytes, or 0 if it is small."""
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Do the work that all pieces share; return the function that processes a single piece.
+        """Do the work that all pieces share, and return a function that does a single piece.
 
         If `prepare` raises an exception, all pieces fail. If the returned function raises an
         exception, only its piece fails.
@@ -74,10 +74,10 @@ class Task(Protocol):
 def run_tasks(
     title: str, tasks: Sequence[Task], n_workers: int, *, memory: int, deadline: float | None = None
 ) -> dict[Path, str]:
-    """Run tasks and write the records of their pieces; see `run_shown` for `title` and `memory`.
+    """Run tasks in worker processes, and write the records of their pieces.
 
-    No task is started after `deadline`, in seconds of `time.monotonic`. Returns the paths of
-    records that could not be written, with the reasons.
+    `title` and `memory` are as for `run_shown`. No task is started after `deadline`, in seconds of
+    `time.monotonic`. Returns a dict from paths of records that could not be written to the reasons.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -87,21 +87,21 @@ def run_tasks(
 
 
 def read_piece(piece: Piece) -> Record | None:
-    """Return the record of a piece; None if it is missing, damaged or out of date."""
+    """Return the record of a piece, or None if it is missing, damaged or outdated."""
     return read_record(piece.path, piece.key)
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, or the reason in `lost` as a record; None if neither exists."""
+    """Return the record of a piece, or None; a reason in `lost` replaces a record on disk."""
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """A job that runs a task. The result maps paths of unwritten records to the reasons."""
+    """A job that runs a task; its result maps paths of records that were not written to reasons."""
 
     task: Task
-    deadline: float | None = None  # time of `time.monotonic`, which is the same in all processes
+    deadline: float | None = None  # in seconds of `time.monotonic`, as in all processes
 
     @property
     def memory(self) -> int:
@@ -112,13 +112,14 @@ class _Recording:
         if self.deadline is not None and time.monotonic() >= self.deadline:
             return lost
         for piece in self.task.pieces:
-            # If the worker is killed, an old record of a failure would hide the new reason.
+            # Remove old records of failures, because they would hide the reason if this worker is
+            # killed.
             if "reason" in (read_piece(piece) or {}):
                 with contextlib.suppress(OSError):
                     piece.path.unlink()
         try:
             make = self.task.prepare()
-        except Exception as error:  # any exception is recorded, and other tasks continue
+        except Exception as error:  # recorded, so that other tasks continue
             for piece in self.task.pieces:
                 lost |= _record_failure(piece, reason_of(error))
             return lost
@@ -131,7 +132,7 @@ class _Recording:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write a record with the reason of a failure; if this fails, return its path and the error."""
+    """Write a record with the reason of a failure; if that fails, return its path and the error."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -140,7 +141,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Record a worker's death as a failure of each piece of its task that has no record yet."""
+    """Write records of failure for all pieces without a record, after their worker was killed."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -151,11 +152,12 @@ def _record_death(task: Task, death: Killed) -> dict[Path, str]:
 def run_shown(
     title: str, jobs: Sequence[Job], n_workers: int, *, memory: int
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Yield each job with its result when the job ends; a terminal shows a progress bar.
+    """Run jobs in worker processes, and yield each job with its result when the job ends.
 
-    If the worker of a job was killed, the result is a `Killed`. An error of a job is raised again.
-    Jobs start in order. Together, running jobs may need at most `memory` bytes: a job waits until
-    enough memory is free, and a job that needs more than `memory` bytes runs alone.
+    A terminal shows a progress bar with `title`. If the worker of a job was killed, the result is a
+    `Killed`. An error of a job is raised again. Jobs start in order. Running jobs may need at most
+    `memory` bytes in total: a job waits until enough memory is free, and a job that needs more than
+    `memory` bytes runs alone.
     """
     from tqdm import tqdm
 
@@ -175,14 +177,14 @@ def run_shown(
 
 
 def memory_of_tasks() -> int:
-    """Return the number of bytes that all running tasks may use together."""
+    """Return the memory in bytes that all running tasks may use in total."""
     return int(_MEMORY_SHARE * free_memory())
 
 
 def write_record(path: Path, key: Key, record: Record) -> None:
-    """Write a record atomically: the file is never incomplete.
+    """Write a record atomically, so that the file is never incomplete.
 
-    Raises ValueError if a number is not finite; OSError if the record cannot be written.
+    Raises ValueError if a number is not finite, and OSError if the record cannot be written.
     """
     whole = {"checksum": _checksum(key, record), "key": key, "record": record}
     text = json.dumps(whole, indent=1, allow_nan=False)
@@ -192,7 +194,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return a record; None if it is missing, damaged or out of date."""
+    """Return the record in a file, or None if it is missing, damaged or outdated."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -1,1 +1,1 @@
-"""Segment meshes larger than memory in tiles on disk, sorted along a space-filling curve."""
+"""Segment meshes and clouds larger than memory, split on disk into tiles of nearby cells."""

@@ -1,4 +1,4 @@
-"""Search arrays and compute bounding boxes for the modules of `tiles`."""
+"""Search arrays and compute bounding boxes, for the other modules of `tiles`."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs
 
 MAX_SPAN = 1 << 26
-"""Largest range of values, maximum minus minimum, for which `compacted` uses a lookup table."""
+"""`compacted` uses a lookup table if the maximum minus the minimum of values is at most this."""
 
 _MOST_SPARSE = 16
-"""`index_near` uses a lookup table only if the range of the values `near` is at most `_MOST_SPARSE`
-times the number of these values."""
+"""`index_near` uses a lookup table only if the maximum minus the minimum of `near` is at most
+`_MOST_SPARSE` times its length."""
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
-    """Select rows of a CSR array; return their new offsets, and the indices of their entries."""
+    """Select rows of a CSR array; return new offsets, and the indices of the selected entries."""
     return _core.choose_lists(offsets, np.asarray(chosen, np.int64))
 
 
 def merged(lists: Sequence[Longs]) -> Longs:
-    """Return the sorted union of ascending lists, without duplicates."""
-    numbers: Longs = np.sort(np.concatenate(lists), kind="stable")  # fast if lists are ascending
+    """Return all distinct values of several ascending arrays, sorted."""
+    numbers: Longs = np.sort(np.concatenate(lists), kind="stable")  # fast on ascending runs
     is_new = np.ones(len(numbers), bool)
     is_new[1:] = numbers[1:] != numbers[:-1]
     return numbers[is_new]
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """Do the same as `index_in`, but faster if most values are between near[0] and near[-1]."""
+    """Return the same as `index_in`, but faster if most values are between near[0] and near[-1]."""
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low
@@ -46,7 +46,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """Return the index of each value in `among` (sorted, or with argsort `order`); -1 if absent."""
+    """Return the index of each value in `among`, or -1; `order` sorts `among`, if it is given."""
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)
@@ -55,12 +55,12 @@ def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
 
 
 def is_among(values: Array, among: Array) -> Bools:
-    """Whether each value occurs in an ascending array."""
+    """Return whether each value occurs in `among`, an ascending array."""
     return index_in(values, among) >= 0
 
 
 def compacted(values: Array) -> tuple[Longs, Ints]:
-    """Return sorted distinct values, and the index of each value in them, as `np.unique` does."""
+    """Return the sorted distinct values and the index of each value in them, like `np.unique`."""
     low, high = (int(values.min()), int(values.max()) + 1) if len(values) else (0, 0)
     if high - low > MAX_SPAN:
         used, at = np.unique(values, return_inverse=True)
@@ -72,12 +72,12 @@ def compacted(values: Array) -> tuple[Longs, Ints]:
 
 
 def box_of(points: Floats) -> Floats:
-    """Return the bounding box of points, shape (2, 3)."""
-    columns = [points[:, axis] for axis in range(3)]  # much faster than points.min(axis=0)
+    """Return the bounding box of points, (2, 3): minimum and maximum."""
+    columns = [points[:, axis] for axis in range(3)]  # faster than points.min(axis=0)
     return np.array([[values.min() for values in columns], [values.max() for values in columns]])
 
 
 def joined_boxes(boxes: Sequence[Floats]) -> Floats:
-    """Return the bounding box of boxes, shape (2, 3)."""
+    """Return the bounding box of several bounding boxes, (2, 3)."""
     stacked = np.stack(boxes)
     return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])

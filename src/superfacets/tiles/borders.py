@@ -1,4 +1,4 @@
-"""Stage 5 on tiles: straighten region borders, with only the cells near borders in memory."""
+"""Stage 5 on tiles: smooth the borders of regions, with only the cells near borders in memory."""
 
 from __future__ import annotations
 
@@ -18,19 +18,20 @@ from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Initial width of the band: number of arcs on the shortest path from a region border to the outer
-edge of the band. A path across triangles takes about two arcs per edge length."""
+"""Initial width of the band of cells along borders that is in memory: number of arcs on the
+shortest path from a border to the outer edge of the band. A path across triangles takes about two
+arcs per edge length."""
 
 MOST_STEPS = 160
-"""Maximum number of arcs by which the band grows in one pass."""
+"""Maximum number of arcs by which the band of cells in memory grows in one pass."""
 
 SUM_BLOCK = 1 << 14
-"""Number of cells per block when values are summed per region; must equal ``kBlock`` in the C++
-file ``stiffness.cpp``."""
+"""Number of cells per block in sums over the cells of regions. It must equal ``kBlock`` in the C++
+file ``stiffness.cpp``, so that sums are equal to the last bit."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Return the names of the arrays of cells in the band, then of the given arrays of arcs."""
+    """Return the names of the cell arrays that smoothing needs, and of the given arrays of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -38,19 +39,19 @@ def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class BorderRule:
-    """Parameters of the cost of region borders."""
+    """Parameters of the cost of region borders, which smoothing minimizes."""
 
-    lengths: str  # name of the array of arc lengths
-    unit: float  # weight of an arc divided by its stored length
-    scale: float  # radius of a region, or the diagonal of the bounding box
+    lengths: str  # name of the array with the length of each arc
+    unit: float  # factor from stored lengths of arcs to weights
+    scale: float  # expected radius of a region; if 0, diagonal of the bounding box
     n_threads: int
     crease_scale: float = CREASE_SCALE
     smoothing: SmoothOptions = field(default_factory=SmoothOptions)
-    parts: PartPrices | None = None  # part costs per cell; per coarse cell if `firsts` is given
-    firsts: Longs | None = None  # index of the first coarse cell of each tile
+    parts: PartPrices | None = None  # part costs of cells or, with `firsts`, of coarse cells
+    firsts: Longs | None = None  # (T,) index of the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the border costs of a part. Removes ``lengths`` from the part, to save memory."""
+        """Return the border costs of a part, and remove its ``lengths`` to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
         if (parts := self.parts) is not None:
@@ -66,12 +67,12 @@ class BorderRule:
 def straighten_tiled(
     store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
 ) -> None:
-    """Change labels in place; the result equals `smooth_borders` on the whole mesh or cloud.
+    """Smooth borders by changing labels in place, like `smooth_borders` on the whole mesh or cloud.
 
-    Only the *band* is in memory: the cells within `STEPS` arcs of a region border. The smoother
-    tries to move cells at borders, and each trial reads only nearby cells. Cells at the outer edge
-    of the band lack neighbors. If the smoother tries to move one of these cells, the band grows
-    around the cell, and the smoother starts again.
+    Only the *band* is in memory, which consists of all cells within `STEPS` arcs of a border. The
+    smoother tries to move cells at borders, and each trial reads only nearby cells. Cells at the
+    outer edge of the band lack neighbors. If the smoother tries to move one of them, the band grows
+    around this cell, and the smoother starts again.
     """
     sums = np.empty(0), np.empty((0, 3))
     if rule.smoothing.stiffness:
@@ -87,16 +88,16 @@ def straighten_tiled(
         if not len(growing):
             break
         more = cells[growing]
-        del band  # free this band before the next one is loaded
+        del band  # frees its memory before the next band is loaded
         marks.add(more)
     labels[cells] = moved
 
 
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
-    """Return the area of each region, and the area-weighted sum of its cell positions.
+    """Return the area of each region, and the area-weighted sum of the positions of its cells.
 
-    Additions are in the same order as in the C++ function `sums_of_regions`. Consecutive cells of a
-    block that have equal labels are summed first. Then these sums are added by cell number.
+    The order of additions is the same as in the C++ function `sums_of_regions`: first, consecutive
+    cells of a block with equal labels are summed, then these sums are added in the order of cells.
     """
     cuts = np.stack(run.all(_sort_by_cell, store, store.n_tiles))
     sums = np.zeros((4, n_regions))
@@ -124,33 +125,33 @@ def _sort_by_cell(store: TileStore, tile: int) -> Longs:
 
 
 def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
-    """Add the cells of a block, in the order of their numbers, to the sums of their regions."""
+    """Add area and weighted position of each cell of a block to the sums of its region."""
     cells, measures = part.columns["cells"], part.columns["measures"]
     of_cells = labels[cells]
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
     rows, firsts = np.cumsum(begins) - 1, of_cells[begins]
     regions = np.concatenate([np.arange(sums.shape[1]), firsts])
-    # Like the C++ core, np.bincount adds values in array order.
+    # np.bincount adds values in the order of the array, as the C++ core does.
     for axis, some in enumerate((measures, *(measures * x for x in part.columns["positions"].T))):
         runs = np.bincount(rows, some)
         sums[axis] = np.bincount(regions, np.concatenate([sums[axis], runs]))
 
 
 class _Marks:
-    """Marks of cells: 0 outside the band, 1 at its outer edge, and larger closer to a border.
+    """Marks of cells: 0 outside the band, 1 at its outer edge, larger numbers nearer to borders.
 
-    The array ``steps`` of a tile contains the marks of its cells, then the marks of its ghosts,
-    which are neighbors in other tiles.
+    The array ``steps`` of a tile contains the marks of its cells, and after them the marks of its
+    ghosts, which are neighbors of its cells in other tiles.
     """
 
     def __init__(self, store: TileStore, run: Run) -> None:
         self._store = store
         self._run = run
         self._n_steps = STEPS[store.kind]
-        self._known: dict[int, Bytes] = {}  # latest marks of the ghosts of each tile
+        self._known: dict[int, Bytes] = {}  # last marks of ghosts, by tile
 
     def begin(self, labels: Ints) -> None:
-        """Mark cells that have a neighbor with another label, and all cells near these cells."""
+        """Mark all cells that have a neighbor with another label, and all cells near them."""
         store = self._store
         for tile in range(store.n_tiles):
             store.write(tile, "labels", labels[store.cells_and_ghosts(tile)])
@@ -158,16 +159,13 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Double the width of the band, and mark all cells within this width of `cells`.
-
-        The width is the number of steps from cell to cell.
-        """
+        """Double the width of the band, and mark all cells within this many arcs of `cells`."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
 
     def _spread(self, found: list[Bytes]) -> None:
-        """Send the marks of ghosts to the tiles that own these cells, until no mark changes."""
+        """Send the marks of ghosts to the tiles that contain these cells, until no mark changes."""
         store, news = self._store, dict(enumerate(found))
         while news:
             places, steps = [np.empty(0, np.int64)], [np.empty(0, np.uint8)]
@@ -184,7 +182,7 @@ class _Marks:
 
 
 def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
-    """Mark the cells of a tile near region borders; return the marks of its ghosts."""
+    """Mark the cells of a tile near borders of regions; return the marks of its ghosts."""
     arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     labels = store.read(tile, "labels")
     steps = np.zeros(len(labels), np.uint8)
@@ -193,13 +191,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark `cells` in a tile, and all cells near them; return the marks of the tile's ghosts."""
+    """Mark the cells of `cells` in a tile, and cells near them; return the marks of its ghosts."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks of cells of a tile, and spread them; return the marks of its ghosts."""
+    """Raise the marks of cells of a tile and of nearby cells; return the marks of its ghosts."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -207,9 +205,9 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.u
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Raise the marks of the cells `front`, spread the marks within the tile, and write all marks.
+    """Raise the marks of the cells `front`, spread these marks in the tile, and write all marks.
 
-    Marks decrease by 1 per arc, and no mark is lowered. Returns the marks of the ghosts.
+    A spreading mark decreases by 1 per arc. No mark is lowered. Returns the marks of the ghosts.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
@@ -230,7 +228,7 @@ def _spread(
 def _write_band(
     store: TileStore, tile: int, lengths: str, firsts: Longs | None
 ) -> tuple[Ints, Ints]:
-    """Write the marked cells of a tile and their arcs; return curve indices and cell numbers."""
+    """Write the marked cells of a tile and their arcs; return their curve indices and numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
@@ -239,7 +237,7 @@ def _write_band(
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
-    if firsts is not None:  # make the numbers of coarse cells unique among all tiles
+    if firsts is not None:  # so that numbers are unique among all tiles
         part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]
@@ -251,10 +249,10 @@ def _load_band(store: TileStore, ends: str, tile: int) -> Part:
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
-    """Replace the targets of arcs by ranks in the band; return the *ends* of the band.
+    """Replace the targets of arcs by ranks of cells in the band; return the *ends* of the band.
 
-    For faces, ends are the vertices of the sides where arcs leave the band. For points, ends are
-    the ranks of the points that have an arc to a point outside the band.
+    For faces, ends are the vertices of all sides at which arcs leave the band. For points, ends are
+    the ranks of the points with an arc to a point outside the band.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -272,15 +270,15 @@ def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Band:
-    """The cells near region borders, sorted by cell number."""
+    """All cells near borders of regions, sorted by cell number."""
 
     store: TileStore
     part: Part
-    ends: Array  # vertices, or ranks of points, from which arcs leave the band; see `_connect`
+    ends: Array  # vertices or ranks of points where arcs leave the band, see `_connect`
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
-        """Collect the cells of all tiles."""
+        """Collect the marked cells of all tiles."""
         found = run.all(_write_band, store, store.n_tiles, rule.lengths, rule.firsts)
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
@@ -292,21 +290,22 @@ class _Band:
     def straightened(
         self, rule: BorderRule, labels: Ints, centers: Ints, sums: tuple[Floats, Floats]
     ) -> tuple[Ints, Ints | Longs]:
-        """Return new labels of the band, and the indices of cells from which the band must grow."""
+        """Return new labels of the band, and the indices of cells around which it must grow."""
         costs, cells = rule.costs(self.store, self.part), self.part.columns["cells"]
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
         edge = np.flatnonzero(self._is_at_edge()).astype(np.int32)
-        args = rule.smoothing.args(costs, labels, fixed)
-        moved, examined = _core.smooth_part(*args, edge, *sums)
+        options = rule.smoothing.for_core(costs.radius)
+        moved, examined = _core.smooth_part(
+            *costs.args, labels, fixed, edge, *sums, options, rule.n_threads
+        )
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """Return the faces that share an end of the band with the given faces.
+        """Return the faces that share with the given faces a vertex at the end of the band.
 
-        Two faces that share a vertex may be far apart along arcs if there are holes between them,
-        so the band must also grow from the face that lacks a neighbor. Points are returned
-        unchanged.
+        If there are holes at a vertex, two of its faces may be far apart along arcs. Therefore, the
+        band must also grow from the face that lacks a neighbor. Points are returned unchanged.
         """
         if self.store.kind == "points":
             return cells
@@ -316,16 +315,15 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Whether each face has a vertex that is an end of the band and is chosen."""
+        """Return whether each face has a chosen vertex that is an end of the band."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
-        """Whether moving each cell to another region may read a cell outside the band.
+        """Return for each cell whether a move to another region may read cells outside the band.
 
-        Moving a face reads the faces around its corners. Moving a point reads the neighbors of its
-        neighbors.
+        Moving a face reads faces around its corners; moving a point, neighbors of neighbors.
         """
         if self.store.kind != "points":
             return self._have_end()

@@ -21,7 +21,7 @@ from .store import RANGE
 
 @dataclass(frozen=True)
 class BlockRows:
-    """A table in a scratch folder, stored in blocks of `size` rows."""
+    """A table on disk in a scratch folder, stored in blocks of `size` rows."""
 
     scratch: Scratch
     name: str
@@ -29,7 +29,7 @@ class BlockRows:
     n_rows: int
 
     def read(self, begin: int, end: int) -> Array:
-        """Return rows `begin` to `end` - 1."""
+        """Return the rows from `begin` to `end` - 1."""
         parts = []
         for block in range(begin // self.size, -(-end // self.size)):
             first = block * self.size
@@ -41,11 +41,11 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """Find the lowest vertex at the position of each vertex; None if all positions differ.
+    """Find the lowest vertex at the position of each vertex; return None if all positions differ.
 
-    The values 0.0 and -0.0 are equal. Only `size` vertices are in memory at a time. Vertices are
-    split into buckets by a hash of the position. Each bucket is welded separately. A MeshError
-    reports the first vertex that is not finite as ``name[i]``.
+    The values 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
+    are split into buckets by a hash of the position, and each bucket is welded separately. A
+    MeshError reports the first vertex that is not finite as ``name[i]``.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
@@ -61,7 +61,7 @@ def weld(
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Write the vertices of a block, sorted by bucket; a MeshError if a vertex is not finite."""
+    """Write the vertices of a block, sorted by bucket; raise a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -81,12 +81,12 @@ def _fill_buckets(
 
 
 def _buckets_of(positions: Floats, n_buckets: int) -> Array:
-    """Return the index of the bucket of each position; `n_buckets` is a power of two."""
+    """Return a hash of each position, 0 to `n_buckets` - 1; `n_buckets` is a power of two."""
     if n_buckets == 1:
         return np.zeros(len(positions), np.uint16)
-    bits = (positions + 0.0).view(np.uint64).reshape(-1, 3)  # -0.0 becomes 0.0
-    # The upper bits of a product depend on all bits of the coordinate. These bits are shifted down
-    # and mixed once more.
+    bits = (positions + 0.0).view(np.uint64).reshape(-1, 3)  # + 0.0 turns -0.0 into 0.0
+    # Only the upper bits of a product depend on all bits of the coordinate, so they are shifted
+    # down and mixed once more.
     factors = (0x9E3779B97F4A7C15, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F)
     mixed = np.zeros(len(bits), np.uint64)
     for axis, factor in enumerate(factors):
@@ -98,7 +98,7 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
-    """Write the pairs (duplicate, lowest vertex at its position); return whether there are any."""
+    """Write all pairs (duplicate, lowest vertex at its position); return whether any exist."""
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -122,7 +122,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
-    """Write, for each vertex of a block, the lowest vertex at the same position."""
+    """Write the lowest vertex at the position of each vertex of a block."""
     begin = block * size
     lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
     for bucket in range(n_buckets):
@@ -135,16 +135,16 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 LOW_BITS = 15
 """Number of lower bits of a Morton code, which is half of its bits. A histogram of the upper bits
-locates the tiles. If a tile begins between codes with equal upper bits, another histogram counts
-the lower bits of these codes."""
+is used to find where tiles begin. If a tile begins between codes with equal upper bits, another
+histogram counts the lower bits of these codes."""
 
 
 @dataclass(frozen=True)
 class Chunks:
-    """The input, split into chunks of `size` cells."""
+    """Input cells (faces or points), split in input order into chunks of `size` cells."""
 
     pieces: Pieces
-    lowest: Rows | None  # for each vertex, the lowest one at its position; None if all differ
+    lowest: Rows | None  # lowest vertex at the position of each vertex; None: all differ
     size: int
     n_threads: int
 
@@ -153,9 +153,9 @@ class Chunks:
         cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int,
         welds: bool = True,
     ) -> Chunks:  # fmt: skip
-        """Check all positions, and weld equal positions if `welds` is true.
+        """Check the input, and weld vertices at equal positions if `welds` is true.
 
-        Raises a MeshError if there are too many cells, or if a position is not finite.
+        Raises a MeshError if there are too many cells or if a position is not finite.
         """
         is_cloud = pieces.corners is None
         whole, cells = ("cloud", "points") if is_cloud else ("mesh", "faces")
@@ -174,15 +174,15 @@ class Chunks:
         return -(-self.pieces.n_cells // self.size)
 
     def range(self, chunk: int) -> tuple[int, int]:
-        """Return the first cell of a chunk, and the first cell of the next chunk."""
+        """Return the first cell of a chunk and the first cell of the next chunk."""
         return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
 
     def save_run(
         self, scratch: Scratch, chunk: int, part: Part, positions: Floats, box: Floats
     ) -> Ints:
-        """Write a chunk as the run ``runs/{chunk}``, sorted by Morton code in `box`.
+        """Write a chunk as the sorted run ``runs/{chunk}``, in the order of Morton codes in `box`.
 
-        Returns the histogram of the upper bits of the codes, shape (2^15,).
+        Returns the histogram of the upper bits of the codes, (2^15,).
         """
         low, high = map(tuple, box)
         codes = _core.morton_codes(positions, low, high, self.n_threads)
@@ -194,10 +194,10 @@ class Chunks:
 
 
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
-    """Return the first row of each tile in each sorted run, shape (T + 1, chunks).
+    """Return the first row of each tile in each sorted run, (T + 1, chunks).
 
-    `counts`, (chunks, 2^15), has the histogram of the upper code bits of each run. `starts` has the
-    curve index at which each tile begins.
+    `counts`, (chunks, 2^15), contains the histogram of the upper code bits of each run. `starts`
+    contains the curve index (rank in the whole order) at which each tile begins.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -215,10 +215,10 @@ def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
 
 
 def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
-    """Count the cells of each run among the first `n_left` cells of all runs.
+    """Return how many of the first `n_left` cells, sorted by (code, run, row), are in each run.
 
-    `ranges` has the first and last row + 1 of each run; all codes in these rows have the same upper
-    bits. Cells are sorted by (code, run, row).
+    Only the rows of each run in `ranges` (first row and last row + 1) are used. All codes in these
+    rows have the same upper bits.
     """
 
     def codes_of(chunk: int) -> Array:
@@ -242,7 +242,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
 
 
 def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
-    """Merge the cells of a tile from all runs, sorted by (code, run); adds a column ``codes``."""
+    """Merge the cells of a tile from all runs, sorted by (code, run), with a column ``codes``."""
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
@@ -253,7 +253,7 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Return a stable argsort of uint32 in two passes, because NumPy radix-sorts 16-bit keys."""
+    """Return a stable argsort of uint32; two passes are fast, as NumPy radix-sorts 16-bit keys."""
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -14,8 +14,8 @@ from .part import Part
 from .store import TileStore, weighted_sum
 
 PAIRS_AT_ONCE = 1 << 21
-"""Approximate number of point pairs, of 25 bytes each, that are in memory at a time. Pairs of equal
-cost are never split."""
+"""Approximate number of point pairs, of 25 bytes each, that are in memory at a time. All pairs of
+equal cost are in memory together."""
 
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
@@ -23,12 +23,11 @@ OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
     """Flip the normals in ``estimated`` so that normals of neighbors agree, as `segment` does.
 
-    If there is a viewpoint, most of the area of each component faces the viewpoint, as in
-    `estimate_normals`.
+    Most of the area of each connected component faces the viewpoint, if there is a viewpoint.
 
-    Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs of similar
-    normals are joined first, tile by tile. Then all other pairs are joined, sorted by cost. The
-    tree takes 5 bytes of memory per point. Sums over components are added in curve order.
+    Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs with similar
+    normals are joined first, tile by tile. Then all other pairs are joined in the order of their
+    costs. The tree takes 5 bytes of memory per point. Sums are added in curve order.
     """
     sets = _core.TurnedSets(store.n_cells)
     for tile in range(store.n_tiles):
@@ -41,13 +40,13 @@ def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
 
 
 def has_open_cloud(store: TileStore, run: Run) -> bool:
-    """Whether the estimated normals indicate that the surface is open."""
+    """Return whether the estimated normals indicate that the surface is open."""
     sums = run.all(weighted_sum, store, store.n_tiles, "normals")
     return is_open(np.sum(sums, axis=0), store.total_measure)
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """Return the arguments that describe a tile to `_core.TurnedSets`; see C++ `NormalTile`."""
+    """Return a tile as arguments of methods of `_core.TurnedSets`; see C++ `NormalTile`."""
     rows, ghosts = store.rows_of(tile, store.read(tile, "near"))
     own = np.arange(*store.starts[tile : tile + 2], dtype=np.int32)
     numbers, normals = (
@@ -58,7 +57,7 @@ def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Join pairs of points whose normals differ, sorted by cost, then by the point numbers."""
+    """Join pairs of points whose normals differ, in the order of costs, then of point numbers."""
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
@@ -86,7 +85,7 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
 
 
 def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> None:
-    """Flip normals so that they agree in each component, and its signed volume is not negative."""
+    """Flip normals so that they agree in each component, and point out of closed components."""
     tiles = range(store.n_tiles)
     areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
     for tile in tiles:
@@ -94,11 +93,11 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
-        normals[is_turned] *= -1.0  # now normals agree with the normal of the component's root
+        normals[is_turned] *= -1.0  # normals then agree with the normal of the root
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
-    for tile in tiles:  # sum three times the volume of each cone with its apex at the centroid
+    for tile in tiles:  # sum up 3 x the volume of cones with apex at the centroid
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T
@@ -114,7 +113,7 @@ def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: V
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         np.add.at(sums, own, facing_areas(viewpoint, positions, normals, measures))
     _flip(store, sets, roots, sums < 0)
-    for tile in tiles:  # normalized like the given normals of a `PointCloud`, bit for bit
+    for tile in tiles:  # normalized exactly like given normals of a `PointCloud`
         normals = store.read(tile, "estimated")
         store.write(tile, "estimated", checked_normals(normals, len(normals)))
 
@@ -127,7 +126,7 @@ def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Boo
 
 
 def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
-    """Return the curve indices of the points of a tile that are roots of components."""
+    """Return the curve indices of points of a tile that are roots of connected components."""
     begin, end = store.starts[tile : tile + 2]
     places = np.arange(begin, end, dtype=np.int32)
     is_root = sets.roots(begin, end)[0] == places
@@ -137,7 +136,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
 def _read_apart(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
-    """Return component, flip flag and [area, position, normal] of each point that is no copy."""
+    """Return component, flip flag and [area, position, normal] of points that are not copies."""
     root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
     at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
     components = np.searchsorted(roots, root_of[at]).astype(np.int64)

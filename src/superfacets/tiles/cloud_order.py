@@ -19,19 +19,18 @@ from .part import Part
 from .store import RANGE, TileStore, tile_starts
 
 NOT_COPIED = -1
-"""Value in the array ``lowest`` for a point that is not a copy of another point."""
+"""Entry in the array ``lowest`` of a point that is not a copy of another point."""
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals", "axes")
-"""Arrays of the points of a run, a block or a tile. ``normals`` and ``axes`` are missing if the
-input does not have them."""
+"""Arrays of points in a run, a block or a tile. ``normals`` and ``axes`` are optional."""
 
 
 class _Ordered(NamedTuple):
-    """Points in their final order, stored in the folder ``ordered/{name}``."""
+    """Some consecutive points in their final order, stored in the folder ``ordered/{name}``."""
 
     name: str
     n_points: int
-    n_apart: int  # number of points that are not copies
+    n_apart: int  # number of points that are not copies of other points
 
 
 def sort_cloud(
@@ -42,16 +41,16 @@ def sort_cloud(
     A *copy* is a point at exactly the position of a point with a lower number. Points are sorted by
     the Morton code of their position, and copies come last among points of equal code. The other
     points of equal code are ordered by repeatedly halving their bounding box, which needs all of
-    these points in memory. Therefore the sorted points are first split into blocks that contain all
-    points of each of their codes. Each block is ordered, and the blocks are split into tiles. Tiles
-    get ``cells``, ``numbers``, ``positions``, ``normals`` if they are given, and ``lowest``: for
-    each copy, the curve index of the lowest point at its position.
+    these points in memory. Therefore, the sorted points are first split into blocks, and all points
+    of equal code are in one block. Each block is ordered, and the blocks are split into tiles.
+    Tiles get ``cells``, ``numbers``, ``positions``, ``normals`` if the input has normals, and
+    ``lowest``, which is for each copy the curve index of the lowest point at its position.
 
-    Returns the tiles, with a total measure of 0, and the bounding box of the points in each `RANGE`
-    of the curve, without copies, shape (R, 2, 3).
+    Returns the tiles, with a total measure of 0, and the bounding box of the points (copies
+    excluded) in each `RANGE` of the curve, (R, 2, 3).
 
-    Raises a MeshError that reports the first coordinate that is not finite, as `PointCloud` does,
-    or if there are too many points, or if all points are at one position.
+    Raises a MeshError, like `PointCloud`, if a coordinate is not finite, if there are too many
+    points, or if all points are at one position.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     n_points, size = pieces.n_cells, chunks.size
@@ -81,10 +80,10 @@ def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) -> tuple[Ints, int]:
-    """Write the points of a chunk sorted by Morton code.
+    """Write the points of a chunk, sorted by Morton code.
 
-    Returns the histogram of the upper bits of the codes, and the number of copies. The column
-    ``cells`` gets the rank of each copy among the copies of the chunk.
+    Returns the histogram of the upper bits of the codes, and the number of copies. In the column
+    ``cells``, copies get their rank among the copies of the chunk.
     """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
@@ -105,10 +104,10 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
 
 
 def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Longs:
-    """Return the first row of each block in each sorted run, shape (blocks + 1, chunks).
+    """Return the first row of each block in each sorted run, (blocks + 1, chunks).
 
-    The code at the start of each tile becomes a separate block. Adjacent blocks are joined as long
-    as the result has at most `size` points.
+    All points with the same code as the first point of a tile are a separate block. Adjacent blocks
+    are joined if the result has at most `size` points.
     """
     cuts = find_cuts(scratch, counts, starts)
     codes = []
@@ -124,7 +123,7 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
     for chunk in range(len(counts)):
         found[:-1, chunk] = np.searchsorted(scratch.load(f"runs/{chunk}/codes"), wanted)
     found[-1] = cuts[-1]
-    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # omits empty blocks
+    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # without empty blocks
     kept = [0]
     for cut in range(1, len(firsts) - 1):
         if firsts[cut + 1] - firsts[kept[-1]] > size:
@@ -135,12 +134,12 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
 def _order_block(
     scratch: Scratch, block: int, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Write the points of a block in their final order; a large block is written in parts.
+    """Write the points of a block in their final order; a large block is written in several parts.
 
-    `first_copies` has the cell number of the first copy of each chunk.
+    `first_copies` contains the cell number of the first copy of each chunk.
     """
     cuts = scratch.load("blocks", block, block + 2)
-    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # then all points have the same code
+    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # only if all codes are equal
         return _order_in_parts(scratch, block, cuts, chunks, first_copies)
     points = read_cut(scratch, cuts, COLUMNS)
     codes, is_copy = points.columns.pop("codes"), points.columns["lowest"] != NOT_COPIED
@@ -157,7 +156,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Do the same as `_order_block` for points of one code, with `size` points in memory."""
+    """Do the work of `_order_block` for a block of one code, with up to `size` points in memory."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -180,7 +179,7 @@ def _order_in_parts(
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Convert ``lowest`` from input numbers to curve indices of points in the same block."""
+    """Convert ``lowest`` from numbers in the input to curve indices in the same block."""
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
@@ -201,7 +200,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order. The numbers in ``cells`` are final only for copies."""
+    """Write points in final order; ``cells`` are final for copies, and start at 0 for others."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -211,7 +210,7 @@ def _write_ordered(
 
 
 def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Floats:
-    """Collect the points of a tile from the parts, and write them; return boxes of its ranges."""
+    """Collect the points of a tile from all parts, and write them; return boxes of its ranges."""
     begin, end = store.starts[tile], store.starts[tile + 1]
     found, first, n_before = [], 0, 0
     for part in parts:
@@ -229,16 +228,16 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box of a range with only copies
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box if all points are copies
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 
 
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
-    """Halve points as C++ `refined_morton_order` does; yield parts of at most `most` points.
+    """Halve a set of points repeatedly, like C++ `refined_morton_order`, to parts of `most` points.
 
-    `names` are the folders that contain the points. The folders are removed. The parts are yielded
-    in the final order. The points within a part are sorted by number.
+    `names` are the folders that contain the points, which are removed. Parts have at most `most`
+    points and are yielded in the final order. The points within a part are sorted by number.
     """
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:
@@ -249,7 +248,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
             yield Part.joined(parts, "numbers")
         return
     box = joined_boxes([box_of(scratch.load(f"{name}/positions")) for name in names])
-    axis = int(np.argmax(box[1] - box[0]))  # the longest side; the first if several are equal
+    axis = int(np.argmax(box[1] - box[0]))  # longest side; of equal sides, the first
     middle, number = _middle(scratch, names, axis, n_points)
     halves: tuple[list[str], list[str]] = ([], [])
     for name in names:
@@ -266,9 +265,9 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
 
 
 def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_points: int) -> tuple[float, int]:
-    """Return coordinate and number of the middle point after sorting by (coordinate, number).
+    """Return coordinate and number of the median of points sorted by (coordinate, number).
 
-    One coordinate of all points is in memory, 8 bytes per point.
+    One coordinate of all points is in memory, which takes 8 bytes per point.
     """
     along, first, rank = np.empty(n_points), 0, n_points // 2
     for name in names:

@@ -21,7 +21,7 @@ from .part import Part
 from .store import RANGE, TileStore
 
 LEFTOVERS = ("axes", "near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
-"""Arrays that are removed at the end of this stage."""
+"""Temporary arrays, which `make_cloud_tiles` removes at its end."""
 
 
 def make_cloud_tiles(
@@ -49,7 +49,7 @@ def make_cloud_tiles(
     run.all(_share_areas, store, store.n_tiles)
     run.all(_follow_lowest, store, store.n_tiles)
     store.remove_from_all(*LEFTOVERS)
-    measures = np.empty(store.n_cells)  # indexed by cell number, to be summed in this order
+    measures = np.empty(store.n_cells)  # by cell number, for sums in this order
     for tile in tiles:
         measures[store.read(tile, "cells")] = store.read(tile, "measures")
     return replace(store, total_measure=_core.sum_of(measures, n_threads))
@@ -79,7 +79,7 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write the neighbors of a tile; `entering` has (tile, begin, end) of pairs that end here."""
+    """Write the neighbors of the points of a tile; `entering` are rows of pairs of other tiles."""
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
@@ -95,7 +95,7 @@ def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> 
 
 
 def _share_areas(store: TileStore, tile: int) -> None:
-    """Write the area of each point, divided equally among the point and its copies."""
+    """Write the area of each point, divided by the number of points at its position."""
     offsets, targets = store.read(tile, "neighbors/offsets"), store.read(tile, "neighbors/targets")
     is_copy = store.read_around(tile, "lowest", targets) != NOT_COPIED
     before = np.append(0, np.cumsum(is_copy))
@@ -104,7 +104,7 @@ def _share_areas(store: TileStore, tile: int) -> None:
 
 
 def _follow_lowest(store: TileStore, tile: int) -> None:
-    """Copy the area and the estimated normal of the lowest point at a position to its copies."""
+    """Write areas and normals; copies get the values of the lowest point at their position."""
     lowest = store.read(tile, "lowest")
     at = np.flatnonzero(lowest != NOT_COPIED)
     for name, followed in (("shared", "measures"), ("estimated", "normals")):
@@ -117,16 +117,15 @@ def _follow_lowest(store: TileStore, tile: int) -> None:
 def _find_nearest(
     store: TileStore, tile: int, boxes: Floats, at_once: int, wants_normals: bool, n_threads: int
 ) -> None:
-    """Write nearest points, squared distances and areas of a tile's points; normals if wanted.
+    """Write nearest points, their squared distances, areas and, if wanted, normals for a tile.
 
-    The search starts in the tile. It continues in ranges of other tiles, sorted by the distance of
-    their bounding boxes. Points found nearby reduce the search radius, so that farther boxes are
-    skipped.
+    The search starts in the tile, and continues in ranges of other tiles, sorted by the distance of
+    their bounding boxes. Each point found reduces the search radius, so distant boxes are skipped.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _read_apart(store, *store.starts[tile : tile + 2])
     places, squared = _nearest(own, np.ones(len(own), bool), n_nearest, n_threads)
-    known = own  # points of the tile, and points of other tiles that are nearest so far
+    known = own  # points of the tile, and nearest points found in other tiles
     members = _by_range(store, tile, own)
     ranges = _ranges_in_reach(store, tile, members, squared[:, -1], boxes)
     while len(ranges):
@@ -154,7 +153,7 @@ def _find_nearest(
 
 
 def _read_apart(store: TileStore, begin: int, end: int) -> Part:
-    """Return points `begin` to `end` - 1 of the curve, except copies, sorted by number."""
+    """Return points with curve indices `begin` to `end` - 1, without copies, sorted by number."""
     tile = int(store.tiles_of(np.array([begin]))[0])
     names, first = ("numbers", "lowest", "positions"), store.starts[tile]
     points = Part.of_tile(store, tile, names, begin - first, end - first)
@@ -163,10 +162,10 @@ def _read_apart(store: TileStore, begin: int, end: int) -> Part:
 
 
 def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[Ints, Floats]:
-    """Return curve indices of the n nearest points of each wanted point, and squared distances.
+    """Return the curve indices and squared distances of the n nearest points of each wanted point.
 
     Each row is sorted by distance, then by number. If there are fewer than n points, the row is
-    filled with the index -1 and the distance infinity.
+    filled with index -1 and distance infinity.
     """
     if not is_wanted.any():
         return np.empty((0, n), np.int32), np.empty((0, n))
@@ -180,7 +179,7 @@ def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[In
 def _write_directions(
     store: TileStore, tile: int, own: Part, places: Ints, known: Part, n_threads: int
 ) -> None:
-    """Write unoriented normals: the direction of least variance of the nearest points."""
+    """Write normals with arbitrary sign: the direction of least variance of the nearest points."""
     rows, ghosts = store.rows_of(tile, places)
     foreign = Part.joined([known], "places").at(ghosts)
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
@@ -194,9 +193,9 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return point areas from squared distances, bit-identical to C++ `area_around`.
+    """Return each point's area from squared distances of neighbors, exactly as C++ `area_around`.
 
-    Each row of distances is ascending. Missing neighbors have an infinite distance.
+    Each row of distances must be ascending. Missing neighbors have an infinite distance.
     """
     sums, is_none = np.zeros(len(squared)), np.isinf(squared)
     for column in np.where(is_none, 0.0, squared).T:
@@ -208,7 +207,7 @@ def _areas_around(squared: Floats) -> Floats:
 
 
 def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
-    """Return the rows of `own` in each range of the tile, one array per range."""
+    """Return the rows of `own` that are in each range of the tile, as one array per range."""
     ranges = (own.columns["places"] - store.starts[tile]) // RANGE
     order = np.argsort(ranges, kind="stable")
     n_ranges = -(-store.size(tile) // RANGE)
@@ -216,7 +215,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Return squared distances between boxes, shape (..., 2, 3), or points, shape (..., 1, 3)."""
+    """Return squared distances between boxes, (..., 2, 3), or points, (..., 1, 3)."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -225,7 +224,7 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Return ranges of other tiles within the squared radii `reach`, sorted by distance."""
+    """Return the ranges of other tiles within the squared search radii `reach`, nearest first."""
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):
@@ -238,7 +237,7 @@ def _ranges_in_reach(
 
 
 def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) -> Bools:
-    """Whether, for each point, any of the boxes is within the squared search radius `reach`."""
+    """Return whether any box is within the squared search radius `reach` of each point."""
     positions, is_open = own.columns["positions"], np.zeros(len(own), bool)
     for rows in (some for some in members if len(some)):
         points = positions[rows]
@@ -248,10 +247,10 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors that are too far away for the smaller of the two points' areas.
+    """Drop neighbors that are too distant compared with the smaller area of the two points.
 
-    Writes ``near``, (n, 6), the curve indices of the remaining neighbors, nearest first, padded
-    with -1, and the areas computed without dropped neighbors. Copies have no neighbors and area 0.
+    Writes ``near``, (n, 6), the curve indices of the other neighbors, nearest first, with -1 for
+    dropped neighbors, and ``areas``, computed without them. Copies have no neighbors and area 0.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")

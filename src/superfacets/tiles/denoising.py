@@ -1,4 +1,4 @@
-"""Stages 0 and 1 of meshes on disk: write tiles of a mesh, with optional denoising."""
+"""Stages 0 and 1 of meshes on disk: write a mesh as tiles, and optionally denoise it."""
 
 from __future__ import annotations
 
@@ -28,15 +28,14 @@ def make_mesh_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, denoise: Denoise = None, *,
     welds: bool, run: Run, n_threads: int,
 ) -> tuple[TileStore, int, float]:  # fmt: skip
-    """Write a mesh as tiles; return the tiles, the number of smoothing steps, and the slack.
+    """Write a mesh as tiles; return tiles, number of smoothing steps, and slack (see `slack_of`).
 
     Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. `n_threads` is the
     number of threads used for each tile. Smoothed positions are bit-identical to the result of
-    `mesh.denoising.smoothed`. The input mesh is first split into tiles to smooth it. Smoothing
-    changes the order of faces along the curve, so the smoothed mesh is then split again.
+    `mesh.denoising.smoothed`. To smooth the mesh, it is first split into tiles. Smoothing changes
+    the order of faces along the curve, so the smoothed mesh is split again.
 
-    Raises a MeshError that reports the first wrong coordinate or index, as `Mesh` does, or if there
-    are too many faces.
+    Raises a MeshError, like `Mesh`, if a coordinate or index is invalid, or for too many faces.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads, welds)
     store = tiles_of_chunks(chunks, scratch, run)
@@ -56,9 +55,9 @@ def make_mesh_tiles(
 def _smooth_all(
     store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int
 ) -> tuple[int, float]:
-    """Write the positions after the last step; return the number of steps, and the slack.
+    """Smooth all tiles, and write new positions; return the number of steps, and the slack.
 
-    Each step processes every tile with its halo of two rings of faces.
+    Each step processes every tile together with its halo, which is two rings of faces.
     """
     assert store.halos is not None
     halos = store.halos
@@ -96,7 +95,7 @@ def _faces_around(
 def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:
     """Write the positions of the vertices of a tile after one more step.
 
-    Each step moves vertices twice, so a step depends on vertices up to two edges away.
+    A step moves all vertices twice, so it depends on vertices up to two edges away.
     """
     ids = store.read(tile, "around/ids")
     points = _points_after(store, tile, others, step, ids)
@@ -108,7 +107,7 @@ def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads
 
 
 def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids: Longs) -> Floats:
-    """Return positions of the vertices `ids`, in a tile and its halo, after `step` steps."""
+    """Return the positions after `step` steps of the vertices `ids`, in a tile and its halo."""
     name = f"smoothed{step}" if step else "vertices/points"
     points = np.empty((len(ids), 3))
     for other in others:
@@ -121,7 +120,7 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
 def _measure(
     store: TileStore, tile: int, others: list[int], n_threads: int
 ) -> tuple[Longs, Roughness]:
-    """Measure the roughness at the sampled faces of a tile; return their sample indices."""
+    """Return the roughness at the sampled faces in a tile, and the indices of these samples."""
     own = Part.of_tile(store, tile, OF_FACES)
     faces = sampled_faces(store.n_cells)
     samples = np.flatnonzero(np.isin(faces, own.columns["cells"]))
@@ -138,7 +137,7 @@ def _measure(
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Return the positions of all vertices; of equal vertices, only the lowest is smoothed."""
+    """Return smoothed positions of all vertices; of welded vertices, only the lowest is changed."""
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
@@ -155,7 +154,7 @@ def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
 def _write_block(
     store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
 ) -> None:
-    """Write the positions of a block of vertices; `cuts` has the block's rows in each tile."""
+    """Write the positions of a block of vertices; `cuts` are the rows of the block in each tile."""
     begin = block * size
     points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
     for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():

@@ -1,4 +1,4 @@
-"""Find the halo of a tile: cells of other tiles on which the arc weights of the tile depend."""
+"""Find the halo of each tile: cells of other tiles that affect the arc weights of the tile."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from .part import Lists, Part
 from .store import TileStore
 
 VERTICES_AT_ONCE = 1 << 22
-"""Number of consecutive vertex numbers that are searched for shared vertices at a time."""
+"""Vertices shared by tiles are searched in ranges of this number of consecutive vertices."""
 
 STEPS = 12
-"""Maximum number of arcs from a point to any point that affects the weights of its arcs: 1 to the
-other end of the arc, 1 to the neighbors, which may be on a ridge, 8 to the sides of the ridge,
-1 to the neighbors used to fit the curvature, and 1 to the neighbors used to average normals."""
+"""Maximum number of arcs from a point to other points that affect the weights of its arcs: 1 to the
+other end of the arc, 1 to its neighbors, which may be on a ridge, 8 to the sides of the ridge, 1 to
+the neighbors used to fit the curvature, and 1 to the neighbors used to average normals."""
 
 OF_FACES = ("cells", "corners", "corners/vertices")
 OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
-"""Names of the arrays of points in a tile and in its halo."""
+"""Names of the arrays that are read for the points of a tile and its halo."""
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``outer`` cells of each tile; return the tiles to which each halo belongs.
+    """Write the ``outer`` cells of each tile, from which halos are read; return the tiles to read.
 
     Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
-    shared vertices, and all faces that share a vertex with these faces. The halo consists of the
-    faces of other tiles within the same two rings. It belongs to the tiles that meet the tile, and
-    to the tiles that meet these tiles. All these tiles are returned. For points, the lists are
-    empty, because the halo is found by following arcs.
+    shared vertices, and all faces that share a vertex with these faces. The halo of a tile consists
+    of the faces of other tiles within the same two rings. These faces are in tiles that meet the
+    tile, and in tiles that meet these tiles, so all of them are returned. For points, the lists are
+    empty, because their halo is found by following arcs.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -46,7 +46,7 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
 
 
 def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
-    """Return the faces `own` of a tile, and its halo in the tiles `others`, sorted by number."""
+    """Return the faces `own` of a tile and its halo, from the tiles `others`, sorted by number."""
     names = (*OF_FACES, "places")
     outer = [Part.load(store.scratch, f"tile{other}/outer", names) for other in others]
     ids = own.vertices["ids"]
@@ -55,7 +55,7 @@ def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
 
 
 def _touching(faces: Part, vertex_ids: Longs) -> Part:
-    """Return the faces with at least one vertex in `vertex_ids`, an ascending array."""
+    """Return the faces with at least one vertex in `vertex_ids`, which must be ascending."""
     offsets, corners = faces.corners()
     is_hit = is_among(faces.vertices["ids"], vertex_ids)[corners]
     is_touching = np.logical_or.reduceat(is_hit, offsets[:-1]) if len(faces) else np.empty(0, bool)
@@ -72,13 +72,13 @@ def _shared_vertices(store: TileStore) -> Longs:
             ids = store.read(tile, "vertices/ids")
             begin, end = np.searchsorted(ids, [first, first + VERTICES_AT_ONCE])
             parts.append(ids[begin:end])
-        every = np.sort(np.concatenate(parts), kind="stable")  # fast, because parts are sorted
+        every = np.sort(np.concatenate(parts), kind="stable")  # fast on sorted parts
         shared.append(merged([every[1:][every[1:] == every[:-1]]]))
     return np.concatenate(shared)
 
 
 def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the outer faces of a tile; return the vertices shared with other tiles."""
+    """Write the outer faces of a tile; return its vertices that are shared with other tiles."""
     faces = Part.of_tile(store, tile, OF_FACES)
     offsets, corners = faces.corners()
     is_shared = is_among(faces.vertices["ids"], shared)
@@ -89,7 +89,7 @@ def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
 
 
 def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
-    """Return, for each tile, the set of other tiles that share a vertex with the tile."""
+    """Return for each tile the set of other tiles that share a vertex with it."""
     n_tiles = len(vertices_of)
     ids = np.concatenate(vertices_of)
     tiles = np.repeat(np.arange(n_tiles), [len(some) for some in vertices_of])
@@ -118,14 +118,14 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
     is_outer[sources[~is_own]] = True
     sources, targets = sources[is_own], targets[is_own] - store.starts[tile]
     for _ in range(STEPS - 1):
-        is_outer[targets[is_outer[sources]]] = True  # each arc has an opposite arc
+        is_outer[targets[is_outer[sources]]] = True  # arcs go in both directions
     points.take(np.flatnonzero(is_outer)).save(store.scratch, f"tile{tile}/outer")
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """Return the points of a tile and its halo in curve order; outermost points lack neighbors."""
+    """Return the points of a tile and its halo in curve order; the outermost have no neighbors."""
     parts = [Part.of_tile(store, tile, OF_POINTS)]
-    known = np.empty(0, np.int32)  # curve indices of the halo points found so far
+    known = np.empty(0, np.int32)  # curve indices of points in the halo
     for step in range(STEPS):
         targets = parts[-1].lists["neighbors"].entries["targets"]
         places = np.setdiff1d(targets[~store.is_in(tile, targets)], known)

@@ -16,16 +16,16 @@ from .part import Lists, Part
 from .store import Kind, TileStore, tile_starts
 
 BLOCK = 4096
-"""Number of values per block of the C++ core's blocked sum; must equal ``kSumBlock``."""
+"""Number of values per block in blocked sums; it must equal ``kSumBlock`` in the C++ core."""
 
 OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
-"""Arrays of a sorted run of faces. Each corner has a vertex number and a position."""
+"""Arrays of a sorted run of faces; corners have vertex numbers and positions."""
 
 
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
     """Return the faces of a chunk with welded vertices, and the positions of their corners.
 
-    A MeshError reports the first vertex index that is out of range.
+    Raises a MeshError for the first vertex index that is out of range.
     """
     begin, end = chunks.range(chunk)
     corners, offsets = chunks.pieces.corners_of(begin, end)
@@ -50,8 +50,8 @@ def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
 
     This is an external merge sort with about one chunk in memory at a time. A first pass over the
     input finds the bounding box of all centroids. A second pass writes each chunk as a run sorted
-    by Morton code; chunks in the cache are not read again. Histograms of the codes determine where
-    each tile begins in each run. Then the parts of each tile are merged.
+    by Morton code; chunks in the cache are not read again. The row at which each tile begins in
+    each run follows from histograms of the codes. Finally, the runs are merged tile by tile.
     """
     pieces = chunks.pieces
     found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
@@ -86,7 +86,7 @@ def _points(faces: Part) -> Array:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Return boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas.
+    """Return the boxes of vertices and of centroids of a chunk, and the sums of its areas by block.
 
     The faces of the chunk are stored in the cache if it has enough room.
     """
@@ -101,7 +101,7 @@ def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> Ints:
-    """Write a chunk as a run sorted by Morton code; return the histogram of upper code bits."""
+    """Write a chunk as a run sorted by Morton code; return the histogram of the upper code bits."""
     folder = f"chunks/{chunk}"
     is_kept = scratch.has(f"{folder}/cells")
     faces = Part.load(scratch, folder, OF_RUN) if is_kept else _read_chunk(chunks, chunk)
@@ -110,12 +110,11 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> 
 
 
 def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
-    """Merge the parts of all runs that belong to a tile, and write the tile."""
     faces = read_cut(store.scratch, store.scratch.load("cuts", tile, tile + 2), OF_RUN)
     centroids, areas = _measured(faces, n_threads)
     ids, corners = compacted(faces.corners()[1])
     last = np.empty(len(ids), np.int64)
-    last[corners] = np.arange(len(corners))  # index of the last corner at each vertex
+    last[corners] = np.arange(len(corners))  # last corner at each vertex
     columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
     vertices = {"ids": ids, "points": _points(faces).take(last, axis=0).astype(np.float64)}
     tiled = Part(columns, faces.lists).with_corners(corners, vertices)

@@ -1,4 +1,4 @@
-"""Open inputs larger than memory: files read piece by piece, folders of files, and arrays."""
+"""Open inputs larger than memory: files that are read piece by piece, folders, and arrays."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 TiledSource: TypeAlias = (
     str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]
 )
-"""A file; a folder or tileset, in which equal vertex positions of several files are merged; or
-arrays, which may be memory maps."""
+"""Input of `segment_tiled`: a file, a folder or tileset (a mesh or cloud in several files), a mesh
+or cloud, or arrays, which may be memory maps."""
 
 BLOCK = 1 << 24
-"""Number of bytes of text that are read at a time."""
+"""Number of bytes of a text file that are read at a time."""
 
 
 def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> Pieces:
-    """Return the mesh or cloud of a source in a form that can be read piece by piece.
+    """Return a mesh or cloud in a form that can be read piece by piece.
 
     Binary PLY files of triangles or points, and ``.npy`` files of points, are read in place. OBJ
     files are converted block by block to tables in the scratch folder. Files of other formats are
@@ -55,7 +55,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     Raises
     ------
     MeshError
-        If a file is damaged or has neither faces nor points; or if a folder has meshes and clouds.
+        If a file is damaged or has neither faces nor points, or if a folder has meshes and clouds.
     OSError
         If a file or a folder cannot be read.
     TypeError
@@ -117,7 +117,7 @@ def _checked_points(array: Array, name: str, count: str) -> Array:
 
 
 def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
-    """Wrap arrays without copying, because they may be memory maps larger than memory."""
+    """Return arrays as pieces without copying, as they may be memory maps larger than memory."""
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":
@@ -130,7 +130,7 @@ def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
 
 
 def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
-    """Write the arrays of `pieces` to files, and return pieces that read these files."""
+    """Write arrays in memory to files, and return pieces that are read from these files."""
 
     def moved(rows: Rows | None) -> Rows | None:
         if isinstance(rows, ConvertedRows):
@@ -149,7 +149,7 @@ def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
 
 
 def _unpacked_obj(path: Path, scratch: Scratch) -> Pieces:
-    """Convert the vertices and faces of an OBJ file to tables in the scratch folder."""
+    """Convert an OBJ file block by block to tables of vertices and faces in the scratch folder."""
     with RowFile(scratch) as vertices, RowFile(scratch) as corners, RowFile(scratch) as offsets:
         offsets.add(np.zeros(1, np.int64))
         is_of_triangles = True

@@ -27,19 +27,19 @@ Columns: TypeAlias = dict[str, Array]
 
 
 def taken(columns: Columns, chosen: Array) -> Columns:
-    """Return the chosen rows of all columns, in the order of `chosen`."""
+    """Return the rows `chosen` of all columns, in this order."""
     return {name: column.take(chosen, axis=0) for name, column in columns.items()}
 
 
 @dataclass(frozen=True, eq=False)
 class Lists:
-    """CSR lists: cell i has the rows offsets[i] to offsets[i + 1] - 1 of `entries`."""
+    """One list per cell: cell i has the rows offsets[i] to offsets[i + 1] - 1 of `entries`."""
 
     offsets: Longs
     entries: Columns
 
     def take(self, chosen: Array) -> Lists:
-        """Return the lists of the chosen cells, in the order of `chosen`."""
+        """Return the lists of the cells `chosen`, in this order."""
         offsets, at = rows(self.offsets, chosen)
         return Lists(offsets, taken(self.entries, at))
 
@@ -51,12 +51,12 @@ class Part:
     Attributes
     ----------
     columns : Columns
-        Arrays with a row per cell, for example ``places`` (curve indices, see `TileStore`),
+        Arrays with one row per cell, for example ``places`` (curve indices, see `TileStore`),
         ``cells`` (cell numbers) and ``positions``. Triangles have ``corners``, (n, 3), which are
-        rows of `vertices`.
+        row indices of `vertices`.
     lists : dict of str to Lists
-        CSR lists, by name: ``arcs``; for points also ``neighbors``; for polygons also ``corners``,
-        whose ``vertices`` are rows of `vertices`.
+        CSR lists by name: ``arcs``, for points also ``neighbors``, and for polygons also
+        ``corners``, with ``vertices``, which are row indices of `vertices`.
     vertices : Columns
         Vertices of faces: their ascending numbers ``ids``, and their positions ``points``.
     """
@@ -69,7 +69,7 @@ class Part:
         return len(next(iter(self.columns.values())))
 
     def take(self, chosen: Array) -> Part:
-        """Return the chosen cells, in the order of `chosen`, and the vertices of their corners."""
+        """Return the cells `chosen`, in this order, with only the vertices that they use."""
         lists = {name: found.take(chosen) for name, found in self.lists.items()}
         part = Part(taken(self.columns, chosen), lists, self.vertices)
         if not self.vertices:
@@ -78,18 +78,18 @@ class Part:
         return part.with_corners(corners, taken(self.vertices, used))
 
     def at(self, places: Array) -> Part:
-        """Return the cells with these curve indices; cells of this part must be in curve order."""
+        """Return the cells with these curve indices; the part must be in curve order."""
         return self.take(np.searchsorted(self.columns["places"], places))
 
     def corners(self) -> tuple[Longs, Ints]:
-        """Return the offsets of faces, and all corners, flat, as rows of `vertices`."""
+        """Return the first corner of each face, and the row in `vertices` of each corner, flat."""
         if "corners" in self.lists:
             return self.lists["corners"].offsets, self.lists["corners"].entries["vertices"]
         corners = self.columns["corners"]
         return np.arange(0, corners.size + 1, 3), corners.reshape(-1)
 
     def with_corners(self, corners: Ints, vertices: Columns) -> Part:
-        """Return the same cells with new vertices; `corners` are rows of these vertices, flat."""
+        """Return the same cells with new vertices; `corners` are rows of `vertices`, flat."""
         if "corners" in self.lists:
             lists = Lists(self.lists["corners"].offsets, {"vertices": corners})
             return replace(self, lists=self.lists | {"corners": lists}, vertices=vertices)
@@ -97,7 +97,7 @@ class Part:
         return replace(self, columns=columns, vertices=vertices)
 
     def mesh(self, store: TileStore) -> FaceMesh:
-        """Return the faces as a mesh that has the bounds of the whole mesh; nothing is checked."""
+        """Return the faces as a mesh with the bounds of the whole mesh, without any checks."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
         if "corners" in self.lists:
@@ -109,12 +109,12 @@ class Part:
         return mesh
 
     def save(self, scratch: Scratch, folder: str) -> None:
-        """Write all arrays to a folder. `load` reads them again."""
+        """Write all arrays to a folder, from which `load` reads them."""
         for name, array in self._arrays.items():
             scratch.save(f"{folder}/{name}", array)
 
     def keep(self, scratch: Scratch, folder: str) -> bool:
-        """Store all arrays in the cache if they fit; return whether all of them were stored."""
+        """Store all arrays in the cache of `scratch`; return False if the cache is too small."""
         return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
 
     @property
@@ -130,9 +130,10 @@ class Part:
         cls, scratch: Scratch, folder: str, names: Sequence[str], begin: int = 0,
         end: int | None = None,
     ) -> Part:  # fmt: skip
-        """Read cells `begin` to `end` - 1 with the named arrays, if they exist, and all vertices.
+        """Read the named arrays for cells `begin` to `end` - 1, and all vertices.
 
-        Arrays of CSR lists are named list/array, for example ``corners/vertices``.
+        Names without an array on disk are ignored. Arrays of CSR lists have names of the form
+        list/array, for example ``corners/vertices``.
         """
         part = cls({})
         groups = {"": (part.columns, begin, end), "vertices": (part.vertices, 0, None)}
@@ -154,7 +155,7 @@ class Part:
         cls, store: TileStore, tile: int, names: Sequence[str], begin: int = 0,
         end: int | None = None,
     ) -> Part:  # fmt: skip
-        """Read cells of a tile, as `load` does, and add their curve indices as ``places``."""
+        """Read cells of a tile like `load`, and add the column ``places`` (curve indices)."""
         part = cls.load(store.scratch, f"tile{tile}", names, begin, end)
         first = store.starts[tile] + begin
         part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
@@ -162,12 +163,12 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """Concatenate parts, and sort the cells by the column `key` unless it is None."""
+        """Concatenate the cells of parts, and sort them by the column `key` if it is given."""
         return cls.joined_from(parts.__getitem__, len(parts), key)
 
     @classmethod
     def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
-        """Do the same as `joined`, but load each part twice, with one part in memory at a time."""
+        """Return the same as `joined`, but load one part at a time, twice, to save memory."""
         keys, ids, counts = [], [], dict[str, list[Longs]]()
         for place in range(n_parts):
             part = load(place)
@@ -190,7 +191,7 @@ class Part:
         return whole
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
-        """Copy the cells of a part to the rows `at` of this part."""
+        """Copy the cells of `part` to the rows `at` of this object."""
         if part.vertices:
             numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
             part = part.with_corners(numbers[part.corners()[1]], part.vertices)
@@ -209,7 +210,7 @@ def _empty(columns: Columns, n_rows: int) -> Columns:
 
 
 def in_order_of_cells(part: Part) -> Part:
-    """Return points sorted by cell number, with the ``neighbors`` of arcs as rows of points."""
+    """Return points sorted by cell number; ``neighbors`` of arcs become row indices of points."""
     order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))
@@ -219,11 +220,11 @@ def in_order_of_cells(part: Part) -> Part:
 
 
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
-    """Replace the ``targets`` of arcs, which are curve indices, by ``neighbors``, which are ranks.
+    """Replace ``targets`` of arcs, which are curve indices, by ``neighbors``, which are ranks.
 
-    `places` are ascending curve indices, and `ranks` has their ranks. Arcs to other targets are
-    dropped, and the indices of dropped arcs are returned, too. If `sorts` is true, the arcs of each
-    cell are sorted by rank, as in a cloud.
+    `places` are ascending curve indices, and `ranks` are their ranks. Arcs to other targets are
+    dropped, and their indices are also returned. If `sorts` is true, the arcs of each cell are
+    sorted by rank, as in a graph of points.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])
@@ -240,7 +241,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """Return the surface of cells whose arcs have ``neighbors``; it has no angles between faces."""
+    """Return the surface (graph and geometry) of a part, without angles between faces."""
     arcs = part.lists["arcs"]
     graph = arcs.offsets, arcs.entries["neighbors"]
     handle: _core.Surface

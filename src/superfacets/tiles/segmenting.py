@@ -1,4 +1,4 @@
-"""`segment_tiled`: segment a mesh or point cloud larger than memory, tile by tile."""
+"""Segment a mesh or point cloud larger than memory, tile by tile, with `segment_tiled`."""
 
 from __future__ import annotations
 
@@ -54,14 +54,14 @@ BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 """Disk space used by the scratch folder, in bytes per cell."""
 
 MEMORY_PART = 8
-"""The default cache size is the memory limit of the process divided by MEMORY_PART. The tiles that
-are processed at the same time may use as much memory again in total."""
+"""The default size of the cache is the memory limit of the process divided by MEMORY_PART. All
+tiles that are processed at the same time may use the same amount of memory in addition."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space, in bytes, that each thread reserves for its stack and its heap."""
 
 KEPT_HEAP = 1 << 28
-"""Maximum number of freed bytes that stay in the heap, for reuse by the next tile."""
+"""Maximum number of freed bytes that the heap keeps for reuse by the next tile."""
 
 _WEIGHTS = ("parts", "creases", "superfacets")
 """Supported weights. ``"stk02"`` is excluded, because it is for comparisons on small meshes."""
@@ -107,10 +107,10 @@ def segment_tiled(
     Parameters
     ----------
     source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
-        A file; a folder of mesh files, in which equal vertex positions are merged, or of cloud
-        files; a tileset of 3D Tiles (``tileset.json``, or its folder); or arrays, which may be
-        memory maps. Faces or points are numbered consecutively through all files, in the order of
-        the file names in a folder, or in the order of the tileset.
+        A mesh or cloud: an object, a file, arrays (which may be memory maps), a folder of mesh
+        files or of cloud files, or a tileset of 3D Tiles (``tileset.json`` or its folder). Vertices
+        of several files at the same position are merged. Faces or points are numbered consecutively
+        through all files, in the order of file names or of the tileset.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
     init : {"geodesic"}, optional
@@ -126,35 +126,34 @@ def segment_tiled(
         Number of faces or points per tile, rounded up to a multiple of 4096. Labels do not depend
         on the tile size.
     scratch : path, optional
-        Folder for temporary arrays, about 250 bytes per face or 400 per point; by default the
-        system's folder for temporary files. The arrays are removed at the end.
+        Folder for temporary arrays, which take about 250 bytes per face or 400 bytes per point and
+        are removed at the end. By default, the system's folder for temporary files is used.
     cache : int, optional
-        Memory, in bytes, used to store temporary arrays instead of writing them to the disk; by
-        default an eighth of the memory that this process may use. Used only with one worker.
+        Memory, in bytes, for temporary arrays. Arrays that do not fit are written to the disk. The
+        default is an eighth of the memory that this process may use, or 0 with several workers.
     out : path, optional
-        A ``.npy`` file for all labels. If the source is a folder, `out` may be a folder, too, which
+        A ``.npy`` file for all labels. If the source is a folder, `out` may also be a folder, which
         is created if it is missing. Then each file of the source gets a label file (``a.npy`` for
-        ``a.ply``), or none does if the run fails. A name without a suffix, or with a trailing
-        slash, is a folder.
+        ``a.ply``). If the run fails, no label files are written. A name without a suffix, or with a
+        trailing slash, is a folder.
     workers : int, default 1
         Number of processes of this machine that process tiles; 1 means only this process.
     scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead. The workers must have access to
-        the source and to `scratch`.
+        Address of a Dask scheduler, whose workers process the tiles instead of processes of this
+        machine. The workers must have access to the source and to `scratch`.
     n_threads : int, optional
-        Number of threads of this process, as for `segment`. Each thread processes its own tile, if
-        all these tiles together fit in an eighth of the memory.
+        Number of threads of this process, as for `segment`. Each thread processes a different tile,
+        if these tiles together fit in an eighth of the memory.
     progress, on_stage
         As for `segment`. The additional stage ``"tiles"`` reads the source.
     on_tile : callable, optional
-        Called with the number of finished tiles and the number of all tiles of the current pass. A
-        tile is counted again each time new paths enter the tile.
+        Function called with the number of finished tiles and the number of all tiles in the current
+        pass. A tile is counted again each time new paths enter the tile.
 
     Returns
     -------
     Segmentation
-        As from `segment`, but ``cells`` is None, and ``sliver_share`` may differ in its last
-        digits.
+        As from `segment`, but ``cells`` is None, and last digits of ``sliver_share`` may differ.
 
     Warns
     -----
@@ -164,22 +163,21 @@ def segment_tiled(
     Raises
     ------
     MeshError
-        If the mesh or cloud is not valid, if a file is damaged, or if a folder has both meshes and
-        clouds.
+        If the mesh or cloud is invalid, if a file is damaged, or if a folder has meshes and clouds.
     OSError
         If a file cannot be read or written, or if the disk has too little free space.
     MissingExtraError
         If psutil is missing with several workers, or Dask is missing with a scheduler.
     ValueError, TypeError
-        If a parameter is wrong; or if two label files would have the same name.
+        If a parameter is invalid, or if two label files would have the same name.
 
     Notes
     -----
-    Memory use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10 bytes
-    per face of the mesh for the graph of coarse cells, 4 bytes per face (8 per point) for labels,
-    and the faces near borders. The graph of all faces is in memory, 150 bytes per face, if regions
-    have fewer than about 200 faces (100 if `weights` is not ``"parts"``), or if the loop runs on
-    all faces (``tol=0``, or ``max_num_iter`` 0 or 1).
+    The memory in use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10
+    bytes per face of the mesh for the graph of coarse cells, 4 bytes per face (8 per point) for
+    labels, and the memory of the faces near borders. The graph of all faces is in memory, 150 bytes
+    per face, if regions have fewer than about 200 faces (100 if `weights` is not ``"parts"``), or
+    if the loop runs on all faces (``tol=0``, or ``max_num_iter`` 0 or 1).
 
     The option `radius_factor` of `segment`, which stops expansions early, is not supported.
 
@@ -192,7 +190,7 @@ def segment_tiled(
     >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
     True
     """
-    checked_choice(weights, "weights", _WEIGHTS)  # not an array
+    checked_choice(weights, "weights", _WEIGHTS)  # arrays are not supported
     if init is not None:
         checked_choice(init, "init", ("geodesic",))
     loop = LoopOptions.checked(
@@ -209,18 +207,18 @@ def segment_tiled(
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     seen_from = None if viewpoint is None else checked_viewpoint(viewpoint)
-    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # all stages reuse threads and heap
+    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # reused by all stages
         return _run(source, options, place, on_tile, seen_from)
 
 
 @dataclass(frozen=True)
 class Place:
-    """Options that say where tiles are stored and processed, and where labels are written."""
+    """Options that define where tiles are stored and processed, and where labels are written."""
 
     tile_size: int
     scratch: Path
     cache: int
-    files: tuple[Path, ...]  # label files; empty if no file is written
+    files: tuple[Path, ...]  # files for labels; empty if labels are only returned
     workers: int
     scheduler: str | None
 
@@ -229,7 +227,7 @@ class Place:
         cls, source: TiledSource, tile_size: int, scratch: StrPath | None, cache: int | None,
         out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
-        """Check the parameters of `segment_tiled` that have the same names."""
+        """Make the options from parameters of `segment_tiled`, after checks."""
         workers = checked_count(workers, "workers")
         if cache is None:
             cache = memory_of_process() // MEMORY_PART
@@ -250,7 +248,7 @@ class Place:
         return self.workers > 1 or self.scheduler is not None
 
     def tiles_at_once(self, loop: LoopOptions) -> int:
-        """Return the number of tiles that are processed at the same time, each on one thread."""
+        """Return the number of tiles that are processed at the same time, each in one thread."""
         each = BYTES_AT_WORK * self.tile_size
         if address_limit() is not None:
             each += ADDRESSES_OF_THREAD
@@ -263,7 +261,7 @@ def _run(
 ) -> Segmentation:  # fmt: skip
     timings: dict[str, float] = {}
     at_once = place.tiles_at_once(options.loop)
-    # A worker processes one tile at a time, on one thread.
+    # A worker process has one thread, and processes one tile at a time.
     is_parallel = place.is_remote or at_once > 1
     n_threads = 1 if is_parallel else options.loop.n_threads
     with (
@@ -292,7 +290,7 @@ def _run(
 def _make_tiles(
     made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
 ) -> tuple[TileStore, Options]:
-    """Run stages 0 and 1; `made` has the input cells, the scratch folder and the tile size."""
+    """Run stages 0 and 1; `made` contains the input, the scratch folder and the tile size."""
     pieces, is_cloud = made[0], made[0].corners is None
     if is_cloud and options.denoise not in (None, 0, "auto"):
         raise ValueError("denoise needs a mesh of faces, got points: leave denoise out")
@@ -339,7 +337,7 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 
 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
-    """Run stages 1 and 2: write the arcs of all tiles, with their lengths."""
+    """Run stages 1 and 2: write the arcs of all tiles, and the lengths of arcs."""
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
     spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
     rule = WeightRule(plan.size.radius, options.weights, has_prices, graph.n_threads, spare)
@@ -350,14 +348,14 @@ def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, f
 def _cluster(
     graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
 ) -> tuple[Segmentation, BorderRule]:
-    """Run stages 3 and 4; also return the parameters of border costs, without their unit."""
+    """Run stages 3 and 4; also return the parameters of border costs, with `unit` still 0."""
     loop, size, bounds = options.loop, plan.size, graph.store.bounds
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
     if not graph.straight_unit:
         levels = coarsened(graph, plan, loop, timings)
         return segment_cells(graph, levels, bounds, plan, loop), borders
-    # If the loop runs on all cells, cells get additional long arcs, which tiles do not store.
+    # If the loop runs on all cells, it needs additional long arcs, which tiles do not store.
     is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
     is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
     cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)

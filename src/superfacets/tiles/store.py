@@ -1,4 +1,4 @@
-"""Store cells on disk, sorted along the space-filling curve and split into tiles."""
+"""Store cells on disk, sorted along a space-filling curve and split into tiles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..workers.scratch import Scratch
 from .arrays import index_in
 
 RANGE = 4096
-"""Number of cells in a range of the curve; must equal 2**kRangeBits in the C++ file
+"""Number of consecutive cells in a range of the curve. It must equal 2**kRangeBits in the C++ file
 ``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples of RANGE."""
 
 Kind = Literal["triangles", "polygons", "points"]
@@ -20,7 +20,7 @@ Kind = Literal["triangles", "polygons", "points"]
 
 @dataclass(frozen=True, eq=False)
 class TileStore:
-    """A mesh or a cloud that is split into tiles, with named arrays for each tile.
+    """A mesh or cloud split into tiles, with named arrays for each tile.
 
     Cells are sorted by the Morton code of their position in the bounding box, then by number. The
     index of a cell in this order is its *curve index*; variables with curve indices are named
@@ -38,15 +38,15 @@ class TileStore:
     neighbors lists          points: curve indices ``targets`` of all neighbors, ascending
     ========= ============== ==================================================================
 
-    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder; `Part` reads several arrays.
+    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder. `Part` reads several arrays.
     """
 
     scratch: Scratch
     kind: Kind
-    starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE; then N
+    starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE, and N
     bounds: Floats  # (2, 3) bounding box of the points, or of the vertices used by faces
-    total_measure: float  # sum of all measures, added in the same order as in `segment`
-    halos: list[list[int]] | None = None  # result of `find_halos`; None if it has not run yet
+    total_measure: float  # sum of all measures, added in the order of `segment`
+    halos: list[list[int]] | None = None  # result of `find_halos`; None before it has run
 
     @property
     def n_tiles(self) -> int:
@@ -59,7 +59,7 @@ class TileStore:
         return self.starts[-1]
 
     def size(self, tile: int) -> int:
-        """Number of cells in a tile."""
+        """Return the number of cells in a tile."""
         return self.starts[tile + 1] - self.starts[tile]
 
     def tiles_of(self, places: Array) -> Longs:
@@ -67,13 +67,14 @@ class TileStore:
         return np.searchsorted(self.starts, places, side="right").astype(np.int64) - 1
 
     def is_in(self, tile: int, places: Array) -> Bools:
-        """Whether each curve index belongs to a tile."""
+        """Return whether each curve index belongs to a tile."""
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
-        """Return the row of each curve index in (cells of the tile, then ghosts), and the ghosts.
+        """Return for each curve index its row among the cells and ghosts of a tile, and the ghosts.
 
-        Ghosts are the given curve indices of other tiles, ascending. The row of index -1 is -1.
+        Rows of ghosts follow the rows of the cells. Ghosts are the given curve indices of other
+        tiles, ascending. The row of index -1 is -1.
         """
         is_ghost = (places >= 0) & ~self.is_in(tile, places)
         ghosts = np.unique(places[is_ghost])
@@ -94,26 +95,26 @@ class TileStore:
         return self.scratch.has(f"tile{tile}/{name}")
 
     def remove(self, tile: int, name: str) -> None:
-        """Remove an array of a tile from the disk; no error if the tile does not have it."""
+        """Remove an array of a tile from the disk, if the tile has this array."""
         self.scratch.remove(f"tile{tile}/{name}")
 
     def remove_from_all(self, *names: str) -> None:
-        """Remove the named arrays of every tile."""
+        """Remove the named arrays from all tiles."""
         for name in names:
             for tile in range(self.n_tiles):
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the cell numbers of a tile, then of its ghosts; arc targets index this array."""
+        """Return the cell numbers of a tile and of its ghosts, which arc targets index."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
-        """Return offsets, targets and lengths of the arcs of a tile."""
+        """Return the offsets, targets and lengths of the arcs of a tile, in CSR form."""
         offsets, targets = self.read(tile, "arcs/offsets"), self.read(tile, "arcs/targets")
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Return array values at ascending curve indices; one tile is in memory at a time."""
+        """Return values of an array at ascending curve indices, reading one tile at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -122,7 +123,7 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Return array values at curve indices in any order; fast if most are in this tile."""
+        """Return values of an array at curve indices in any order; most should be in this tile."""
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -132,12 +133,12 @@ class TileStore:
 
 
 def weighted_sum(store: TileStore, tile: int, name: str) -> Array:
-    """Return the sum of the rows of an array of a tile, weighted by the measures of the cells."""
+    """Return the sum of the rows of an array of a tile, weighted by the areas of the cells."""
     return np.asarray(np.einsum("i,ij->j", store.read(tile, "measures"), store.read(tile, name)))
 
 
 _LOW_BITS = (1 << 20) - 1
-"""Mask of the bits of a cell number that `find_cells` uses as a hash."""
+"""Mask of the lower bits of a cell number, which `find_cells` uses as a hash."""
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
@@ -145,13 +146,13 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # a search of all would be slow
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few candidates, for speed
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """Return the first curve index of at most n_tiles equal tiles of whole ranges, and n_cells."""
+    """Return the starts of up to n_tiles tiles of similar size, as curve indices, and n_cells."""
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)

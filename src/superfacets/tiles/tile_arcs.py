@@ -31,21 +31,21 @@ from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore, weighted_sum
 
 Origin = tuple[float, float, float]
-"""Position of the common apex of the cones whose signed volumes are summed."""
+"""Position of the common apex of all cones over faces, whose volumes are summed."""
 
 
 @dataclass(frozen=True)
 class WeightRule:
-    """Parameters of the arc weights."""
+    """Parameters to compute arc weights."""
 
-    radius: float  # expected radius of regions
+    radius: float  # expected radius of a region
     options: WeightOptions
-    has_prices: bool  # whether default weights are also computed, for the cost of borders
+    has_prices: bool  # whether default weights are computed, too, for border costs
     n_threads: int
-    spare: float = 1.0  # factor by which the unit of lengths exceeds the default unit
-    is_turned: bool = False  # whether normals point inwards and must be flipped
-    evened: float = 0.0  # result of `evened_share`, which is larger for hollow shapes
-    of_machine_part: bool = False  # whether to use the weights of machine parts
+    spare: float = 1.0  # factor for the unit of lengths, relative to the default unit
+    is_turned: bool = False  # whether normals point inward, so that they must be flipped
+    evened: float = 0.0  # result of `evened_share`, larger for hollow shapes
+    of_machine_part: bool = False  # whether to use weights for machine parts
 
     @property
     def has_hollows(self) -> bool:
@@ -55,34 +55,34 @@ class WeightRule:
 
 
 class ArcFacts(NamedTuple):
-    """Properties of the arcs of all tiles."""
+    """Facts about all tiles that later stages need."""
 
-    unit: float  # unit of ``lengths``
-    border_unit: float  # unit of ``border_lengths``
+    unit: float  # weight of an arc with ``lengths`` 1
+    border_unit: float  # default weight of an arc with ``border_lengths`` 1
     sliver_area: float  # area of faces that are long and thin compared with regions
     of_machine_part: bool  # whether the mesh looks like a machine part
 
 
 @dataclass(frozen=True)
 class _TileSums:
-    """Sums over the arcs and faces of a tile, and properties of its faces."""
+    """Sums of weights over the arcs of a tile, and properties of its faces."""
 
     weights: float
     prices: float
     has_boundary: bool = True
-    is_inconsistent: bool = False  # whether orientations of some neighboring faces differ
+    is_inconsistent: bool = False  # whether some neighboring faces differ in orientation
     edges: EdgeSums = NO_SUMS
     volume: float = 0.0
     sliver_area: float = 0.0
 
 
 def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
-    """Write the arcs of all tiles with their lengths, and return properties of all arcs.
+    """Write the arcs of all tiles with their lengths, and return facts about all tiles.
 
-    Each tile gets the CSR lists ``arcs``. A target t < n is row t of the tile's n cells; a larger
-    target is row t - n of ``ghosts``, the ascending curve indices of neighbors in other tiles.
-    ``ghost_cells`` has the cell numbers of ghosts. Arcs have ``lengths``, ``border_lengths`` if
-    `has_prices` is true, and ``sides`` if the cells are faces.
+    Each tile gets the CSR lists ``arcs``. In a tile of n cells, a target t < n is row t of the
+    cells, and other targets are row t - n of ``ghosts``, the ascending curve indices of neighbors
+    in other tiles. ``ghost_cells`` contains the cell numbers of ghosts. Arcs have ``lengths``, and
+    also ``border_lengths`` if `has_prices` is true, and ``sides`` if the cells are faces.
     """
     halos = find_halos(store, run) if store.halos is None else store.halos
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
@@ -113,7 +113,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
 
 
 def _centroid(store: TileStore, run: Run) -> Origin:
-    """Return the area-weighted mean of all positions; the first position if all areas are 0."""
+    """Return the area-weighted mean of all positions, or the first position if all areas are 0."""
     moments = run.all(weighted_sum, store, store.n_tiles, "positions")
     total = store.total_measure
     x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
@@ -127,7 +127,7 @@ def _weigh_faces(
     faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
-    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are already welded
+    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
     surface = Surface.of_part_of_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
     edges = NO_SUMS
@@ -166,9 +166,9 @@ def _weigh_points(
 def _write_arcs(
     store: TileStore, tile: int, cells: Part, graph: tuple[Longs, Ints]
 ) -> tuple[Longs, Longs]:
-    """Write the targets of the arcs of a tile; return their offsets, and their indices in `graph`.
+    """Write the arcs of a tile; return the offsets of the arcs, and their indices in `graph`.
 
-    `cells` must contain the cells of the tile and their neighbors. `graph` has the arcs of `cells`.
+    `cells` must contain the cells of the tile and their neighbors, and `graph` the arcs of `cells`.
     """
     places, n_own = cells.columns["places"], store.size(tile)
     local = places - np.int32(store.starts[tile])
@@ -193,7 +193,7 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the arc weights of a tile, and default weights if `has_prices`; return their sums."""
+    """Write the arc weights of a tile, and default weights if `has_prices` is true; return sums."""
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
     if rule.has_prices:
@@ -204,7 +204,7 @@ def _write_weights(
 
 
 def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threads: int) -> None:
-    """Quantize weights to ``lengths``, and default weights to ``border_lengths``."""
+    """Quantize the weights of a tile to ``lengths``, and default weights to ``border_lengths``."""
     names = (("weights", "lengths"), ("prices", "border_lengths"))
     for (name, rounded), unit in zip(names, units, strict=True):
         if store.has(tile, f"arcs/{name}"):
@@ -213,7 +213,7 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Whether an edge of the faces has only one face; `sides` are the sides that arcs cross."""
+    """Return whether a face has an edge without neighbor; `sides` are the sides that arcs cross."""
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]
@@ -222,7 +222,7 @@ def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
     is_open = ~is_crossed & (corners != corners[following])
     if not is_open.any():
         return False
-    # If a face has the same edge twice, its arcs cross the first of the two sides.
+    # If two sides of a face are the same edge, arcs cross the first one, and the other is not open.
     faces = np.unique(np.searchsorted(offsets, np.flatnonzero(is_open), side="right") - 1)
     starts, at = rows(offsets, faces)
     low, high = np.sort([corners[at], corners[following[at]]], axis=0)

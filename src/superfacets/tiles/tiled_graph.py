@@ -1,4 +1,4 @@
-"""Stages 3 and 4 on the graph of all cells, with one tile at a time in memory."""
+"""Stages 3 and 4 on a graph of cells on disk, with one tile at a time in memory."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .store import TileStore, find_cells
 
 @dataclass(frozen=True, eq=False)
 class TiledGraph:
-    """Tiled replacement of `_core.OrderedGraph`, with the same methods."""
+    """Graph of all cells on disk, with the methods of `_core.OrderedGraph`."""
 
-    store: TileStore  # must have arcs and lengths, written by `find_arcs`
+    store: TileStore  # tiles with arcs from `find_arcs`
     run: Run
     n_threads: int  # number of threads used for each tile
-    is_parallel: bool = False  # whether several tiles are processed at the same time
+    is_parallel: bool = False  # whether several tiles are processed simultaneously
     straight_unit: float = 0.0  # same as in `_core.OrderedGraph`
     barrier: float = np.inf  # same as in `_core.OrderedGraph`
 
@@ -44,7 +44,7 @@ class TiledGraph:
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
         found = run.all(_connect, store, store.n_tiles, firsts, unit, self.n_threads)
         counts, targets, lengths = map(list, zip(*found, strict=True))
-        del found  # `_in_a_row` frees each array that has no other reference
+        del found  # so that `_in_a_row` can free each array
         graph = _core.graph_in_place(
             _in_a_row(positions), _in_a_row(measures), np.append(0, np.cumsum(_in_a_row(counts))),
             _in_a_row(targets), _in_a_row(lengths), unit, n_threads,
@@ -55,7 +55,7 @@ class TiledGraph:
     def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> TiledRegions:
-        """Return the regions around the cells `centers`. Halted expansion is not supported."""
+        """Assign all cells to their nearest centers; a finite `reach` is not supported."""
         assert np.isinf(reach)
         regions = TiledRegions(self, centers)
         if islands == _core.Islands.KEEP:
@@ -63,10 +63,11 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Label the cells with label -1; return labels, the number of islands, and no new centers.
+        """Label islands (connected cells with label -1); return labels and number of islands.
 
-        An island gets the label of the labeled cell that is nearest to any cell of the island. If
-        several cells are equally near, the lowest one is used. All islands are in memory.
+        An island gets the label of the labeled cell that is nearest to any cell of the island. Of
+        equally near cells, the lowest is used. The cells of all islands are in memory. The third
+        result is empty, because no centers are added.
         """
         assert not len(groups)
         store, n_islands = self.store, 0
@@ -84,7 +85,7 @@ class TiledGraph:
         return labels, n_islands, np.empty(0, np.int32)
 
     def join_loose_pieces(self, labels: Ints, centers: Ints) -> Ints:
-        """Do the same as `_core.join_loose_pieces`, with only loose cells and arcs in memory."""
+        """Return the same as `_core.join_loose_pieces`; only loose cells and arcs are in memory."""
         store, run = self.store, self.run
         own = [store.read(tile, "cells") for tile in range(store.n_tiles)]
         jobs = [
@@ -118,7 +119,7 @@ class TiledGraph:
         return labels
 
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph with all cells in memory."""
+        """Return this graph as a `_core.OrderedGraph`, with all cells in memory."""
         store, tiles = self.store, range(self.store.n_tiles)
         cells = [store.read(tile, "cells") for tile in tiles]
         positions, measures = np.empty((store.n_cells, 3)), np.empty(store.n_cells)
@@ -143,14 +144,14 @@ class TiledGraph:
 
 @dataclass(eq=False)
 class TiledCoarseGraph:
-    """Tiled replacement of `_core.CoarseGraph`, with the same methods."""
+    """Graph of coarse cells in tiles on disk, with the methods of `_core.CoarseGraph`."""
 
-    graph: _core.OrderedGraph  # graph of all coarse cells
-    fine: TiledGraph  # its tiles have ``coarse``: coarse cell of each cell, minus `firsts[tile]`
-    firsts: Longs  # index of the first coarse cell of each tile
+    graph: _core.OrderedGraph  # graph of all coarse cells, in memory
+    fine: TiledGraph  # ``coarse`` of tiles: coarse cell of each cell, minus `firsts[tile]`
+    firsts: Longs  # (T + 1,) index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
-        """Add long arcs, as `_core.OrderedGraph.add_far_arcs` does."""
+        """Add long arcs between coarse cells, as `_core.OrderedGraph.add_far_arcs` does."""
         self.graph.add_far_arcs(n_threads)
 
     def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
@@ -158,7 +159,7 @@ class TiledCoarseGraph:
         self.graph.add_part_prices(NO_GROUPS, rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
-        """Return the numbers of all coarse cells; `spread` converts their labels to all cells."""
+        """Return the numbers of all coarse cells; `spread` extends their labels to all cells."""
         return np.arange(self.graph.n_cells, dtype=np.int32)
 
     def spread(
@@ -170,9 +171,9 @@ class TiledCoarseGraph:
         *,
         needs_lengths: bool = False,
     ) -> tuple[Array, Ints]:
-        """Label all cells, starting from the paths to coarse cells; returned lengths are empty.
+        """Extend labels and path lengths of coarse cells to labels of all cells.
 
-        The graph of coarse cells is freed, because it is no longer used.
+        The returned array of lengths is empty. The graph of coarse cells is freed to save memory.
         """
         del self.graph
         store, waiting = self.fine.store, {}
@@ -183,7 +184,7 @@ class TiledCoarseGraph:
         return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return, for each region of coarse cells, the cell nearest to the region's mean."""
+        """Return, for each region of coarse cells, the cell nearest to the mean of the region."""
         means = _core.region_means(self.graph, labels, len(centers))
         parts = np.split(labels, self.firsts[1:-1])
         jobs = [(tile, part, means) for tile, part in enumerate(parts)]
@@ -195,7 +196,7 @@ class TiledCoarseGraph:
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Concatenate arrays, and remove each array from the list after copying, to save memory."""
+    """Concatenate arrays, and remove each array from the list after copying it, to save memory."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -208,10 +209,10 @@ def _in_a_row(parts: list[Array]) -> Array:
 def _divide(
     store: TileStore, tile: int, cell_size: int, steps: tuple[float, float], n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Write the coarse cells of a tile; return their positions and measures.
+    """Divide a tile into coarse cells, and write them; return their positions and areas.
 
-    `steps` has `straight_unit` and `barrier` of `TiledGraph`. In the graph, ghosts follow the cells
-    of the tile; ghosts have no arcs, and their positions are not used.
+    `steps` contains `straight_unit` and `barrier` of `TiledGraph`. In the graph, ghosts follow the
+    cells of the tile. Ghosts have no arcs, and their positions are not used.
     """
     straight_unit, barrier = steps
     n_ghosts = len(store.read(tile, "ghosts"))
@@ -237,13 +238,13 @@ def _divide(
 def _connect(
     store: TileStore, tile: int, firsts: Longs, straight_unit: float, n_threads: int
 ) -> tuple[Longs, Ints, Array]:
-    """Return the arcs of the coarse cells of a tile: count per coarse cell, targets, lengths."""
+    """Return the arcs of the coarse cells of a tile: number per coarse cell, targets, lengths."""
     ghosts = store.read(tile, "ghosts")
     tiles = store.tiles_of(ghosts)
     around = store.read_at("coarse", ghosts) + firsts[tiles]
     every = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
-    # Coarse cells in this tile or next to it, in the order of their numbers.
+    # All coarse cells in this tile or next to it, ascending.
     used, coarse = np.unique(every, return_inverse=True)
     positions, of_coarse = np.empty((0, 3)), np.empty((0, 3))
     if straight_unit:
@@ -265,37 +266,37 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Return squared distances from each region's mean to a tile's nearest cell, and the cells."""
+    """Return the cell of a tile nearest to the mean of each region, after its squared distance."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
 
 UNREACHED = np.iinfo(np.uint64).max
-"""Path length of cells that no path has reached."""
+"""Path length of cells that no path has reached yet."""
 
 
 class TiledRegions:
-    """Replaces `_core.Clustering` for tiles: assigns all cells to their nearest centers, once.
+    """Assigns all cells on disk to their nearest centers, with methods of `_core.Clustering`.
 
-    Each tile computes the shortest paths within the tile. A path that leaves the tile is proposed
-    to the tile in which it ends. When no proposals are left, no arc can shorten a path. Each cell
-    then has its shortest path, and the lowest label among equally short paths. The result does not
+    Shortest paths are computed tile by tile. A path that leaves a tile is proposed to the tile in
+    which it ends. When no proposals are left, no arc can shorten a path. Then each cell has its
+    shortest path, and of equally short paths the one with the lowest label. The result does not
     depend on how cells are split into tiles.
     """
 
     def __init__(
         self, graph: TiledGraph, centers: Ints, waiting: dict[int, list[Part]] | None = None
     ) -> None:
-        """Expand paths from the centers, and from the proposals in `waiting`, keyed by tile."""
+        """Expand paths from the centers, and from the proposed paths to each tile in `waiting`."""
         self._graph = graph
         self._store = graph.store
-        # Version of the stored paths of each tile, or -1 if the tile has no paths yet.
+        # Version number of the paths of each tile on disk, or -1 if the tile has no paths yet.
         self._versions = dict.fromkeys(range(graph.store.n_tiles), -1)
         self._centers = centers
         self._expand(centers, 0, waiting or {})
 
     def centers(self) -> Ints:
-        """Return the centers, followed by the centers added for islands."""
+        """Return the given centers, followed by the centers added for islands."""
         return self._centers
 
     def labels(self) -> Ints:
@@ -307,7 +308,7 @@ class TiledRegions:
         return labels
 
     def adopt_orphans(self) -> None:
-        """Make the lowest cell of each island a center; new centers are in ascending order."""
+        """Make the lowest cell of each island a center; islands are components without a center."""
         labels = self.labels()
         if labels.min() < 0:
             cells, _, islands = _find_islands(self._store, labels, self._graph.run)
@@ -316,7 +317,7 @@ class TiledRegions:
             self._centers = np.concatenate([self._centers, orphans])
 
     def _expand(self, cells: Ints, first_label: int, waiting: dict[int, list[Part]]) -> None:
-        """Add centers with labels from `first_label` on, and expand until no path gets shorter."""
+        """Add centers with labels from `first_label` on; expand paths until none gets shorter."""
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
         found = self._graph.run.all(find_cells, self._store, self._store.n_tiles, cells)
@@ -327,7 +328,7 @@ class TiledRegions:
         for version in itertools.count(max(self._versions.values()) + 1):
             if not waiting:
                 break
-            # Serial runs visit the tile that has waited longest. It has collected many proposals,
+            # Serial runs process the tile that has waited longest. It has collected many proposals,
             # so the total number of visits is small.
             tiles = sorted(waiting) if self._graph.is_parallel else [next(iter(waiting))]
             jobs = []
@@ -344,14 +345,13 @@ class TiledRegions:
                 self._add(waiting, proposals)
 
     def _add(self, waiting: dict[int, list[Part]], proposals: Part) -> None:
-        """Add proposals to `waiting`, grouped by tile."""
         tiles = self._store.tiles_of(proposals.columns["places"])
         for tile in np.unique(tiles).tolist():
             waiting.setdefault(tile, []).append(proposals.take(np.flatnonzero(tiles == tile)))
 
 
 def _proposals(places: Longs, lengths: Array, labels: Ints) -> Part:
-    """Return a table of proposed paths: curve index of the end, uint64 length, and label."""
+    """Return a table of proposed paths: curve index of the end, length (uint64), and label."""
     return Part({"places": places, "lengths": lengths, "labels": labels})
 
 
@@ -368,9 +368,9 @@ def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
 def _improve(
     store: TileStore, tile: int, version: int, next_version: int, proposals: Part, n_threads: int
 ) -> Part:
-    """Apply proposals to a tile, expand its paths, and return proposals for other tiles.
+    """Apply proposed paths to a tile, expand them, and return proposed paths to other tiles.
 
-    Paths are written under a new name, so that the job can be repeated if its worker is killed.
+    Paths are written with a new version, so that the job can be repeated if its worker is killed.
     """
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known, found = _paths_of(store, tile, version), proposals.columns
@@ -378,7 +378,7 @@ def _improve(
         *store.arcs(tile), *known, (found["places"] - store.starts[tile]).astype(np.int32),
         found["lengths"], found["labels"], n_threads,
     )  # fmt: skip
-    # Lengths and labels are in one array, so that a killed worker cannot write only one of them.
+    # One array for both, so that a killed worker cannot have written only one of them.
     store.write(tile, f"paths{next_version}", np.concatenate([lengths.view(np.int32), labels]))
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     every = _proposals(ghosts, lengths[n_own:], labels[n_own:])
@@ -386,13 +386,13 @@ def _improve(
 
 
 def _first_of_each(islands: Ints, *keys: Array) -> Longs:
-    """Return the first cell of each island after sorting by the given keys, in this order."""
+    """Return the index of the first cell of each island, if cells are sorted by the given keys."""
     order = np.lexsort([*reversed(keys), islands])
     return order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
 
 
 def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints]:
-    """Return the cells with label -1, their positions, and the island index of each cell."""
+    """Return the cells with label -1, their positions, and the island (component) of each cell."""
     jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
     parts = run(_unlabeled, store, jobs)
     cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
@@ -403,7 +403,7 @@ def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Float
 
 
 def _components(pairs: Longs, n_nodes: int) -> Ints:
-    """Return the connected component of each node; `pairs`, (2, P), are connected nodes."""
+    """Return the connected component of each node of a graph; `pairs`, (2, P), are its edges."""
     sources, targets = pairs[:, np.argsort(pairs[0], kind="stable")]
     offsets = np.searchsorted(sources, np.arange(n_nodes + 1)).astype(np.int64)
     same = np.zeros(n_nodes, np.int32)
@@ -411,17 +411,17 @@ def _components(pairs: Longs, n_nodes: int) -> Ints:
 
 
 def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
-    """Split the regions in a tile into connected pieces; return the number of pieces."""
+    """Split the regions into pieces that are connected within a tile; return their number."""
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
     pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
-    n_own = int(pieces[: len(labels)].max()) + 1  # pieces with only ghosts have higher indices
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces with only ghosts come last
     store.write(tile, "pieces", pieces)
     return n_own
 
 
 def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> tuple[Longs, Longs]:
-    """Return the pieces that have centers, and connected pairs of pieces of different tiles."""
+    """Return the pieces with centers, and pairs of connected pieces in different tiles."""
     ghosts, pieces = store.read(tile, "ghosts"), store.read(tile, "pieces").astype(np.int64)
     own, at_ghosts = np.split(firsts[tile] + pieces, [store.size(tile)])
     shared = np.flatnonzero(at_ghosts < firsts[tile + 1])
@@ -440,11 +440,11 @@ def _loose_cells(store: TileStore, tile: int, is_loose: Bools) -> Part:
 
 
 def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats, Longs]:
-    """Return the unlabeled cells of a tile, their positions, and arcs as pairs of cells."""
+    """Return the unlabeled cells of a tile, their positions, and their arcs as pairs of cells."""
     at = np.flatnonzero(labels < 0)
     around, (offsets, targets, _) = store.cells_and_ghosts(tile), store.arcs(tile)
     sources = np.repeat(np.arange(len(labels)), np.diff(offsets))
-    is_inside = labels[sources] < 0  # the target of such an arc is unlabeled, too
+    is_inside = labels[sources] < 0  # then targets are unlabeled, too
     pairs = np.stack([around[sources[is_inside]], around[targets[is_inside]]])
     return around[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
@@ -452,12 +452,12 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
 def _nearest_labeled(
     store: TileStore, tile: int, labels: Ints, points: Floats, n_threads: int
 ) -> tuple[Floats, Ints]:
-    """Return the squared distance to the nearest labeled cell for each point, and this cell."""
+    """Return the squared distance from each point to the nearest labeled cell, and this cell."""
     cells = store.read(tile, "cells")
     at = np.flatnonzero(labels >= 0)
     if not len(at):
         return np.full(len(points), np.inf), np.full(len(points), -1, np.int32)
-    at = at[np.argsort(cells[at])]  # of equally near cells, the lowest one is found first
+    at = at[np.argsort(cells[at])]  # the first of equally near cells is used
     positions = store.read(tile, "positions")[at]
     found, _, _ = _core.nearest_points(positions, points, np.inf, n_threads)
     x, y, z = (positions[found] - points).T

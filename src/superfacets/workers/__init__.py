@@ -1,5 +1,5 @@
 """Run the work of batches, tiles and studies in worker processes and threads.
 
-`calls` defines the interface of a team of workers. `pool` is a team of processes on this machine,
-`start` starts these processes, and `child` is the code that they run.
+`calls` defines the interface of a team of workers. `pool` implements a team of processes on this
+machine, `start` starts these processes, and `child` contains the code that they run.
 """

@@ -1,4 +1,4 @@
-"""Define the interface of a team of worker processes: calls to workers, and their results."""
+"""Define the interface of a team of worker processes, which get calls and return results."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from .. import __version__
 from ..io.guards import counted
 
 ALLOWED_KILLS = 3
-"""A call is abandoned when more than this number of workers have died during the call."""
+"""A call is not repeated again if more than this number of workers have died during it."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
-"""A module-level function and its arguments, which are pickled."""
+"""A function of a module and its arguments, which are pickled."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """A call that returned a value."""
+    """Result of a call that returned a value."""
 
     value: Any
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A call that raised an exception, or whose result could not be pickled."""
+    """Result of a call that raised an exception, or whose value could not be pickled."""
 
     error: Exception
 
 
 @dataclass(frozen=True)
 class Killed:
-    """A call that was abandoned, because `n_workers` workers died during the call."""
+    """Result of a call that is not repeated again, because `n_workers` workers died during it."""
 
     n_workers: int
 
@@ -48,36 +48,36 @@ Ending = Done | Failed | Killed
 
 @dataclass(frozen=True)
 class Worker:
-    """Description of a worker process."""
+    """Address and resources of a worker process."""
 
     address: str
     n_threads: int
-    memory: float  # memory limit in bytes; may be infinite
+    memory: float  # memory limit in bytes; inf means no limit
 
 
 class Team(ABC):
-    """One or more workers, each in a separate process."""
+    """One or more worker processes, which run calls."""
 
     def __init__(self, workers: Sequence[Worker]) -> None:
         self.workers = tuple(workers)
 
     @abstractmethod
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Run calls, at most `width` at a time; yield (index of the call, result) as calls end.
+        """Run calls, at most `width` at a time; yield (index, result) of each call when it ends.
 
-        If a worker is killed, its call is repeated. Raises a ConnectionError if no worker is left,
+        If a worker is killed, its call is repeated. Raises a ConnectionError if no worker is left
         or if workers cannot be started.
         """
 
     @property
     def share(self) -> float:
-        """Smallest memory per thread of a worker, in bytes; each thread processes one file."""
+        """Memory per thread of the smallest worker, in bytes."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(
         self, work: Callable[..., Any], store: Any, pieces: Sequence[tuple[Any, ...]]
     ) -> Iterator[tuple[int, Any]]:
-        """Yield (index of the piece, ``work(store, *piece)``) as pieces end.
+        """Yield (index of the piece, ``work(store, *piece)``) for each piece when it is done.
 
         Each thread of a worker runs one piece at a time. Raises an OSError if no worker is left, if
         the connection to a scheduler is lost, or if several workers died while processing the same
@@ -97,7 +97,7 @@ class Team(ABC):
 
 
 def run_piece(version: str, work: Callable[..., Any], store: Any, piece: tuple[Any, ...]) -> Any:
-    """Run one piece of `Team.map` in a worker, after checking the version of the package."""
+    """Check the version of the package in this worker, then run one piece for `Team.map`."""
     check_version(version)
     return work(store, *piece)
 

@@ -1,4 +1,4 @@
-"""Main function of worker processes. Imports of this module must be fast."""
+"""Define the main function of worker processes. This module must be fast to import."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ TICK = 0.1
 def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
     """Run pickled calls until the parent process closes the connection.
 
-    The first message to the parent is None. Then one message follows per call, in the order of the
-    calls: whether the call returned, and its pickled result or exception. If the connection is
-    closed, or if this process uses more than `memory` bytes, a running call is stopped immediately.
+    The first message to the parent process is None. Then one message follows for each call, in the
+    order of the calls: whether the call returned, and its pickled result or exception. If the
+    connection is closed, or if this process uses more than `memory` bytes, the process ends
+    immediately, even during a call.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
-    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # default of all functions
-    gc.freeze()  # otherwise garbage collection writes to memory shared by fork, and copies it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent process
+    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # default number of threads
+    gc.freeze()  # garbage collection would write to memory shared by fork
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()
     with contextlib.suppress(OSError):
@@ -40,7 +41,7 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
 
 
 def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -> NoReturn:
-    """Receive calls while another call runs; end the process if the connection is closed."""
+    """Receive calls in a thread; end the process if the connection closes or memory is exceeded."""
     own = import_module("psutil").Process() if memory < math.inf else None
     with contextlib.suppress(EOFError, OSError):
         while own is None or own.memory_info().rss <= memory:
@@ -50,18 +51,18 @@ def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -
 
 
 def _ended(call: bytes) -> tuple[bool, bytes]:
-    """Run a pickled call; return whether it returned, and its pickled result or exception."""
+    """Run a pickled call; return (True, pickled result) or (False, pickled exception)."""
     try:
         function, arguments = pickle.loads(call)
         return True, pickle.dumps(function(*arguments))
-    except BaseException as error:  # the parent raises the exception
+    except BaseException as error:  # raised again by the parent process
         return False, _pickled(error)
 
 
 def _pickled(error: BaseException) -> bytes:
-    """Pickle an exception; if this is impossible, pickle a RuntimeError with the same message."""
+    """Pickle an exception or, if this is impossible, a RuntimeError with the same message."""
     with contextlib.suppress(Exception):
         data = pickle.dumps(error)
-        if isinstance(pickle.loads(data), Exception):  # loading may raise an exception
+        if isinstance(pickle.loads(data), Exception):  # some pickles cannot be loaded
             return data
     return pickle.dumps(RuntimeError(reason_of(error)))

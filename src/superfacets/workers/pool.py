@@ -19,45 +19,45 @@ from .child import serve
 from .start import own_settings, start_context
 
 START_ATTEMPTS = 10
-"""Maximum number of consecutive workers that die before they are ready."""
+"""Maximum number of consecutive workers that may die before they are ready."""
 
 TICK = 1.0
-"""Interval between checks for Ctrl-C, in seconds. On Windows, Ctrl-C does not interrupt `wait`."""
+"""Interval between checks for Ctrl-C, in seconds, as Ctrl-C does not interrupt `wait` on
+Windows."""
 
 PAUSE = 0.1
-"""Time before a worker that died at start-up is replaced, in seconds."""
+"""Time until a worker that died at start-up is replaced, in seconds."""
 
 MEMORY_SHARE = 0.95
 """Fraction of `Worker.memory` above which a worker process ends itself."""
 
 DEPTH = 2
-"""Maximum number of calls in a worker: the running call and the next call."""
+"""Maximum number of calls that a worker has received: the running call and the next call."""
 
 Admits = Callable[[int, Sequence[int]], bool]
-"""Function that returns whether a call may run at the same time as other calls, given the index of
-the call and the indices of the other calls."""
+"""Function that returns whether a call may run at the same time as other calls. Its arguments are
+the index of the call and the indices of the other calls."""
 
 
 class _Process:
     def __init__(self, n_threads: int, memory: float) -> None:
         context = start_context()
         self.connection, theirs = context.Pipe()
-        self.places: deque[int] = deque()  # indices of the running call and of queued calls
-        self.has_begun = False  # whether the process is ready to run calls
+        self.places: deque[int] = deque()  # index of the running call, then of waiting calls
+        self.has_begun = False  # whether the process has started and can run calls
         arguments = (theirs, n_threads, memory)
         self._process = context.Process(target=serve, args=arguments, daemon=True)
-        # If the process cannot be started, the next read from the connection fails.
+        # Errors are ignored: the next read from the connection fails if the process was not
+        # started.
         with theirs, own_settings(), contextlib.suppress(OSError, EOFError):
             self._process.start()
 
     def give(self, place: int, call: Call) -> None:
-        """Send a call to the process; `place` is the index of the call."""
         self.places.append(place)
-        with contextlib.suppress(OSError):  # if the process has died, the next read fails
+        with contextlib.suppress(OSError):  # the next read fails if the process has died
             self.connection.send_bytes(pickle.dumps(call))
 
     def end(self) -> None:
-        """Kill the process, and wait for its end."""
         self.connection.close()
         if self._process.pid is not None:
             self._process.kill()
@@ -65,11 +65,11 @@ class _Process:
 
 
 class Pool(Team):
-    """A team of processes that divide `memory` equally; each process runs one call at a time.
+    """A team of processes on this machine, each of which runs one call at a time.
 
-    A process that ends, or uses more than its part of `memory`, is replaced as long as there are
-    calls. If `memory` is infinite, the memory of processes is not checked. `allowed_kills` replaces
-    the constant `ALLOWED_KILLS`.
+    Each process may use an equal part of `memory`. A process that ends or uses more memory is
+    replaced as long as there are calls. If `memory` is infinite, the memory of processes is not
+    checked. `allowed_kills` replaces the constant `ALLOWED_KILLS`.
     """
 
     def __init__(self, n_workers: int, n_threads: int, memory: float, allowed_kills: int) -> None:
@@ -82,7 +82,7 @@ class Pool(Team):
     def run(
         self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
     ) -> Iterator[tuple[int, Ending]]:
-        """Run calls as `Team.run` does, in order; calls for which `admits` is false must wait."""
+        """Run calls in order, like `Team.run`; a call waits as long as `admits` returns False."""
         waiting = deque(range(len(calls)))
         kills: Counter[int] = Counter()
         n_left = len(calls)
@@ -107,11 +107,11 @@ class Pool(Team):
     def _hand_out(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
-        """Give each worker a call, and a second call as long as many calls are waiting."""
+        """Give each worker a call, and also the next call if there are enough waiting calls."""
         is_limited = width is not None or admits is not None
         for depth in range(1 if is_limited else DEPTH):
             for process in self._processes[:width]:
-                n_kept = depth * len(self._processes)  # calls left for workers that finish first
+                n_kept = depth * len(self._processes)  # for workers that finish first
                 if len(process.places) > depth or len(waiting) <= n_kept:
                     continue
                 at_work = [place for other in self._processes for place in other.places]
@@ -123,7 +123,7 @@ class Pool(Team):
     def _take(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Read a message from a worker; return (index, result) of a call if a call has ended."""
+        """Read a message from a worker; return (index, result) if it is the end of a call."""
         try:
             message = process.connection.recv()
         except (EOFError, OSError):
@@ -143,7 +143,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Put the calls of a dead worker back into the queue, or abandon the running call."""
+        """Put calls of a dead worker back into the queue; return a call with too many deaths."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))
@@ -159,10 +159,10 @@ class Pool(Team):
         return waiting.popleft(), Killed(kills[place])
 
     def _check_start(self) -> None:
-        """Raise a ConnectionError if too many consecutive workers die at start-up."""
+        """Raise a ConnectionError if too many consecutive workers have died at start-up."""
         self._n_lost_at_start += 1
         if self._processes:
-            time.sleep(PAUSE)  # other workers continue, and may free memory
+            time.sleep(PAUSE)  # other workers may free memory
         elif self._n_lost_at_start >= START_ATTEMPTS:
             raise ConnectionError(
                 f"worker processes cannot be started: {self._n_lost_at_start} of them died before"
@@ -182,7 +182,7 @@ def open_pool(
     memory: float | None = None,
     allowed_kills: int | None = None,
 ) -> Iterator[Pool]:
-    """Yield a `Pool` of processes, which end at the end of the block, or when this process ends.
+    """Yield a `Pool`, whose processes end after the `with` block, or when this process ends.
 
     The parameters are the same as for `Pool`. By default, the processes may use all memory of this
     machine. Raises a MissingExtraError if memory is limited and psutil is not installed.

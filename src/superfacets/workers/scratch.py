@@ -1,4 +1,4 @@
-"""Store temporary arrays in a memory cache and a scratch folder, which is removed after the run."""
+"""Store temporary arrays in memory (a cache) and in a scratch folder, which is finally removed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""Name of the file that a run keeps locked. If the file is not locked, the run was killed."""
+"""Name of the file that a run keeps locked. If it is not locked, the run was killed."""
 
 _HEADER_SIZE = 128
 """Size of the header of ``.npy`` files in bytes. NumPy pads short headers to this size."""
@@ -36,10 +36,10 @@ _HEADER_SIZE = 128
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Create a folder in `parent`, and remove it at the end of the block, even after Ctrl-C.
+    """Create a folder in `parent`, and remove it after the `with` block, even after Ctrl-C.
 
-    Folders of killed runs are removed first. `cache` is the cache size of `Scratch` in bytes.
-    Raises an OSError if the folder cannot be created.
+    Folders of killed runs are removed first. `cache` is the size of the cache in bytes. Raises an
+    OSError if the folder cannot be created.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
@@ -53,7 +53,7 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
 
 
 def check_room(parent: Path, needed: int) -> None:
-    """Raise an OSError if the disk of the folder `parent` has fewer than `needed` free bytes."""
+    """Raise an OSError if the disk with the folder `parent` has fewer than `needed` free bytes."""
     free = shutil.disk_usage(parent).free
     if free < needed:
         unit, name = (1e9, "GB") if needed >= 1e9 else (1e6, "MB")
@@ -66,7 +66,6 @@ def check_room(parent: Path, needed: int) -> None:
 
 
 def _remove_leftovers(parent: Path) -> None:
-    """Remove the scratch folders of runs that were killed."""
     for folder in parent.glob(f"{MARK}*"):
         is_ours = _FOLDER.fullmatch(folder.name) and not folder.is_symlink()
         if is_ours and is_left_behind(folder / LOCK):
@@ -77,8 +76,8 @@ class Scratch:
     """Named arrays in a folder, which several processes can write and read.
 
     Arrays are written atomically and can be overwritten, so that interrupted work can be repeated.
-    Arrays stay in memory as long as they fit into `cache` bytes. Other processes cannot read cached
-    arrays.
+    Arrays are kept in memory instead as long as their total size is at most `cache` bytes. Other
+    processes cannot read arrays in memory.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -91,10 +90,10 @@ class Scratch:
         return Scratch, (self.folder,)
 
     def save(self, name: str, array: Array) -> None:
-        """Cache or write an array. A cached array is read-only. Slashes create subfolders."""
+        """Store an array in memory (and make it read-only) or on disk; `name` may have slashes."""
         if self.keep(name, array):
             return
-        # Only subfolders are created: if the scratch folder was removed, writing must fail.
+        # The scratch folder itself is not created: if it was removed, writing must fail.
         for parent in reversed(Path(name).parents[:-1]):
             (self.folder / parent).mkdir(exist_ok=True)
         path = self._path(name)
@@ -107,18 +106,18 @@ class Scratch:
                 error.filename = str(path)
             raise
         finally:
-            with contextlib.suppress(OSError):  # the file was renamed or was never created
+            with contextlib.suppress(OSError):  # renamed, or never created
                 partial.unlink()
 
     def keep(self, name: str, array: Array) -> bool:
-        """Cache an array if there is enough room in the cache; return whether it was cached."""
+        """Store an array in memory if the cache has enough room; return whether it has."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
             if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-                array = array.copy()  # a view would keep its base array in memory
+                array = array.copy()  # a view would keep its whole base array
             array = np.ascontiguousarray(array)
             array.flags.writeable = False
             self._kept[name] = array
@@ -126,8 +125,8 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Return rows `begin` to `end` - 1 of an array. The caller must not modify the rows."""
-        # Files are not memory-mapped, because a limit of the address space includes memory maps.
+        """Return rows `begin` to `end` - 1 of an array, which must not be modified."""
+        # Files are not memory-mapped, because limits of the address space include memory maps.
         kept = self._kept.get(name)
         if kept is not None:
             return kept[begin:end]
@@ -140,7 +139,7 @@ class Scratch:
         return rows
 
     def has(self, name: str) -> bool:
-        """Whether an array with this name exists."""
+        """Return whether an array with this name exists."""
         return name in self._kept or self._path(name).exists()
 
     def remove(self, name: str) -> None:
@@ -165,7 +164,7 @@ class Scratch:
 
 
 class RowFile:
-    """A file in the scratch folder to which rows are appended, for use in a `with` block."""
+    """A file in the scratch folder to which rows are appended in a `with` block."""
 
     def __init__(self, scratch: Scratch) -> None:
         self._path = scratch.folder / secrets.token_hex(6)
@@ -180,14 +179,14 @@ class RowFile:
         self._file.close()
 
     def add(self, rows: Array) -> None:
-        """Append rows; all rows must have the same dtype and width."""
+        """Append rows; all rows in the file must have the same dtype and width."""
         if self._row is None:
             self._row = np.dtype((rows.dtype, rows.shape[1:]))
         self._file.write(np.ascontiguousarray(rows, self._row.base).data)
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """Return the table; if single numbers were added, each row has `width` of them."""
+        """Return the rows as a table; single numbers are grouped to rows of `width` numbers."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

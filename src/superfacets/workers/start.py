@@ -1,8 +1,8 @@
-"""Start worker processes, which do not import the user's main script and ignore Ctrl-C.
+"""Start worker processes, which ignore Ctrl-C and do not import the main script of the user.
 
 On Linux, workers are forked from the fork server of `multiprocessing`, which has already imported
 `_MODULES`. The command line program starts the fork server first, and then imports its own modules
-while the server imports on another core. Therefore this module must be fast to import.
+while the server imports on another core. Therefore, this module must be fast to import.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ _MODULES = [
     "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
     "superfacets.workers.child",
 ]  # fmt: skip
-"""Modules that the fork server imports, because most workers need them."""
+"""Modules that the fork server imports before it forks workers, because most workers need them."""
 
 _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Environment variables of workers. Numeric libraries must not start threads, because workers share
-the cores, and because a process with threads cannot be forked safely. `PYTHONSAFEPATH` excludes the
-current folder from the search for modules."""
+"""Environment variables of workers. Numeric libraries must not start threads, because workers
+divide the cores among them, and because a process with threads cannot be forked safely.
+`PYTHONSAFEPATH` excludes the current folder from the search path of modules."""
 
 HAS_SERVER = sys.platform == "linux"
-"""Whether workers are forked from a server. Some libraries of other systems do not support fork."""
+"""Whether a fork server forks workers. On other systems, some libraries do not support fork."""
 
 
 def prepare() -> None:
-    """Start the fork server early if there are several cores."""
+    """Start the fork server early if there are several cores, so that workers start fast."""
     if HAS_SERVER and len(os.sched_getaffinity(0)) > 1:
         start_context()
 
 
 def start_context() -> ForkServerContext | SpawnContext:
-    """Return the `multiprocessing` context for workers; start the fork server if there is one."""
+    """Return the `multiprocessing` context for workers, after starting the fork server on Linux."""
     import multiprocessing
 
     if not HAS_SERVER:
@@ -59,9 +59,9 @@ def start_context() -> ForkServerContext | SpawnContext:
 
 @contextlib.contextmanager
 def own_settings() -> Iterator[None]:
-    """Within the block, start processes with `_ENVIRONMENT` and with Ctrl-C blocked.
+    """Start processes in the `with` block with `_ENVIRONMENT`, and with Ctrl-C blocked.
 
-    Ctrl-C in this process is delayed until the end of the block. Started processes do not import
+    In this process, Ctrl-C is delayed until the end of the block. Started processes do not import
     the main script, which may lack ``if __name__ == "__main__":``.
     """
     from multiprocessing import resource_tracker
@@ -72,7 +72,7 @@ def own_settings() -> Iterator[None]:
     try:
         os.environ.update(_ENVIRONMENT)
         if mask is not None:
-            resource_tracker.ensure_running()  # its later start would unblock signals
+            resource_tracker.ensure_running()  # now, as its start unblocks signals
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         sys.modules["__main__"] = types.ModuleType("__main__")
         yield

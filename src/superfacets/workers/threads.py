@@ -1,4 +1,4 @@
-"""Define `ThreadTeam`, which maps a function over jobs on several threads."""
+"""Define `ThreadTeam`, which calls a function for many jobs in several threads."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ThreadTeam:
         self._given: list[Future[Any]] = []
 
     def start(self) -> None:
-        """Start all threads now, because Ctrl-C during a later start would leave a lost thread.
+        """Start all threads at once, because Ctrl-C during a later start could lose a thread.
 
         Raises a MemoryError if the system cannot start this number of threads.
         """
@@ -31,16 +31,16 @@ class ThreadTeam:
         except RuntimeError:
             raise MemoryError(f"cannot start {self._n_threads} threads: reduce n_threads") from None
         finally:
-            barrier.abort()  # releases threads that wait at the barrier
+            barrier.abort()  # ends the waiting of threads
 
     def map(
         self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]
     ) -> Iterator[tuple[int, Any]]:
         """Yield (index of the job, ``work(store, *job)``) for each job, in order.
 
-        Waiting jobs are cancelled if a job fails or if the user presses Ctrl-C.
+        If a job fails or the user presses Ctrl-C, jobs that have not started are cancelled.
         """
-        if len(jobs) == 1:  # a common case, for which no thread is needed
+        if len(jobs) == 1:  # frequent, and needs no thread
             yield from in_turn(work, store, jobs)
             return
         self._given = []
@@ -54,18 +54,18 @@ class ThreadTeam:
                 left.cancel()
 
     def end(self) -> None:
-        """Wait until all threads have ended, even after Ctrl-C, because threads may write files."""
+        """Wait for the end of all threads, even after Ctrl-C, because they may be writing files."""
         despite_interrupts(self._wait)
 
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # joins all threads, because Python loses Ctrl-C while a thread ends
+        self._pool.shutdown()  # waits, as Python loses Ctrl-C while a thread ends
 
 
 @contextlib.contextmanager
 def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
-    """Yield a `ThreadTeam`, and wait for its threads at the end of the block."""
+    """Yield a `ThreadTeam`, and wait for its threads after the `with` block."""
     threads = ThreadTeam(n_threads)
     try:
         threads.start()
@@ -75,13 +75,13 @@ def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
 
 
 def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
-    """Do the same as `ThreadTeam.map`, but run all jobs on the calling thread."""
+    """Yield the same as `ThreadTeam.map`, but run all jobs in the calling thread."""
     for place, job in enumerate(jobs):
         yield place, work(store, *job)
 
 
 def despite_interrupts(work: Callable[[], object]) -> None:
-    """Repeat `work` until Ctrl-C does not interrupt it; then raise the last KeyboardInterrupt."""
+    """Repeat `work` until Ctrl-C does not interrupt it, then raise the last KeyboardInterrupt."""
     interrupt: KeyboardInterrupt | None = None
     is_done = False
     while not is_done:

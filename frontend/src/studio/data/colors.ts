@@ -28,10 +28,10 @@ export function variant(color: Rgb, object: number): Rgb {
 }
 
 /**
- * Assigns to each region the least used color of the palette that none of its neighbors has. Colors of
- * neighbors are the same only if the palette is too small. Regions are colored in the order of their
- * labels. A split appends its new region, so almost all regions keep their color. Python's
- * region_colors finds colors that are easier to distinguish, but after a split most colors can change.
+ * Assigns to each region the least used color of the palette that none of its neighbors has. Two neighbors get the same
+ * color only if the palette is too small. Regions are colored in the order of their labels. A split appends its new
+ * region, so almost all regions keep their color. Python's region_colors finds colors that are easier to distinguish,
+ * but after a split most colors can change.
  */
 export function regionColors(neighbors: Neighbors, count: number, palette: Rgb[]): Rgb[] {
   const chosen = new Int8Array(count).fill(-1);

@@ -70,7 +70,7 @@ export interface SuggestionEntry {
 export interface Effect extends Progress {
   kind: string;
   cells: string; // indices of the changed cells, as base64 of uint32 numbers
-  paint: string; // new paint of each changed cell, as base64 of uint32 numbers
+  paint: string; // new paint (class and object) of each changed cell, as base64 of uint32 numbers
 }
 
 /** Agreement of the labels in two work files. */

@@ -96,7 +96,7 @@ export class Regions {
   readonly neighbors: Neighbors;
   private readonly groups: Groups;
 
-  /** `areas` has the area of each cell, `graph` is a packet from the server with pairs of adjacent regions. */
+  /** `areas` contains the area of each cell. `graph` is a packet from the server with pairs of adjacent regions. */
   constructor(
     readonly labels: Int32Array, areas: Float32Array, graph: ArrayBuffer, readonly revision: number,
   ) {

@@ -36,7 +36,8 @@ export class Mesh {
   readonly palette: Rgb[];
   readonly oneCell: string; // singular noun for a cell
   readonly cellName: string; // plural noun for cells
-  private readonly firstTriangle: Int32Array | null; // first triangle of each cell; -1 if the cell is inside the body and has no triangle
+  // First triangle of each cell; -1 if the cell is inside a tetrahedral mesh and has no triangle.
+  private readonly firstTriangle: Int32Array | null;
 
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);
@@ -78,7 +79,7 @@ export class Mesh {
     return [values[3 * vertex], values[3 * vertex + 1], values[3 * vertex + 2]];
   }
 
-  /** Corners of the first triangle of a cell; null for a point, and for a cell inside the body. */
+  /** Corners of the first triangle of a cell; null for a point, and for a cell inside a tetrahedral mesh. */
   cornersOf(cell: number): [Vector, Vector, Vector] | null {
     const { triangles } = this.shape;
     const triangle = this.firstTriangle ? this.firstTriangle[cell] : cell;
@@ -87,7 +88,7 @@ export class Mesh {
     return [this.corner(a), this.corner(b), this.corner(c)];
   }
 
-  /** Centroid of the first triangle of a cell, or the point itself; null for a cell inside the body. */
+  /** Centroid of the first triangle of a cell, or the point itself; null for a cell inside a tetrahedral mesh. */
   middleOf(cell: number): Vector | null {
     if (this.isCloud) return this.corner(cell);
     const corners = this.cornersOf(cell);
@@ -95,8 +96,8 @@ export class Mesh {
   }
 
   /**
-   * Normal of the first triangle of a cell, with twice the triangle's area as length. The normal is zero
-   * for a point, and for a cell inside the body.
+   * Normal of the first triangle of a cell, with twice the triangle's area as length. The normal is zero for a point,
+   * and for a cell inside a tetrahedral mesh.
    */
   normalOf(cell: number): Vector {
     const corners = this.cornersOf(cell);

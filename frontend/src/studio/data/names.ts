@@ -6,29 +6,33 @@ import type { Mesh } from "./mesh";
 
 export type Lists = Pick<State, "classes" | "object_names">;
 
-/** The state before or after a step: lists of classes and names, and the paint of the cells that the step changes. */
+/**
+ * The state before or after a step that can be undone: lists of classes and names, and the paint (class and object) of
+ * the cells that the step changes.
+ */
 export interface Side {
   lists: Lists;
   paint: Uint32Array;
 }
 
-/** Description of each kind of step. */
+/** Description of each kind of step that can be undone. */
 const STEPS: Record<string, string> = {
   paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
   objects: "name of an object", review: "review mark", suggest: "import of suggestions", settle: "suggestion",
 };
-const TOLD = new Set(["paint", "classes", "objects"]); // steps of these kinds are described by their changes alone
+const TOLD = new Set(["paint", "classes", "objects"]); // steps of these kinds are described only by their changes
 const MAX_TOLD = 2; // largest number of list changes in the description of a step
 
 export const classNameIn = ({ classes }: Lists, id: number): string =>
   classes.find((entry) => entry.id === id)?.name ?? "no class";
 
-/** Name of the object of a paint or, if the paint has no object, of its class. */
+/** Name of the object of a paint (class and object) or, if the paint has no object, of its class. */
 export function paintNameIn(lists: Lists, paint: number): string {
   const [id, object] = [classOf(paint), objectOf(paint)];
   const name = classNameIn(lists, id);
   if (!object || lists.classes.find((entry) => entry.id === id)?.stuff) return name;
-  return ownName(lists, paint) ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "chair 2", but "class 1 #2" because this name ends with a digit
+  // "chair 2", or "class 1 #2" if the class name ends with a digit.
+  return ownName(lists, paint) ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`;
 }
 
 const ownName = ({ object_names }: Lists, paint: number): string | undefined =>

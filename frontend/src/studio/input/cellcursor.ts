@@ -73,8 +73,8 @@ export class CellCursor {
   }
 
   /**
-   * The cell at which the cell cursor starts: the cell in the middle of the region selected by keyboard. If
-   * no region is selected, the visible cell nearest to the middle of the canvas.
+   * The cell at which the cell cursor starts: the cell in the middle of the region selected by keyboard or, if no
+   * region is selected, the visible cell nearest to the middle of the canvas.
    */
   private start(): number {
     const { cursor, session, drawing } = this.workbench;

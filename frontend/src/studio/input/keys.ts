@@ -194,7 +194,8 @@ export class Keys {
     const target = event.target as Element;
     if (this.help.open || !this.workbench.session.paints || target.closest(FIELDS)) return;
     const isBlender = this.scheme.value === "blender";
-    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // these keys must not choose classes, because they change the view in Blender
+    // These keys must not choose classes, because Blender uses them to change the view.
+    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;
     const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
     if (!key || (key.onCanvas && target !== this.workbench.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;

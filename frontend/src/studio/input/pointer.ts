@@ -11,7 +11,7 @@ type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 
 interface Scheme {
   name: string;
-  hint: string; // text of the toolbar: how to turn, move and zoom
+  hint: string; // text of the toolbar: how to rotate, move and zoom
   rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
   drag: (event: PointerEvent) => Drag;
 }
@@ -150,7 +150,7 @@ export class Pointer {
     this.waiting = event;
   }
 
-  /** Two fingers turn and zoom the view; three fingers move the view. */
+  /** Two fingers rotate and zoom the view; three fingers move the view. */
   private moveFinger(event: PointerEvent): void {
     const { fingers, canvas } = this;
     const before = fingers.get(event.pointerId);

@@ -14,7 +14,7 @@ import { newStrokeId } from "../session/saver";
 export abstract class Tool {
   abstract readonly name: string;
   abstract readonly hint: string;
-  readonly turnsBeside: boolean = true; // whether a drag that begins outside the mesh turns the view
+  readonly turnsBeside: boolean = true; // whether a drag that begins outside the mesh rotates the view
 
   constructor(protected readonly workbench: Workbench) {}
 
@@ -36,14 +36,17 @@ export abstract class Tool {
   }
 
   /**
-   * Handle an arrow key. By default, turn the view. x is 1 for right and -1 for left, and y is 1 for up and
-   * -1 for down.
+   * Handle an arrow key. By default, rotate the view. x is 1 for right and -1 for left, and y is 1 for up and -1 for
+   * down.
    */
   arrow(x: number, y: number): void {
     this.workbench.drawing.camera.orbit(TURN * x, -TURN * y);
   }
 
-  /** Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions, or remove their outer ring. */
+  /**
+   * Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions to the selection, or remove
+   * the outer ring of the selection.
+   */
   resize(isUp: boolean): void {
     if (isUp) this.workbench.grow();
     else this.workbench.shrink();

@@ -72,7 +72,10 @@ export class Suggestions {
     return entry.class ? this.workbench.className(entry.class) : "no class yet";
   }
 
-  /** Suggestions with at least the score of the slider. At 0, suggestions without a score are included. */
+  /**
+   * Suggestions whose score is at least the value of the slider. If the value is 0, suggestions without a score are
+   * included.
+   */
   private get goodEnough(): number[] {
     const least = Number(this.least.value);
     return this.order.filter((place) => !least || (this.entries[place - 1].score ?? -1) >= least);
@@ -87,7 +90,10 @@ export class Suggestions {
       places.length ? "Some suggestions have no class: choose a class first" : "No suggestion has this score");
   }
 
-  /** Class that a suggestion would get: its own class, or the chosen class if `isChosenClass` or if it has none. */
+  /**
+   * Class that a suggestion would get: the chosen class if `isChosenClass` or if the suggestion has no class, otherwise
+   * the class of the suggestion.
+   */
   private classFor(place: number, isChosenClass: boolean): number {
     const own = isChosenClass ? 0 : this.entries[place - 1].class;
     return own || classOf(this.workbench.currentPaint);

@@ -23,7 +23,10 @@ async function refusal(response: Response): Promise<ServerError> {
 export class Api {
   constructor(private readonly token: string) {}
 
-  /** URL for links and images. The browser requests them without our headers, so the query has the token. */
+  /**
+   * URL for links and images. The browser requests these URLs without the header that contains the token, so the query
+   * contains the token.
+   */
   address(path: string, query: Record<string, string> = {}): string {
     return `${path}?${new URLSearchParams({ ...query, token: this.token })}`;
   }

@@ -41,7 +41,8 @@ const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(c
 
 const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
 const BEAT_MS = 5000; // interval between checks for changes made by other pages
-// If the last preview took longer than this, a new preview aborts the running preview; otherwise it waits.
+// If the last preview took longer than this number of seconds, a new preview aborts the running preview; otherwise the
+// new preview waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -54,7 +55,8 @@ export class Session {
   state!: State;
   suggested = NOTHING_SUGGESTED;
   online = true;
-  savedAt: Date | null = null; // when the server saved the latest step; null if nothing was saved since the file was opened
+  // Time at which the server saved the latest step; null if nothing was saved since the file was opened.
+  savedAt: Date | null = null;
   isLocked = false; // whether strokes leave cells that already have a class unchanged
   private saver!: Saver;
   private segmentation: AbortController | null = null;
@@ -66,7 +68,8 @@ export class Session {
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
-    window.addEventListener("focus", () => void this.beat()); // another tab may have changed the labels meanwhile
+    // Another tab may have changed the labels while this page was in the background.
+    window.addEventListener("focus", () => void this.beat());
   }
 
   get path(): string {
@@ -236,7 +239,10 @@ export class Session {
     }
   }
 
-  /** Copy of the current lists and of the current paint of some cells; later steps do not change the copy. */
+  /**
+   * Copy of the current lists, and of the current paint (class and object) of some cells; later steps do not change the
+   * copy.
+   */
   private side(cells: Uint32Array): Side {
     const { classes, object_names } = this.state;
     return { lists: { classes, object_names }, paint: cells.map((cell) => this.paints.of[cell]) };
@@ -342,7 +348,8 @@ export class Session {
   async setClasses(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
     const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes: edit(this.state.classes) });
-      this.savedAt = new Date(); // `reload` does not set this for the class list of a folder, which is not saved as a step
+      // `reload` does not set `savedAt` for the class list of a folder, which is not saved as a step.
+      this.savedAt = new Date();
       await this.reload();
     });
     if (!isDone) this.events.emit("classes", this.state.classes);
@@ -374,7 +381,10 @@ export class Session {
     this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.");
   }
 
-  /** Compare with another work file or, without `files`, with the one compared last. Returns null on failure. */
+  /**
+   * Compare with the given work file or, without `files`, with the file of the last comparison. Returns null on
+   * failure.
+   */
   async compare(files?: { name: string; data: string }[]): Promise<CompareReply | null> {
     return this.compared("compare", files ? { files } : {});
   }

@@ -74,7 +74,7 @@ export class Drawing {
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault(); // otherwise the browser never restores the context
+      event.preventDefault(); // without this call, the browser would never restore the context
       failed("The graphics card stopped responding.");
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());

@@ -27,8 +27,8 @@ export class Picker {
   }
 
   /**
-   * Cells within a distance in pixels of the cell at a canvas position. Hidden and clipped cells, and
-   * cells that face in the opposite direction, are excluded.
+   * Cells within a distance in pixels of the cell at a canvas position. Hidden cells, clipped cells, and cells whose
+   * normals differ by more than 90 degrees from the normal of the cell at the position are excluded.
    */
   cellsAround(place: Place, pixels: number): number[] {
     const { mesh, drawing } = this;

@@ -59,7 +59,8 @@ def translation(vector: Floats) -> Floats:
 def open_model(data: Content, placement: Placement | None) -> Model:
     """Return the glTF of a .b3dm, .glb or .gltf file, with its placement.
 
-    If a .b3dm file is read without its tileset, its RTC_CENTER becomes the origin.
+    If a .b3dm file is read without its tileset, its RTC_CENTER (an offset of all positions) becomes
+    the origin.
     """
     is_tile = data[:4] == b"b3dm"
     gltf, center = _split_b3dm(data) if is_tile else (data, np.zeros(3))
@@ -74,7 +75,7 @@ def open_model(data: Content, placement: Placement | None) -> Model:
 
 
 def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
-    """Return the GLB in a .b3dm file, and its RTC_CENTER."""
+    """Return the GLB in a .b3dm file, and RTC_CENTER, to which its positions are relative."""
     if len(data) < _HEADER:
         raise MeshError(f"the b3dm file is truncated: it has only {len(data)} bytes")
     version, size, *sizes = struct.unpack_from("<6I", data, 4)
@@ -86,7 +87,7 @@ def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
     if data[begin : begin + 4] != b"glTF":
         raise MeshError("the b3dm file contains no binary glTF")
     (glb_size,) = struct.unpack_from("<I", data, begin + 8)
-    end = begin + glb_size if begin + glb_size <= size else size  # padding may follow
+    end = begin + glb_size if begin + glb_size <= size else size  # padding may follow it
     return data[begin:end], _center_of(data[_HEADER:begin], *sizes[:2])
 
 

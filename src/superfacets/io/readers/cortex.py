@@ -39,7 +39,7 @@ def gifti_labels(data: Content) -> Array:
 
 def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
     """Return the first array of each intent, or None if the file has no such array."""
-    if data.find(b"ExternalFileBinary") >= 0:  # security: it could be any file of the computer
+    if data.find(b"ExternalFileBinary") >= 0:  # for security, refuse names of other files
         raise MeshError("the GIFTI file refers to another file: save all arrays in one file")
 
     def read(nibabel: Any) -> list[Array | None]:

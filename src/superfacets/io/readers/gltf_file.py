@@ -60,7 +60,7 @@ class Gltf:
         return item
 
     def take(self, n_bytes: int, name: str) -> None:
-        """Add to the number of decompressed bytes. Raise a MeshError if the sum is too large."""
+        """Count decompressed bytes, and raise a MeshError if their sum exceeds the limit."""
         self.n_unpacked += n_bytes
         if self.n_unpacked > most_bytes_of(self.n_bytes):
             raise MeshError(
@@ -194,7 +194,7 @@ def view_content(gltf: Gltf, index: int) -> memoryview:
 
 
 def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the meshopt extension of a buffer or buffer view, or None."""
+    """Return the meshopt extension of a buffer or buffer view, or None if it is missing."""
     extensions = item.get("extensions")
     named = extensions if isinstance(extensions, dict) else {}
     return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)

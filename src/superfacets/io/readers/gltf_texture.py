@@ -33,7 +33,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or in `left_out` the reason why it cannot be read."""
+    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
@@ -112,7 +112,7 @@ class _Reader:
         return parts
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
-        """Return the index of an accessor's first coordinates among all coordinates."""
+        """Add the coordinates of an accessor, but only once, and return the index of the first."""
         key = (whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
@@ -156,7 +156,8 @@ class _Reader:
         if not isinstance(info, dict):
             return Material(name, (red, green, blue), source=kept), use
         image, sampler = self.image_and_sampler(info.get("index"))
-        wrap_u, wrap_v = (_wrap_of(sampler, key) for key in ("wrapS", "wrapT"))
+        codes = [whole(sampler, key, 10497) for key in ("wrapS", "wrapT")]
+        wrap_u, wrap_v = (WRAP_OF_CODE.get(code, "repeat") for code in codes)
         return Material(name, (red, green, blue), image, (wrap_u, wrap_v), kept), use
 
     def image_and_sampler(self, index: Any) -> tuple[TextureImage, dict[str, Any]]:
@@ -187,7 +188,7 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # a small file could fill memory
+            if self.n_image_bytes > self.gltf.n_bytes:  # else a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"
@@ -199,10 +200,10 @@ class _Reader:
 
 @dataclass
 class _SourceReader:
-    """Converter of materials that replaces textures by indices into `images` and `samplers`."""
+    """Replaces the textures of a material by indices into `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # coordinates of the color texture
+    use: _Use  # texture coordinates of the color, which other textures must use, too
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
@@ -237,8 +238,3 @@ def _use_of(info: dict[str, Any]) -> _Use:
         raise MeshError("broken glTF: the rotation of a texture must be a finite number")
     place = whole(transform, "texCoord", whole(info, "texCoord", 0))
     return _Use(place, offset, float(rotation), scale)
-
-
-def _wrap_of(sampler: dict[str, Any], key: str) -> str:
-    """Return the wrap mode of an image, or the default mode for unknown codes."""
-    return WRAP_OF_CODE.get(whole(sampler, key, 10497), "repeat")

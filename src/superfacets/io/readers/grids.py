@@ -109,7 +109,7 @@ class Cursor:
         return b""
 
     def counts(self, n: int, what: str) -> list[int]:
-        """Return the counts on the next line that is not blank, which must be at least `n`."""
+        """Return the counts on the next non-blank line, which must have at least `n` counts."""
         tokens = self.line().split()
         if len(tokens) < n:
             raise MeshError(f"{what}: expected {n} or more numbers, got {len(tokens)}")

@@ -14,14 +14,7 @@ import numpy as np
 from ..._types import Array, Ints
 from ..._validate import hint_at_vertices, refuse_first, refuse_mask
 from ...errors import MeshError
-from ..guards import (
-    Content,
-    counted,
-    hint_at_integers,
-    known_ending,
-    named_errors,
-    read_content,
-)
+from ..guards import Content, counted, hint_at_integers, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
@@ -99,22 +92,23 @@ def read_labels(
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     with named_errors(path):
-        return checked_labels(_READERS[ending](data, name), n_faces)
+        return parse_labels(data, ending, n_faces, name)
 
 
-def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
-    """Return whether the file of a mesh or point cloud also contains labels with this name."""
-    path = Path(path)
-    ending = path.suffix.lower()
-    if ending not in _FINDERS and ending not in (".ply", *PART_ENDINGS):
-        return False
-    data = read_content(path)
-    if ending in PART_ENDINGS:
-        return has_region_parts(data)
-    with named_errors(path):
-        if ending == ".ply":  # only the header is parsed
-            return has_ply_labels(data, name)
-        return _FINDERS[ending](data, name) is not None
+def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints:
+    """Return the labels in the content of a file, or raise a MeshError if they are missing."""
+    if ending not in _READERS:
+        raise MeshError(f"expected a format that can store labels, got {ending}")
+    return checked_labels(_READERS[ending](data, name), n_cells)
+
+
+def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
+    """Return the labels in the content of a mesh or point cloud file, or None if it has none."""
+    if ending in (".ply", *PART_ENDINGS):
+        is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
+        return parse_labels(data, ending, n_cells, name) if is_found else None
+    found = _FINDERS[ending](data, name) if ending in _FINDERS else None
+    return None if found is None else checked_labels(found, n_cells)
 
 
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:

@@ -52,7 +52,7 @@ _WAVE: tuple[_Field, ...] = (("V29", {}),)  # reference to a wave packet, which 
 
 
 class _Part(NamedTuple):
-    """An item of LAZ: fields that are compressed together, and their number of layers."""
+    """An item of a LAZ record: fields that are compressed together, in `n_layers` layers."""
 
     fields: tuple[_Field, ...]
     n_layers: int
@@ -161,18 +161,9 @@ def _header_of(data: Content) -> _Header:
     if minor >= 4:
         projection = _extended_projection(data) | projection
     return _Header(
-        minor,
-        bool(data[6] & 16),
-        n_points,
-        point_format,
-        size,
-        begin,
-        is_compressed,
-        numbers[:3],
-        numbers[3:],
-        records,
-        tuple(projection.items()),
-    )
+        minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
+        numbers[3:], records, tuple(projection.items()),
+    )  # fmt: skip
 
 
 def _size_of(fields: tuple[_Field, ...]) -> int:
@@ -375,7 +366,7 @@ def _chunks(
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    place = 0  # offset of a chunk, which has a point, the number of points, layer sizes and layers
+    place = 0  # offset of a chunk: a point, the number of points, sizes of layers, and layers
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:

@@ -24,7 +24,7 @@ Parts = tuple[Array, ...]
 def read_msh(data: Content, name: str) -> Grid:
     """Read the elements of a file, with the element data `name`.
 
-    The names ``gmsh:physical`` and ``gmsh:geometrical`` select the tags of elements.
+    The names ``gmsh:physical`` and ``gmsh:geometrical`` select these tags of elements as data.
     """
     return _MshReader(data, name).read()
 

@@ -1,4 +1,4 @@
-"""Read MTL files, which have the materials of OBJ files."""
+"""Read MTL files, which contain the materials of OBJ files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     """Return the materials of an MTL file by name; images must be in `folder` or its subfolders.
 
     ``map_Kd`` is the image, and ``Kd`` is the sRGB color of a material without an image. All lines
-    are stored, so that they can be written again.
+    of a material are stored, so that `write_mesh` can write them again.
     """
     text = read_content(path)[:].decode("utf-8", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()

@@ -66,7 +66,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            last = np.repeat(n_before, faces.counts)  # 1-based index of the vertex with index -1
+            last = np.repeat(n_before, faces.counts)  # number of vertices before each corner
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)

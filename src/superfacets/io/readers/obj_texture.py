@@ -80,7 +80,7 @@ def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
     indices = faces.parse_second_indices()
     if indices.min(initial=1) < 0:
         n_before = found.n_coordinates + np.cumsum(is_pair, dtype=np.int64)[is_face]
-        last = np.repeat(n_before, faces.counts)  # 1-based index of the pair with index -1
+        last = np.repeat(n_before, faces.counts)  # number of pairs before each corner
         indices = np.where(indices < 0, np.maximum(indices + last + 1, 0), indices)
     values = pairs.parse(np.float64)
     firsts = np.cumsum(pairs.counts, dtype=np.int64) - pairs.counts

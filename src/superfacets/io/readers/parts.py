@@ -14,7 +14,7 @@ from .stl import is_binary_stl, read_stl
 from .text import iterate_lines
 
 PART_ENDINGS = (".stl", ".obj")
-"""Endings of formats that store labels as named parts. `write_mesh` sorts faces by part."""
+"""Endings of formats that store labels as named parts, by which `write_mesh` sorts the faces."""
 
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
 """Matches the names that `write_mesh` gives to parts."""
@@ -47,7 +47,7 @@ def obj_labels(data: Content) -> Array:
 def _labels_by_part(
     data: Content, words: tuple[bytes, ...], *, any_case: bool = False, comment: bytes = b""
 ) -> Array:
-    """Return a label per cell. ``words[0]`` begins the line of a cell, other words begin a part."""
+    """Return a label per face. Lines of faces begin with ``words[0]``, other words begin a part."""
     names: dict[bytes, int] = {}
     blocks, last = [], -1
     for lines in iterate_lines(data, comment=comment):
@@ -60,7 +60,7 @@ def _labels_by_part(
         blocks.append(np.array(parts)[np.cumsum(is_part)[keywords == 0]])
         last = parts[-1]
     matches = [_REGION.fullmatch(name) for name in names]
-    numbers = np.arange(-1, len(names))  # label of each part, after label -1 for no part
+    numbers = np.arange(-1, len(names))  # label -1 for no part, then the label of each part
     if all(matches):  # all names are like `region_17` or `unlabeled`
         numbers[1:] = [int(match[1]) if match and match[1] else -1 for match in matches]
     labels: Array = numbers[np.concatenate(blocks) + 1]

@@ -37,7 +37,7 @@ _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 class _Field(NamedTuple):
     name: str
     dtype: np.dtype[Any]
-    length: int  # count of numbers per point
+    length: int  # number of values per point
 
 
 class _Header(NamedTuple):

@@ -68,7 +68,7 @@ class Pieces:
 
 
 class SourceFile(NamedTuple):
-    """A file of a source, its name in the source, and its placement in a tileset."""
+    """A file of a folder or tileset, its name in the folder, and its placement in the tileset."""
 
     path: Path
     name: str
@@ -76,7 +76,7 @@ class SourceFile(NamedTuple):
 
 
 def holds_files(path: Path) -> bool:
-    """Return whether a source is a folder or a tileset, which may have several files."""
+    """Return whether a path is a folder or a tileset, which may have several files."""
     return path.is_dir() or tileset_at(path) is not None
 
 
@@ -138,7 +138,7 @@ def as_doubles(rows: Array, _begin: int) -> Array:
 
 
 def _are_zero(rows: RecordRows) -> bool:
-    """Return whether all numbers are 0, reading no further than the first other number."""
+    """Return whether all numbers are 0. Reading stops after the first other number."""
     blocks = range(0, rows.n_rows, _ROWS_AT_ONCE)
     return not any(
         rows.read(begin, min(begin + _ROWS_AT_ONCE, rows.n_rows)).any() for begin in blocks
@@ -167,7 +167,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if record is None:
             break
         if element.n_rows * record.itemsize > n_bytes - begin:
-            if is_cloud or element.name == "face":  # faces may have fewer than three corners
+            if is_cloud or element.name == "face":  # then the file is loaded completely
                 break
             raise MeshError(
                 f"{path}: the PLY header declares {element.n_rows} rows of element"

@@ -120,7 +120,7 @@ def has_ply_labels(data: Content, name: str) -> bool:
 
 
 def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
-    """Return the index of the labeled element, and of its property, or None if there is none."""
+    """Return the index of the labeled element, and of its property `name`, or None if missing."""
     vertex = header.find("vertex")
     place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
     element = header.elements[place]

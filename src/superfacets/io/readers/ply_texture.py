@@ -33,7 +33,7 @@ def with_texture(
     faces: Array | Polygons,
     folder: Path | None,
 ) -> MeshAttributes:
-    """Return attributes with a texture if they have texture coordinates of corners or vertices."""
+    """Return the attributes, with a texture if the file names images and has coordinates."""
     names = images_in(attributes.comments)
     if not names:
         return attributes
@@ -75,7 +75,7 @@ def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
 def _pairs_of_faces(
     header: Header, tables: list[list[Column]], offsets: Longs
 ) -> tuple[Array, Ints] | None:
-    """Return texture coordinates in lists of faces, and the row of each corner, or -1."""
+    """Return coordinates in lists of faces, and the row of each corner; None if there are none."""
     place = header.find("face")
     column = None if place is None else header.elements[place].find(OF_CORNERS)
     if place is None or column is None or place != header.faces:

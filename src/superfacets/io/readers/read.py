@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ...errors import MeshError
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
@@ -62,7 +62,7 @@ CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES",
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
-"""Endings, keyed by the first bytes of the file."""
+"""Endings of mesh formats, keyed by the first bytes of their files."""
 
 _RASTER = (
     "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
@@ -201,7 +201,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
 
 
 def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
-    """Read a mesh, or a point cloud if the file has no faces; `placement` is for 3D Tiles."""
+    """Read a mesh, or a cloud if the file has no faces; `placement` moves models of 3D Tiles."""
     parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
     return _read(path, CELL_ENDINGS, parse)[0]
 

@@ -215,7 +215,7 @@ def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
 
 
 def _center_of_region(region: Floats) -> Floats:
-    """Return the earth-centered center of a region: west, south, east, north, and two heights."""
+    """Return the center of a region (west, south, east, north, heights) as geocentric x, y, z."""
     west, south, east, north, low, high = region.tolist()
     longitude, latitude, height = (west + east) / 2, (south + north) / 2, (low + high) / 2
     if west > east:  # the region crosses the date line

@@ -13,7 +13,15 @@ import numpy as np
 
 from ..._types import Array, Floats
 from ...errors import MeshError
-from ..guards import Arrays, Content, as_doubles, checked_faces, counted, most_bytes_of
+from ..guards import (
+    Arrays,
+    Content,
+    as_doubles,
+    checked_faces,
+    counted,
+    most_bytes_of,
+    named_errors,
+)  # fmt: skip
 from .grids import sizes_between
 from .text import as_count, as_integers, shown, split_lines
 
@@ -118,7 +126,7 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return cell data, or None if they are missing; skip cells counted by names `before`."""
+        """Return cell data, or None if missing, without the leading cells that `before` counts."""
         parts = []
         for piece in self.pieces:
             n_before = sum(_count(piece, name) for name in before)
@@ -159,13 +167,11 @@ class XmlFile:
 
     def _values(self, array: Element, n: int) -> Array:
         """Return the `n` numbers of an array, or raise a MeshError if it has another size."""
-        try:
+        with named_errors(f"the array {shown(array.get('Name', _UNNAMED))}"):
             self._left -= 8 * n
             if self._left < 0:
                 raise MeshError(f"it declares {counted(n, 'number')}, too many for the file size")
             return self._decoded(array, n)
-        except MeshError as error:
-            raise MeshError(f"the array {shown(array.get('Name', _UNNAMED))}: {error}") from None
 
     def _decoded(self, array: Element, n: int) -> Array:
         word = array.get("type", "")

@@ -20,7 +20,14 @@ from ...io.textures import Texture
 from ..camera import View
 from ..colors import scale_colors
 from .coding import Arrays
-from .groups import Feature, Labeling, LabelsLike, checked_features, checked_levels, checked_truth
+from .groups import (
+    Feature,
+    Labeling,
+    LabelsLike,
+    checked_features,
+    checked_labeling,
+    checked_levels,
+)
 from .shape import STEPS, Shape, shape_of, view_facts
 from .texture import texture_parts
 
@@ -137,7 +144,7 @@ def view(
     kind, n_cells = kind_of(cells), cells.n_cells
     n_vertices = getattr(cells, "n_vertices", None)
     levels = checked_levels(labels, n_cells, n_vertices)
-    truth = checked_truth(ground_truth, n_cells, n_vertices)
+    truth = None if ground_truth is None else checked_labeling(ground_truth, n_cells, n_vertices)
     values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
     if camera is not None and not isinstance(camera, View):
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
@@ -164,7 +171,7 @@ def view(
 
 
 def checked_page_path(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a page; an error if its ending is wrong or its folder does not exist."""
+    """Return the path of a page; raise an error if its ending is wrong or its folder is missing."""
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"the name of a page must end in .html or .htm, got {target.name!r}")

@@ -55,7 +55,7 @@ class Labeling:
         }
 
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
-        """Add labels, colors, cell counts and sizes of the regions to `arrays`.
+        """Add labels, colors, cell counts, and areas or volumes of the regions to `arrays`.
 
         If each region of `finer` is inside a single region, the region that contains each finer
         region is stored instead of a label per cell.
@@ -124,22 +124,16 @@ def checked_levels(
     given: Any = labels.levels if isinstance(labels, Levels) else labels
     refuse_mask(given, "labels")
     if isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 1:
-        return [_checked_labeling(level, n_cells, n_vertices) for level in given]
+        return [checked_labeling(level, n_cells, n_vertices) for level in given]
     array = np.asarray(given)
     return [
-        _checked_labeling(level, n_cells, n_vertices)
+        checked_labeling(level, n_cells, n_vertices)
         for level in (array if array.ndim == 2 else [given])
     ]
 
 
-def checked_truth(
-    labels: npt.ArrayLike | None, n_cells: int, n_vertices: int | None = None
-) -> Labeling | None:
-    """Check ground truth labels; the result for None is None."""
-    return None if labels is None else _checked_labeling(labels, n_cells, n_vertices)
-
-
-def _checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Labeling:
+def checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Labeling:
+    """Check the labels of cells, and renumber the regions without gaps."""
     return Labeling(*compact_partial_labels(labels, n_cells, n_vertices))
 
 

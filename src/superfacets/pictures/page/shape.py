@@ -17,7 +17,7 @@ from ...cells.cell_graph import CsrArcs
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ..camera import View, view_axes
@@ -62,7 +62,7 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """Scene without colors, from which the up axis is guessed; one triangle per point."""
+        """Scene without colors, for guessing the up axis; points of clouds become triangles."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
             points = hexagons_of(self.graph)  # one triangle per hexagon is enough
@@ -184,7 +184,7 @@ def _numbered_by_use(
     """Return vertices in order of first use, corners with new numbers, and all new numbers."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner is written last
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner remains
     is_first = np.zeros(len(flat), dtype=bool)
     is_first[first[first < len(flat)]] = True
     used = flat[is_first].astype(np.int64)

@@ -50,8 +50,8 @@ def texture_parts(
     step = np.where(high > low, high - low, 1.0) / STEPS
     atlas, rectangles = _atlas_of(texture.images)
     tiles = [
-        [*_rectangle(material.image, rectangles), *map(WRAPS.index, material.wrap),
-         *srgb_of_linear(material.color).tolist()]
+        [*([0, 0, 0, 0] if material.image is None else rectangles[material.image]),
+         *map(WRAPS.index, material.wrap), *srgb_of_linear(material.color).tolist()]
         for material in texture.materials
     ]  # fmt: skip
     n = len(tiles)
@@ -67,10 +67,6 @@ def texture_parts(
         "tile_of": (numbers.astype(np.uint32), "difference"),
         "atlas": (np.frombuffer(atlas, np.uint8), "plain"),
     }
-
-
-def _rectangle(image: TextureImage | None, rectangles: dict[TextureImage, list[int]]) -> list[int]:
-    return [0, 0, 0, 0] if image is None else rectangles[image]
 
 
 def _extended(pillow: Any, picture: Any, most: int) -> Any:

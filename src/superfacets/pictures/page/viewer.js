@@ -84,7 +84,7 @@ uniform float point_size;  // diameter of a point at distance 1, in pixels
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
-out vec3 normal;  // in eye coordinates; (0, 0, 0) for a vertex on a crease
+out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for a vertex on a crease
 out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 vec3 unpacked(uint bits) {
   vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;

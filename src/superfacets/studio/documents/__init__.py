@@ -1,1 +1,1 @@
-"""The work on a mesh: its state, changes, undo history, work file, and the open documents."""
+"""Documents: meshes that are being labeled, with their state, undo history and work file."""

@@ -1,7 +1,7 @@
-"""Compare and merge the work of two people on one mesh.
+"""Compare and merge the labels that two people have given to one mesh.
 
-"Mine" is the open work, and "theirs" is the other work. Classes are matched by name, and objects by
-their overlap.
+"My" labels are in the open document, and "their" labels are in another person's work file. Classes
+are matched by name, and objects by their overlap.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Side = Literal["mine", "theirs"]
 
 @dataclass
 class Theirs:
-    """Another person's work, translated to my numbers of classes and objects."""
+    """Labels from another person's work file, translated to my numbers of classes and objects."""
 
     name: str
-    paint: Paint  # class and object of each cell, shape (N,)
-    class_list: ClassList  # my classes, followed by classes that only their work has
+    paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
+    class_list: ClassList  # my classes, followed by new classes from their file
 
     def differs(self, mine: Paint) -> Bools:
-        """Return which cells have a class in both works, but different classes or objects."""
+        """Return which cells are labeled in both files, but with different classes or objects."""
         return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
 
 
@@ -43,7 +43,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     """
     journal = parsed_work(Path(name), data)
     source.check_work(journal)
-    is_shared = journal.header["classes"] is None  # the classes belong to a folder
+    is_shared = journal.header["classes"] is None  # None: the classes are in the folder
     state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
@@ -53,7 +53,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """Return my number for each of their classes, and my list with their new classes."""
+    """Return my number for each of their classes, and my list extended by their new classes."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
@@ -62,10 +62,10 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
 
 
 def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
-    """Return my object number for the object of each cell in their work.
+    """Return my number for the object of each cell in their file, or 0 for cells in no object.
 
-    Objects of the same class are matched greedily, starting with the pair of largest IoU. Their
-    unmatched objects get numbers above all my objects. `mine` and `theirs` are instances.
+    Objects of one class are matched greedily, starting with the pair of largest IoU. Other objects
+    of theirs get numbers above my objects. `mine` and `theirs` are ``class * 1000 + object``.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -91,9 +91,9 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
 
 
 def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
-    """Return the pairs (my value, their value) that occur in a cell, and the IoU of each pair.
+    """Return triples (my value, their value, IoU) for all pairs of values that share a cell.
 
-    The IoU compares the areas of my value and of their value. It is 0 if both areas are 0.
+    The IoU is the intersection over union of the areas with these values, or 0 if the union is 0.
     """
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
@@ -106,12 +106,11 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 
 
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
-    """Measure the agreement of both works.
+    """Return how well my labels and their labels agree.
 
-    Cells that only one work has labeled are ignored. ``labeled`` is the fraction of the whole area
-    that both works have labeled, and ``share`` is the fraction of this labeled area on which class
-    and object agree. ``classes`` has the IoU of each class in the labeled area, and of its objects.
-    ``object`` is my number of an object.
+    ``labeled`` is the fraction of the whole area that is labeled in both files. In this area,
+    ``share`` is the fraction with equal class and object, and ``classes`` are the IoU of each class
+    and of its objects, where ``object`` is my object number. Other cells are ignored.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -140,6 +139,6 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """Return the IoU of each positive value that occurs in at least one of the works."""
+    """Return a dict from all positive values in either array to the IoU of their areas."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

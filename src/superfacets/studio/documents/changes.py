@@ -1,7 +1,4 @@
-"""Represent the state of a labeling, and its changes.
-
-A change can be applied and reverted, and takes about one byte per cell.
-"""
+"""Represent the state of a document and its changes, which can be undone and are compressed."""
 
 from __future__ import annotations
 
@@ -33,15 +30,15 @@ REVIEW_MARKS = "reviewed", "changed_since_review"
 
 @dataclass
 class State:
-    """Labels of all cells, list of classes, names of objects, and regions."""
+    """State of a document: labels of all cells, classes, names of objects, regions, suggestions."""
 
-    paint: Paint  # class and object of each cell, shape (N,), see `paint_of`
+    paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
     class_list: ClassList
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
     is_changed: bool = False  # whether classes or objects have changed since the review
-    suggestions: Suggestions = ()  # suggestions that are neither accepted nor rejected
+    suggestions: Suggestions = ()  # suggested objects that wait for a decision
 
     @property
     def classes(self) -> Numbers:
@@ -57,50 +54,50 @@ class State:
 
     @property
     def review_marks(self) -> Line:
-        """Entries of a journal line that store whether the work is reviewed."""
+        """Entries of a journal line: whether the document is reviewed, and has changed since."""
         values = self.is_reviewed, self.is_changed
         return {name: True for name, value in zip(REVIEW_MARKS, values, strict=True) if value}
 
 
 @dataclass(frozen=True)
 class Painted:
-    """Compressed classes and objects of some cells."""
+    """Compressed set of cells, and their classes and objects."""
 
-    cells: bytes  # see `pack_cells`
+    cells: bytes  # indices of the cells, encoded by `pack_cells`
     n: int  # number of cells
     values: bytes  # compressed `Paint`: one value per cell, or one value for all cells
 
     @classmethod
     def of(cls, cells: bytes, values: Paint) -> Painted:
-        """Compress the paint of packed cells; if all values are equal, only one is stored."""
+        """Compress the values (class and object) of packed cells; equal values are stored once."""
         row = values[:1] if bool((values == values[0]).all()) else values
         return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
 
     def unpacked(self) -> Paint:
-        """Return the paint of each cell, or an array with one value for all cells."""
+        """Return the value of each cell, or an array of length 1 if all values are equal."""
         return np.frombuffer(zlib.decompress(self.values), np.uint32)
 
     def set(self, paint: Paint) -> None:
-        """Write the values into `paint`, which has one value per cell."""
+        """Write the values into `paint`, the array of all cells."""
         paint[unpack_cells(self.cells, len(paint))] = self.unpacked()
 
 
 @dataclass(frozen=True)
 class Change:
-    """A change that can be applied and reverted."""
+    """A change of a `State`, with the values before and after it, so that it can be undone."""
 
     kind: Literal["paint", "split", "segment", "classes", "objects", "review", "suggest", "settle"]
-    before: Any  # `Painted` for the kind "paint"; otherwise the value of the changed field
+    before: Any  # old `Painted` for the kind "paint", otherwise old value of the field
     after: Any
-    stroke: str | None = None  # consecutive changes with the same name are undone together
+    stroke: str | None = None  # successive changes with the same name are undone together
 
     @classmethod
     def painting(
         cls, paint: Paint, cells: CellNumbers, wanted: Any, stroke: str | None = None
     ) -> Change | None:
-        """Create a change of the paint of ascending cells; None if nothing changes.
+        """Return the change that gives values to ascending cells, or None if all have them already.
 
-        `wanted` is one value for all cells, or one value per cell.
+        `wanted` is one value (class and object) for all cells, or one value per cell.
         """
         after = np.broadcast_to(np.asarray(wanted, np.uint32), cells.shape)
         before = paint[cells]
@@ -112,24 +109,24 @@ class Change:
         return cls("paint", old, new, stroke)
 
     def do(self, state: State) -> None:
-        """Apply the change."""
+        """Apply the change to a state, in place."""
         if self.kind == "paint":
             self.after.set(state.paint)
         else:
             setattr(state, _FIELDS[self.kind], self.after)
 
     def cells(self, n_cells: int) -> CellNumbers:
-        """Return the cells whose paint changes."""
+        """Return the indices of the cells whose class or object changes, ascending."""
         is_paint = self.kind == "paint"
         return unpack_cells(self.after.cells, n_cells) if is_paint else np.empty(0, np.uint32)
 
     def inverse(self) -> Change:
-        """Return the inverse change."""
+        """Return the change that reverts this change."""
         return replace(self, before=self.after, after=self.before)
 
 
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """Return a change that removes suggestions; raise a ValueError if one does not exist."""
+    """Return a change that removes suggestions, or raise a ValueError if an id does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
     left = tuple(one for one in state.suggestions if one.id not in ids)
@@ -145,4 +142,4 @@ _FIELDS = {
     "suggest": "suggestions",
     "settle": "suggestions",
 }
-"""Field of `State` that each kind of change replaces; "paint" changes parts of a field instead."""
+"""Field of `State` that each kind of change replaces, except "paint", which changes an array."""

@@ -1,4 +1,4 @@
-"""Represent a mesh that is being labeled: its cells, labels, regions and journal of changes."""
+"""Represent a mesh that is being labeled: its cells, labels, regions, and journal of changes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..._types import Floats, Ints
 from ..._validate import checked_threads
 from ...cells.kinds import measures_of
 from ...io.atomic import atomic_outputs
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ..labels.classes import (
     INSTANCES,
     MAX_CLASS,
@@ -48,7 +48,7 @@ from .source import Source
 
 
 def work_file_of(path: Path) -> Path:
-    """Return the default path of the work file, in the folder of the input file."""
+    """Return the default path of the work file, which is in the folder of the input file."""
     return path.with_name(path.name + ".studio.jsonl")
 
 
@@ -60,10 +60,7 @@ OTHER_VERSION = (
 
 @dataclass
 class Document:
-    """A mesh with the state of its labeling.
-
-    Every change is written to the journal. If writing fails, the change is reverted.
-    """
+    """A mesh that is being labeled; every change of its state is also written to the journal."""
 
     source: Source
     journal: Journal
@@ -74,7 +71,7 @@ class Document:
     notes: list[str] = field(default_factory=list)
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
-    theirs: Theirs | None = None  # other work for a comparison
+    theirs: Theirs | None = None  # labels to compare with, from another work file
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
@@ -87,14 +84,14 @@ class Document:
         cls, path: Path, work: Path | None = None, n_segments: int | None = None,
         classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
     ) -> Document:  # fmt: skip
-        """Read an input and its work file, and compute its regions.
+        """Read an input file and its work file, and compute the regions.
 
-        By default, the work file is beside the input. `n_segments` and `classes` are used for a new
-        work file. In a folder, `classes` are shared by all meshes, and `share_classes` stores a
-        changed list for all of them.
+        By default, the work file is in the folder of the input. A new work file starts with
+        `n_segments` regions and with `classes`. If a folder is open, all its meshes use the same
+        list `classes`, and the function `share_classes` stores a changed list for all meshes.
 
-        Raises MeshError or OSError if the input cannot be read; JournalError if the work file
-        cannot be used, or belongs to another input.
+        Raises MeshError or OSError if the input cannot be read, and JournalError if the work file
+        cannot be used or belongs to another input.
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
@@ -113,7 +110,7 @@ class Document:
 
     @property
     def path(self) -> Path:
-        """The input file."""
+        """Path of the input file."""
         return self.source.path
 
     @property
@@ -123,7 +120,7 @@ class Document:
 
     @property
     def state(self) -> State:
-        """Labels of all cells, list of classes, names of objects, and regions."""
+        """Current state: labels of all cells, classes, names of objects, regions, suggestions."""
         return self.history.state
 
     @property
@@ -138,7 +135,7 @@ class Document:
 
     @property
     def progress(self) -> float:
-        """Labeled fraction of the area, 0 to 1; if the area is 0, labeled fraction of the cells."""
+        """Labeled fraction of the area, 0 to 1, or of the cells if the total area is 0."""
         is_done = self.state.paint > 0
         if self._total > 0:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
@@ -170,22 +167,22 @@ class Document:
         return f"{name} {sign}{object_id}" if object_id else name
 
     def close(self) -> None:
-        """Stop all runs, and close the work file."""
+        """Cancel running segmentations, and close the work file."""
         with self.lock:
             self.segmenter.close()
             self.journal.close()
 
-    # Each of the following operations returns after its journal line is on disk. In a folder,
-    # `set_classes` writes the list of classes that all files share, instead of a journal line.
+    # Each of the following operations returns after its journal line is on disk. If a folder is
+    # open, `set_classes` writes the list of classes of all meshes instead of a journal line.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
     ) -> Change | None:
-        """Set the class and object of ascending cells, with one value for all, or one per cell.
+        """Set the class and object of ascending cells to one value for all, or one value per cell.
 
         0 means no class or no object. Returns None if nothing changes. Raises ValueError if a class
-        does not exist; JournalError if the change could not be written; ChangedError if the input
-        file has changed.
+        does not exist, JournalError if the change could not be written, and ChangedError if the
+        input file has changed.
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
@@ -200,9 +197,9 @@ class Document:
     def split_object(self, class_id: int, object_id: int) -> list[int]:
         """Make each connected piece of an object, except the largest piece, a new object.
 
-        For object 0, all cells of the class without an object are split, and each piece becomes an
-        object. Returns the numbers of the new objects. Raises ValueError if the object does not
-        exist, or is connected.
+        If `object_id` is 0, the cells of the class that are in no object are split, and each piece
+        becomes an object. Returns the numbers of the new objects. Raises ValueError if the object
+        does not exist, or is connected.
         """
         with self.lock:
             is_in = (self.state.classes == class_id) & (self.state.objects == object_id)
@@ -228,12 +225,12 @@ class Document:
             return new
 
     def free_object(self, class_id: int) -> int:
-        """Return the lowest object number of a class that is above all used numbers."""
+        """Return the object number after the highest used object number of a class."""
         of_class = self.state.objects[self.state.classes == class_id]
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Set the name of an object, or remove an empty name; a ValueError for invalid input."""
+        """Set the name of an object; an empty name removes it; invalid input is a ValueError."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -243,13 +240,13 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark this file as reviewed or not reviewed; a changed file can be reviewed again."""
+        """Mark the document as reviewed or not; if it changed, mark it as reviewed again."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
-        """Replace the current regions by regions that the segmenter has computed."""
+        """Replace the current regions by `base`, which was computed with these parameters."""
         with self.lock:
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
@@ -260,11 +257,11 @@ class Document:
     def split(
         self, region: int, number: object, red: CellNumbers, blue: CellNumbers
     ) -> CellNumbers:
-        """Split a region of revision `number` between strokes; return the cells of the new region.
+        """Split a region between two brush strokes, and return the cells of the new region.
 
-        The new region contains the blue stroke, and gets the next free label. Raises GoneError if
-        the revision is not the current one; ValueError if the region does not exist, or does not
-        contain both strokes.
+        `number` is the revision of the labels that the client shows. The new region contains the
+        blue stroke, and gets the next free label. Raises GoneError if the revision is not the
+        current one, and ValueError if the region does not exist or does not contain both strokes.
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
@@ -281,10 +278,10 @@ class Document:
             return cells
 
     def take(self, imported: Imported) -> Change | None:
-        """Set imported classes and objects, and extend the lists; a single undo reverts all.
+        """Apply imported labels, classes and names of objects; a single undo reverts all of them.
 
-        Imported objects get numbers above the objects of cells that are not imported. Raises
-        ValueError if a class would have more than `MAX_OBJECT` objects.
+        Imported objects get numbers above the existing objects in cells that the import does not
+        label. Raises ValueError if a class would have more than `MAX_OBJECT` objects.
         """
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
@@ -307,7 +304,7 @@ class Document:
             return change
 
     def suggest(self, imported: Imported) -> int:
-        """Replace all suggestions by imported objects; return their number, or raise ValueError."""
+        """Replace all suggestions by imported objects, and return their number, at least 1."""
         with self.lock:
             suggestions, classes = suggestions_of(imported, self.class_list)
             if not suggestions:
@@ -359,23 +356,23 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Read another work file of the mesh for comparison; a JournalError if it is unusable."""
+        """Read another work file of the mesh for comparison; an invalid file is a JournalError."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """Return the `agreement` with the other work; raise a ValueError if there is none."""
+        """Return the `agreement` with the work file that `compare` has read."""
         return agreement(self.state, self._compared(), self.areas)
 
     def differing(self) -> CellNumbers:
-        """Return cells that have a class in both works, but different classes or objects."""
+        """Return the cells that are labeled in both files, but with different labels."""
         with self.lock:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Resolve the differences in these cells: use their labels, or keep mine.
+        """Use the other file's labels in these cells ("theirs"), or ignore them there ("mine").
 
-        If `side` is "theirs", cells without a class in my work also get their labels.
+        With "theirs", cells without a class in this document are also labeled.
         """
         with self.lock:
             theirs = self._compared()
@@ -396,10 +393,7 @@ class Document:
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Replace the list of classes.
-
-        Raises ValueError if the list is invalid, or lacks a class that cells or suggestions have.
-        """
+        """Replace the list of classes; a missing class of cells or suggestions is a ValueError."""
         classes = checked_class_list(value)
         with self.lock:
             counts = np.bincount(self.state.classes).tolist()
@@ -426,7 +420,7 @@ class Document:
         return self._move("undo")
 
     def redo(self) -> list[Change]:
-        """Redo the last undone operation or stroke; return its changes, or raise NothingError."""
+        """Redo the operation or stroke undone last; return its changes, or raise NothingError."""
         return self._move("redo")
 
     def _move(self, name: str) -> list[Change]:
@@ -447,19 +441,20 @@ class Document:
         self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
-        """Return whether the current partition is based on other labels than `base`."""
+        """Return whether the stored regions were computed from labels that differ from `base`."""
         return self.state.partition.digest not in ("", self.base.digest)
 
     def _adopt_base(self) -> None:
-        """Replace a partition of another version by `base`, as a step that can be undone.
+        """If the stored regions are from another version of superfacets, replace them by `base`.
 
-        Undo must not call this method, because the next undo would only revert the new step.
+        The replacement can be undone. Undo must not call this method, because it would add a new
+        step, which the next undo would revert again.
         """
         if self._is_foreign():
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Show the labels of `base` with later splits; splits of another version are ignored."""
+        """Show the labels of `base` with later splits, except splits from another version."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition
@@ -478,9 +473,9 @@ class Document:
 def merged_work(
     path: Path, mine: Path, theirs: Path, output: Path | None = None, *, prefer_theirs: bool = False
 ) -> dict[str, Any]:
-    """Compare two work files of a mesh, and return their agreement, as from `agreement`.
+    """Compare two work files of a mesh, and return the same dict as `agreement`.
 
-    The merged work is written to `output`: my work, and one more step. This step copies their
+    If `output` is given, my work file is copied there with one more step. This step copies their
     labels to cells without a class and, with `prefer_theirs`, to cells with different labels.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.

@@ -1,4 +1,4 @@
-"""Manage the input files of the studio, and keep the most recently used files open."""
+"""Manage the input files of the studio, and keep a few recently used documents in memory."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .changes import REVIEW_MARKS
 from .document import Document, work_file_of
 from .journal import JournalError, Line, summary
 
-MAX_OPEN = 3  # maximum number of meshes in memory; others are opened again on demand
-EXPORTED = ".classes"  # suffix of exported files, which are not inputs
+MAX_OPEN = 3  # maximum number of documents in memory; other documents are opened on demand
+EXPORTED = ".classes"  # suffix of exported files, which are not offered as inputs
 
 
 @dataclass
@@ -25,21 +25,21 @@ class Files:
     """Input files of the studio, each identified by its index in `paths`."""
 
     paths: list[Path]
-    work: Path | None = None  # work file of a single input, if it is not the default one
-    n_segments: int | None = None  # number of regions for new work
-    classes: ClassList = ()  # classes of a new work file, or of all files in a folder
+    work: Path | None = None  # work file of a single input; None means the default path
+    n_segments: int | None = None  # number of regions in a new work file
+    classes: ClassList = ()  # classes in a new work file, or shared by all files of a folder
     folder: Path | None = None
-    # Open documents by index, least recently used first, and the number of blocks that use each.
+    # Open documents by index, least recently used first, and number of `with` blocks using each.
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
     _users: Counter[int] = field(default_factory=Counter)
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     @classmethod
     def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
-        """Find the input files at a path.
+        """Return the input files at a path, which is a file or a folder.
 
-        Raises ValueError if a work file is given for a folder, or the folder's list of classes is
-        damaged; OSError if no input file is found.
+        Raises ValueError if a work file is given for a folder, or if the folder's list of classes
+        is damaged. Raises OSError if no input file is found.
         """
         if not path.is_dir():
             return cls([path], work, n_segments, classes)
@@ -71,10 +71,10 @@ class Files:
 
     @contextlib.contextmanager
     def document(self, number: int) -> Iterator[Document]:
-        """Yield the document of a file, which stays open until the block ends.
+        """Open a file as a document, which stays open at least until the `with` block ends.
 
-        Raises IndexError if the file does not exist; MeshError, JournalError or OSError if the file
-        or its work file cannot be opened.
+        Raises IndexError if the number is invalid, and MeshError, JournalError or OSError if the
+        file or its work file cannot be opened.
         """
         with self._lock:
             document = self._open.get(number) or self._opened(number)
@@ -92,7 +92,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # without `_lock`, because users of a document may wait for it
+        for document in documents:  # without `_lock`, as users of documents may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -103,10 +103,10 @@ class Files:
         return document
 
     def _close_surplus(self) -> None:
-        """Close the least recently used documents that no block uses.
+        """Close the least recently used documents that no `with` block uses.
 
-        The caller has acquired `_lock`, so a work file is not opened again before it is closed.
-        Closing does not wait, because no thread uses these documents.
+        The caller has acquired `_lock`, so no thread can open a work file again before it is
+        closed. Closing does not wait for locks, because no thread uses these documents.
         """
         idle = [number for number in self._open if not self._users[number]]
         for number in idle[: max(0, len(self._open) - MAX_OPEN)]:
@@ -126,7 +126,6 @@ class Files:
             return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 
     def _share(self, classes: ClassList) -> None:
-        """Write the classes of the folder, and set them in all open documents."""
         assert self.folder is not None
         with self._lock:
             write_classes(self.folder / CLASSES_FILE, classes)
@@ -136,7 +135,7 @@ class Files:
 
 
 def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
-    """Return progress and number of cells from a work file's `summary`, and check both values."""
+    """Check the `summary` of a work file, and return the progress and the number of cells in it."""
     if found is None:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")

@@ -1,4 +1,4 @@
-"""Keep the history of a labeling: its state, and the changes to undo and redo."""
+"""Keep the state of a document, and the changes that can be undone or redone."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .lines import change_of, first_state
 
 
 class NothingError(LookupError):
-    """There is nothing to undo or redo."""
+    """Error raised if there is nothing to undo or redo."""
 
 
 def last_stroke(changes: list[Change]) -> list[Change]:
-    """Return the changes of the last stroke, most recent first."""
+    """Return the last change, and earlier changes with the same stroke name, most recent first."""
     found: list[Change] = []
     for change in reversed(changes):
         if found and (change.stroke is None or change.stroke != found[0].stroke):
@@ -27,15 +27,15 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 def _nothing(seq: int) -> None:
-    """Record nothing, because replayed steps are in the journal already."""
+    """Do nothing instead of recording a step: replayed steps are in the journal already."""
 
 
 @dataclass
 class History:
-    """The state, and the changes that can be undone and redone.
+    """State of a document, and stacks of changes that can be undone and redone.
 
-    Methods that change the state take a function `record`, which gets the number of the step and
-    writes the step to the journal. If `record` raises an error, the state does not change.
+    Methods that change the state call a function `record` with the number of the step, to write the
+    step to the journal. If `record` raises an error, the state does not change.
     """
 
     state: State
@@ -45,9 +45,9 @@ class History:
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
-        """Replay all lines of a journal.
+        """Return the history after all lines of a journal.
 
-        If `classes`, the list of a folder, is given, it replaces the list in the journal. Raises
+        `classes`, the list of a folder, replaces the list in the journal, unless it is None. Raises
         JournalError if a line cannot be replayed.
         """
         number = 1
@@ -61,13 +61,13 @@ class History:
             raise JournalError(
                 f"{journal.path}: line {number} of the work file is not valid: {shortened(reason)}"
             ) from None
-        if classes is not None:  # replayed lines may have replaced the list
+        if classes is not None:  # because replayed lines may have replaced the list
             history.state.class_list = classes
         journal.lines.clear()
         return history
 
     def replay(self, line: Line) -> None:
-        """Apply the change of a line."""
+        """Apply a line of the journal, which contains a change, an undo or a redo."""
         if line["seq"] != self.seq + 1:
             raise ValueError(f"seq must be {self.seq + 1}, got {line['seq']}")
         name = str(line["op"])
@@ -77,13 +77,13 @@ class History:
             self.make(change_of(line, self.state))
 
     def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
-        """Apply a new change, which can be undone; changes undone before cannot be redone again."""
+        """Apply a new change, which can be undone; changes undone before it cannot be redone."""
         self._apply([change], record)
         self.undo_stack.append(change)
         self.redo_stack.clear()
 
     def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
-        """Undo or redo the last stroke; return its changes, or raise NothingError."""
+        """Undo or redo the last change or stroke; return its changes, or raise NothingError."""
         is_undo = name == "undo"
         stacks = self.undo_stack, self.redo_stack
         source, target = stacks if is_undo else stacks[::-1]
@@ -114,10 +114,10 @@ class History:
         self.seq += 1
 
     def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
-        """Return whether the work, after changes of these kinds, differs from the reviewed work.
+        """Return whether the labels, after changes of these kinds, may differ from reviewed labels.
 
-        If the last review is undone, an older review may be restored. The result is then True,
-        because it is unknown whether the work has changed since the older review.
+        If undo of a review restores an older review, the result is True, because it is unknown
+        whether the document has changed since the older review.
         """
         is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
         kept = self.state.is_changed and "review" not in kinds
@@ -125,4 +125,4 @@ class History:
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})
-"""Kinds of changes after which a review is out of date."""
+"""Kinds of changes that make a review outdated."""

@@ -1,7 +1,7 @@
 """Read and write the work file, to which each operation appends one line of JSON.
 
-A line is written to disk before its operation is acknowledged. Therefore a crash damages at most
-the last line, whose operation was not acknowledged.
+A line is on disk before the client gets a reply. Therefore, a crash can damage only the last line,
+whose operation the client does not consider done.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from ...io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
 VERSION = 2
-READABLE = (1, VERSION)  # versions that can be opened; version 1 has no objects
+READABLE = (1, VERSION)  # versions of the format that can be opened; version 1 has no objects
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
 
-_SUM = b',"crc":"%08x"}'  # end of each line: checksum of the bytes before this entry
-_LAST_BYTES = 1 << 12  # number of bytes to read from the end when the last line is searched
+_SUM = b',"crc":"%08x"}'  # end of each line, with the CRC of all bytes before it
+_LAST_BYTES = 1 << 12  # size of the first block that is searched for the last line
 
 Line = dict[str, Any]
 
 
 class JournalError(ValueError):
-    """The work file cannot be used."""
+    """Error raised if a work file cannot be used."""
 
 
 class WriteError(JournalError):
-    """An operation could not be written to the work file, and was not carried out."""
+    """Error raised if an operation cannot be written to the work file, and so is not done."""
 
 
 @dataclass
 class Journal:
-    """An open work file, locked against other servers."""
+    """Open work file, which is locked so that no other server can open it."""
 
     path: Path
-    header: Line  # the first line
-    lines: list[Line]  # all further lines, until they are replayed
-    notes: list[str]  # messages about repaired damage
+    header: Line  # content of the first line
+    lines: list[Line]  # lines after the header; empty after they have been replayed
+    notes: list[str]  # messages for the user about damage that was repaired
     _file: int = field(repr=False)
     _size: int = field(repr=False)
     _fault: str | None = None
@@ -54,8 +54,8 @@ class Journal:
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
         """Open a work file, or create it with this header.
 
-        Raises JournalError if another studio has opened the file, if it is not a work file, or if
-        it is damaged before its last line; OSError if it cannot be read or written.
+        Raises JournalError if another studio has the file open, if it is not a work file, or if a
+        line before the last is damaged. Raises OSError if the file cannot be read or written.
         """
         file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         try:
@@ -82,10 +82,10 @@ class Journal:
         return journal
 
     def append(self, line: Mapping[str, Any]) -> None:
-        """Append a line, and return when it is on disk.
+        """Append a line, and return after it is on disk.
 
-        Raises WriteError, and leaves the file unchanged, if the line could not be written
-        completely, or if the file at the path is no longer the opened file.
+        If the line cannot be written completely, or if another file has replaced the file, this
+        raises WriteError and leaves the file unchanged.
         """
         self._check()
         data = _coded(line)
@@ -125,7 +125,7 @@ class Journal:
             )
 
     def _take_back(self) -> None:
-        """Remove the partial line of a failed write; if this fails, refuse all later writes."""
+        """Remove the incomplete line of a failed write; if that fails, reject all later writes."""
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
@@ -133,9 +133,9 @@ class Journal:
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
-    """Read the lines of a work file from its content; the result cannot be written.
+    """Return a read-only journal with the lines in the content of a work file.
 
-    Raises JournalError if the data is not a work file, or is damaged before its last line.
+    Raises JournalError if the data is not a work file, or if a line before the last is damaged.
     """
     lines, size, notes = _read_lines(path, data)
     if not lines:
@@ -144,10 +144,10 @@ def parsed_work(path: Path, data: bytes) -> Journal:
 
 
 def summary(path: Path) -> tuple[Line, Line] | None:
-    """Read the first and the last complete line of a work file, without locking the file.
+    """Return the first and the last complete line of a work file, without locking the file.
 
-    Returns None if the file does not exist, or has no complete line. Raises JournalError if the
-    first line is damaged, or if the path is not a regular file, for example a link.
+    Returns None if the file does not exist or has no complete line. Raises JournalError if the
+    first line is damaged, or if the path is a link or another special file.
     """
     try:
         opened = open_own(path, os.O_RDONLY)
@@ -173,10 +173,10 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """Return valid lines of a file, their size in bytes, and a note if the last is damaged.
+    """Return the valid lines of a file, their size in bytes, and a note if the last is damaged.
 
-    Raises JournalError if the data is not a work file, was written by a later version, or is
-    damaged before its last line.
+    Raises JournalError if the data is not a work file, was written by a later version, or has a
+    damaged line before the last line.
     """
     if data and not data.startswith(_BEGIN[: len(data)]):
         raise JournalError(f"{path}: is not a work file of superfacets studio")
@@ -205,18 +205,18 @@ def _coded(line: Mapping[str, Any]) -> bytes:
 
 
 def _parsed(text: bytes) -> Line | None:
-    """Parse the JSON of a line; None if the line is damaged."""
+    """Return the content of a line of JSON, or None if the line is damaged."""
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    with contextlib.suppress(ValueError, RecursionError):  # valid checksum, but no valid JSON
+    with contextlib.suppress(ValueError, RecursionError):  # checksum valid, JSON invalid
         line: Line = json.loads(text)
         return line
     return None
 
 
 def _sync_folder(folder: Path) -> None:
-    """Flush the directory entry of a new file to disk, on systems that support this."""
+    """Flush the directory entry of a new file to disk, if the system supports this."""
     with contextlib.suppress(OSError):
         file = os.open(folder, os.O_RDONLY)
         try:

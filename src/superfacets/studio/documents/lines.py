@@ -1,4 +1,4 @@
-"""Convert the initial state and changes to lines of the work file, and back."""
+"""Convert changes of a document to lines of the work file, and lines back to changes."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ from .journal import Line
 
 
 def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
-    """Return the state before the first change; `classes` replaces the header's classes."""
+    """Return the state before the first change; `classes`, if given, replaces the header's list."""
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
-        own = header["classes"]  # None if the work was begun in a folder
+        own = header["classes"]  # None: the classes are in the folder
         classes = default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
 
 def line_of(change: Change) -> Line:
-    """Return the line of the journal that stores a change."""
+    """Return a change as a line of the journal."""
     stroke = {} if change.stroke is None else {"stroke": change.stroke}
     return {"op": change.kind, **_WRITERS[change.kind](change), **stroke}
 
 
 def change_of(line: Line, state: State) -> Change:
-    """Return the change in a line; raise ValueError, TypeError or KeyError if it is invalid."""
+    """Return the change in a line; an invalid line raises ValueError, TypeError or KeyError."""
     name = str(line["op"])
     if name not in _READERS:
         raise ValueError(f"unknown operation {name}")
@@ -55,13 +55,12 @@ def change_of(line: Line, state: State) -> Change:
 
 
 def _class_list(value: Any) -> ClassList:
-    """Check a list of classes; lone surrogates, which older versions accepted, are removed."""
+    """Check a list of classes, and remove lone surrogates, which older versions accepted."""
     text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
     return checked_class_list(json.loads(text))
 
 
-# For each kind of change, one function writes the entries of a line, and another function reads
-# them.
+# For each kind of change, one function writes the entries of a line, and another one reads them.
 
 
 def _write_paint(change: Change) -> Line:
@@ -70,7 +69,7 @@ def _write_paint(change: Change) -> Line:
         "cells": base64_of(change.after.cells),
         **_write_numbers("class", "es", class_of(values)),
     }
-    objects = object_of(values)  # without objects, the line has the format of version 1
+    objects = object_of(values)  # a line without objects can be read by version 1
     return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
 
 
@@ -93,7 +92,7 @@ def _read_paint(line: Line, state: State) -> Change:
 
 
 def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int) -> int | Numbers:
-    """Read one number for all cells of a line, or one number per cell."""
+    """Return the entry `name`, one number for all cells, or name + plural, one number per cell."""
     if name not in line:
         data = inflated(bytes_from(line[name + plural], name + plural), 2 * n_cells)
         numbers = np.frombuffer(data, np.uint16)
@@ -114,7 +113,7 @@ def _read_segment(line: Line, state: State) -> Change:
 
 def _read_split(line: Line, state: State) -> Change:
     packed = bytes_from(line["cells"], "cells")
-    unpack_cells(packed, len(state.paint))  # raises an error if the cells are damaged
+    unpack_cells(packed, len(state.paint))  # raises a ValueError if the cells are damaged
     return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
 
 

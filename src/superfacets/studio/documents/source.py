@@ -1,4 +1,4 @@
-"""Read the input file of a document, and detect changes of the file."""
+"""Read the input file of a document, and detect later changes of the file."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from ...errors import MeshError
 from ...io.guards import read_content
 from ...io.readers.read import cell_ending, parse_cells_and_attributes
 from ...io.textures import Texture
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from .journal import Journal, JournalError
 
 
 class ChangedError(RuntimeError):
-    """The input has changed since the work began."""
+    """Error raised if the input file has changed since the studio read it."""
 
 
 @dataclass
 class Source:
-    """An input file that has been read."""
+    """Content of an input file, and data to detect changes of the file."""
 
     path: Path
     cells: Cells
     size: int  # size of the file in bytes
     digest: str  # SHA-256 hash of the file
-    _seen: tuple[int, int] | None  # `_stamp` of the file when it was read
+    _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
     texture: Texture | None = None
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Read a file; a MeshError or an OSError if that fails."""
+        """Read an input file, or raise a MeshError or OSError."""
         seen = _stamp(path)
         content = read_content(path)
         try:
@@ -50,13 +50,13 @@ class Source:
 
     @property
     def kind(self) -> str:
-        """Name of the kind of cells, as used in the front end."""
+        """Name of the kind of cells in the front end, which calls tetrahedra "tets"."""
         name = kind_of(self.cells).name
         return "tets" if name == "tetrahedra" else name
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Facts about the input that the first line of a work file stores."""
+        """Entries that identify the input in the first line of a work file."""
         return {
             "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
             "kind": self.kind,
@@ -91,7 +91,7 @@ class Source:
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """Return the time of the last write, and the size; None if there is no file."""
+    """Return the modification time and the size of a file, or None if it does not exist."""
     try:
         status = path.stat()
     except OSError:

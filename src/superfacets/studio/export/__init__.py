@@ -1,1 +1,1 @@
-"""Export of labels, objects and regions to files."""
+"""Export labels, objects and regions to files."""

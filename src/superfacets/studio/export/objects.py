@@ -28,27 +28,28 @@ from ..labels.classes import INSTANCES, stuff_of
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Formats that are written as a pair: segments, and groups of these segments."""
+"""Two formats of ScanNet, whose files belong together: segments, and objects as groups of
+segments."""
 
 
 @dataclass(frozen=True)
 class Object:
-    """An object, or all cells of a class that belong to no object."""
+    """An object, or all cells of a class that are in no object."""
 
     class_id: int
-    object_id: int  # 0 for cells that belong to no object
+    object_id: int  # 0 means cells that are in no object
     label: str  # name of the class
     name: str  # name of the object
     is_stuff: bool
 
     @property
     def instance(self) -> int:
-        """Class and object encoded as one number."""
+        """Class and object as one number: ``class_id * 1000 + object_id``."""
         return self.class_id * INSTANCES + self.object_id
 
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
-    """Return objects that occur in `instances`, sorted by class and object number."""
+    """Return the objects in an array of instances, sorted by class and object number."""
     stuff = stuff_of(document.class_list)
     found = []
     for instance in np.setdiff1d(instances, 0).tolist():
@@ -59,7 +60,7 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
 
 
 def vertex_instances(document: Document) -> Ints:
-    """Return the instance with the largest area around each vertex; 0 means no class."""
+    """Return the instance (class and object) with the largest area around each vertex, or 0."""
     return np.maximum(vertex_labels(document.cells, document.instances), 0)
 
 
@@ -96,7 +97,7 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _runs(is_in: Bools) -> list[int]:
-    """Return the run lengths of a mask; runs alternate between outside (first) and inside."""
+    """Return lengths of runs of equal values in a mask; the first run is False and may be empty."""
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
     return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 
@@ -129,7 +130,7 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
-    """Return the segment and instance of each vertex; regions are split at object borders."""
+    """Return the segment and instance of each vertex; segments are regions, split by objects."""
     instances = vertex_instances(document)
     regions = vertex_labels(document.cells, document.revision.labels)
     pairs = np.stack([regions, instances], axis=1)
@@ -154,7 +155,6 @@ def _write_groups(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
-    """Write a .zip with a mesh file for each object."""
     instances = document.instances
     objects = objects_of(document, instances)
     ending = next(iter(WRITERS[kind_of(document.cells).name]))
@@ -175,7 +175,7 @@ def _parts(document: Document, labels: Ints, n_objects: int) -> Iterator[Any]:
 
 
 def _safe(name: str) -> str:
-    """Replace characters that a file system may not allow by hyphens."""
+    """Replace by hyphens all characters that some file systems do not allow in names."""
     return re.sub(r"[^\w-]+", "-", name, flags=re.ASCII).strip("-")
 
 

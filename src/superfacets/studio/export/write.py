@@ -1,4 +1,4 @@
-"""Export labels: classes of cells, vertices and regions, objects, and the regions themselves."""
+"""Write the classes of cells, vertices or regions, the objects, or the regions to a file."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ MARKS = {
     "objects": ".objects",
     "region_classes": ".region-classes",
 }
-"""Marker before the file ending, for each kind of export."""
+"""Marker before the ending of a file name, for each kind of export."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
-    """Return the formats that each kind of export offers for a kind of cells."""
+    """Return the available formats of each kind of export, for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
     regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
@@ -66,7 +66,7 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 
 
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
-    """Return the file name of each kind of export in each format."""
+    """Return the file name of each kind of export, for each of its formats."""
     return {
         what: {format: _name_of(document, what, format) for format in formats}
         for what, formats in formats_of(document.source.kind).items()
@@ -74,14 +74,14 @@ def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
 
 
 def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
-    """Write a file beside the input and return its path.
+    """Write an export to the folder of the input, and return its path.
 
     An existing file is replaced if its name contains a marker of the studio. Other tools require
-    some names without a marker, so an existing file with that name may come from another tool.
+    some names without a marker. An existing file with such a name may come from another tool.
 
-    Raises ValueError if `what` or `format` is unknown, or the format cannot store the labels;
-    FileExistsError if a file without a marker exists and `replace` is False; OSError if the file
-    cannot be written.
+    Raises ValueError if `what` or `format` is unknown, or if the format cannot store the labels.
+    Raises FileExistsError if a file without a marker exists and `replace` is False, and OSError if
+    the file cannot be written.
     """
     path = document.path.with_name(_name_of(document, what, format))
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
@@ -109,7 +109,7 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
 
 
 def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
-    """Return the class with the largest area in each region, or 0, and its area fraction."""
+    """Return the class with the largest area in each region, or 0, and its fraction of the area."""
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
     winners = weighted_majority(labels, classes, areas, n).winners
@@ -119,7 +119,6 @@ def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floa
 
 
 def _name_of(document: Document, what: str, format: str) -> str:
-    """Return an export's file name; raise a ValueError if export or format does not exist."""
     offered = formats_of(document.source.kind)
     checked_choice(what, "what", tuple(offered))
     checked_choice(format, "format", tuple(offered[what]))
@@ -130,10 +129,10 @@ def _name_of(document: Document, what: str, format: str) -> str:
 
 
 def _write(document: Document, what: str, format: str, folder: Path) -> list[Path]:
-    """Write the file of an export, and the second file if the format needs two files."""
+    """Write the file of an export, and its second file if the format consists of two files."""
     pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
     paths = [folder / _name_of(document, what, one) for one in pair]
-    with document.lock:  # labels and names must belong to the same state
+    with document.lock:  # prevents changes between labels and names
         for one, path in zip(pair, paths, strict=True):
             _WRITERS[what](document, one, path)
     return paths
@@ -151,7 +150,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """Return the texture for .glb files, and for .obj files in the folder of the images."""
+    """Return the texture for .glb files, and for .obj files in the folder with the image files."""
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None
@@ -160,7 +159,7 @@ def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
     labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
-    write_labels(path, np.maximum(labels, 0))  # unused vertices have no class
+    write_labels(path, np.maximum(labels, 0))  # vertices without cells get class 0
 
 
 def _write_regions(document: Document, format: str, path: Path) -> None:
@@ -215,7 +214,6 @@ def _names_of(document: Document, classes: Ints) -> list[str]:
 
 
 def _colors_of(document: Document) -> Bytes:
-    """Return a table of colors, indexed by class number."""
     table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
     for entry in document.class_list:
         if entry["id"] < len(table):

@@ -1,1 +1,1 @@
-"""Classes, objects and suggestions of cells, and the encoding of sets of cells."""
+"""Represent and encode the classes, objects and suggestions of cells."""

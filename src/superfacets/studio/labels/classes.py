@@ -14,18 +14,18 @@ import numpy.typing as npt
 from ...io.atomic import atomic_outputs
 from ...io.attributes import is_encodable
 
-CLASSES_FILE = "superfacets-classes.json"  # file with the classes that a folder's meshes share
+CLASSES_FILE = "superfacets-classes.json"  # file in a folder with the classes of all its meshes
 MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
 MAX_OBJECT = 999
-"""Highest object number in a class; 0 means no object. ``class * INSTANCES + object`` is called an
-instance, as in the ground truth of the ScanNet benchmark."""
+"""Highest object number in a class; 0 means no object. An instance is the number ``class *
+INSTANCES + object``, as in the ground truth of the ScanNet benchmark."""
 
 INSTANCES = 1000
 _MAX_NAME = 200
 _EXPECTED = 'expected a JSON list of classes, or an object with a list "categories"'
 
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
-"""A new class with one of these names has no objects."""
+"""Names of classes such as walls, which have no objects by default."""
 
 _COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
@@ -39,17 +39,17 @@ _N_DEFAULT = 6
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
-"""Classes with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if a class has no objects."""
+"""Dicts with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if the class has no objects."""
 
 ObjectNames = tuple[dict[str, Any], ...]
-"""Objects that the user has named, each with ``class``, ``object`` and ``name``."""
+"""Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
 
 Paint = npt.NDArray[np.uint32]
-"""One number per cell, which stores its class and its object; see `paint_of`."""
+"""Class and object of each cell, encoded as one number by `paint_of`."""
 
 
 def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
-    """Encode classes and objects of cells; a cell without a class gets no object."""
+    """Encode class and object of each cell as one number; cells without a class get no object."""
     of_class = np.asarray(classes).astype(np.uint32)
     of_object = np.asarray(objects).astype(np.uint32)
     return of_class | np.where(of_class > 0, of_object << np.uint32(16), np.uint32(0))
@@ -66,7 +66,7 @@ def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
 
 
 def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
-    """Return a class with a default color; its number is the shortcut key for 1 to 9."""
+    """Return a new class with a default color and, for numbers 1 to 9, a shortcut key."""
     entry = {
         "id": class_id,
         "name": f"class {class_id}" if name is None else name,
@@ -78,7 +78,7 @@ def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
 
 
 def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
-    """Return the list with a new class, which gets no shortcut key that is already in use."""
+    """Return the list with a new class, whose shortcut key is empty if it is already in use."""
     entry = new_class(class_id, name)
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""
@@ -86,7 +86,7 @@ def with_new(classes: ClassList, class_id: int, name: str | None = None) -> Clas
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
-    """Find a class by name, ignoring case, or add it; return its number and the list."""
+    """Find a class by its name, ignoring case, or add a class; return its number and the list."""
     for entry in classes:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
@@ -105,20 +105,20 @@ def stuff_of(classes: ClassList) -> set[int]:
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
-    """Return new classes with these names; by default, a few numbered classes."""
+    """Return new classes with these names or, if there are no names, with a few numbered names."""
     if names:
         return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
     return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
 
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
-    """Return the list, extended by used classes that are missing in it."""
+    """Return the list, extended by new classes for the numbers in `used` that are not in it."""
     more = sorted({*used} - {0, *names_of(classes)})
     return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
 
 def checked_class_list(value: object) -> ClassList:
-    """Check a list of classes; a ValueError names the first wrong entry."""
+    """Check a list of classes; raise a ValueError that names the first invalid entry."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
@@ -162,9 +162,9 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
 def with_object_name(
     names: ObjectNames, class_id: int, object_id: int, name: object
 ) -> ObjectNames:
-    """Return the list with a new name for one object; an empty name removes the entry.
+    """Return the list of names with a new name for one object; an empty name removes the entry.
 
-    Raises ValueError if the name is too long, or is not a text.
+    Raises ValueError if the name is too long or is not a string.
     """
     if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
@@ -177,7 +177,7 @@ def with_object_name(
 
 
 def checked_object(value: object) -> int:
-    """Return an object number, 0 (no object) to `MAX_OBJECT`; a ValueError if it is not valid."""
+    """Return an object number from 0 (no object) to `MAX_OBJECT`, or raise a ValueError."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_OBJECT:
         raise ValueError(f"object must be a whole number from 0 to {MAX_OBJECT}")
     return value
@@ -188,7 +188,7 @@ def read_classes(path: Path) -> ClassList:
 
     A JSON file contains a list, as from `write_classes`, or is an ``objects.json`` file.
 
-    Raises ValueError if the file does not contain a list of classes; OSError if it cannot be read.
+    Raises ValueError if the file contains no list of classes, and OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -205,7 +205,7 @@ def read_classes(path: Path) -> ClassList:
 
 
 def _listed(content: Any) -> list[Any]:
-    """Classes in the content of a JSON file: entries of a list, or categories in COCO format."""
+    """Return the classes in a JSON file: the entries of a list, or the categories of COCO."""
     if isinstance(content, list):
         return [
             new_class(i, entry) if isinstance(entry, str) else entry
@@ -221,7 +221,7 @@ def _listed(content: Any) -> list[Any]:
 
 
 def _of_category(entry: Any) -> Any:
-    """Class for a category in COCO format, where ``isthing`` is 0 for a class without objects."""
+    """Convert a COCO category to a class; ``isthing`` = 0 means a class without objects."""
     if not isinstance(entry, dict):
         return entry
     key = str(entry.get("id"))
@@ -234,6 +234,6 @@ def _of_category(entry: Any) -> Any:
 
 
 def write_classes(path: Path, classes: ClassList) -> None:
-    """Write classes as JSON; an existing file is replaced only if writing succeeds."""
+    """Write classes to a JSON file; if writing fails, an existing file stays unchanged."""
     with atomic_outputs([path]) as (temporary,):
         temporary.write_text(json.dumps(list(classes), indent=1) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Encode cell indices and arrays for the journal, for JSON, and for binary replies."""
+"""Encode cell indices and arrays for the journal, for JSON, and for binary replies to clients."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]
 
-_MAX_BYTES = 5  # maximum length of a 32-bit number with 7 bits per byte
+_MAX_BYTES = 5  # maximum number of bytes for a 32-bit number, with 7 bits per byte
 
 
 def pack_cells(cells: CellNumbers) -> bytes:
-    """Compress ascending cell indices: their differences as varints, then zlib.
+    """Compress ascending cell indices: encode the differences as varints, and apply zlib.
 
-    The cells of a region take about one byte each, or less, because neighboring cells mostly have
+    The cells of a region take at most about one byte each, because neighboring cells mostly have
     similar indices. A run of consecutive indices takes a few bytes.
     """
     deltas = np.diff(cells, prepend=np.uint32(0))
@@ -42,7 +42,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Invert `pack_cells`; raise a ValueError if data is damaged, or an index is too large."""
+    """Decode the result of `pack_cells`, or raise a ValueError if it is damaged or out of range."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
@@ -60,7 +60,7 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
 
 
 def inflated(packed: bytes, max_bytes: int) -> bytes:
-    """Decompress bytes; a ValueError if they are damaged, or the result exceeds `max_bytes`."""
+    """Decompress bytes, or raise a ValueError if they are damaged or exceed `max_bytes`."""
     reader = zlib.decompressobj()
     try:
         data = reader.decompress(packed, max_bytes + 1)
@@ -78,7 +78,7 @@ def base64_of(array: Array | bytes) -> str:
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:
-    """Decode cell indices, uint32 in base64, from a client; return them sorted and unique."""
+    """Decode cell indices from a client, uint32 as base64, and return them sorted and unique."""
     data = bytes_from(text, "cells")
     if len(data) % 4:
         raise ValueError(f"cells must be uint32: {len(data)} bytes are not a multiple of 4")
@@ -89,11 +89,11 @@ def cells_from(text: object, n_cells: int) -> CellNumbers:
 
 
 def bytes_from(text: object, name: str = "data") -> bytes:
-    """Decode base64 from a client; a ValueError if the text is not valid base64."""
+    """Decode base64 text from a client, or raise a ValueError if it is not valid."""
     try:
         if isinstance(text, str):
             return base64.b64decode(text, validate=True)
-    except ValueError:  # base class of binascii.Error
+    except ValueError:  # binascii.Error is a ValueError
         pass
     raise ValueError(f"{name} must be base64")
 

@@ -1,4 +1,4 @@
-"""Import labels from other tools or earlier exports, as classes and objects of cells."""
+"""Read labels of other tools or earlier exports as classes and objects of cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ...errors import MeshError
 from ...export.scannet import NO_CLASS
 from ...io.guards import known_ending, shortened
 from ...io.readers.labels import read_labels
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
@@ -31,34 +31,35 @@ LISTS = (".npy", ".seg", ".txt")
 ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
 
 _DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
-"""Errors raised while reading JSON with an unexpected structure."""
+"""Errors that reading JSON with an unexpected structure can raise."""
 
 
 @dataclass(frozen=True)
 class Imported:
-    """Imported classes and objects of cells, and the list of known and new classes.
+    """Imported classes and objects of cells, and the extended list of classes.
 
-    The keys of `names` and `scores` are pairs of class and object.
+    The keys of `names` and `scores` are pairs (class, object).
     """
 
     cells: CellNumbers  # indices of all labeled cells, ascending
     classes: npt.NDArray[np.uint16]  # class of each labeled cell
-    objects: npt.NDArray[np.uint16]  # object of each labeled cell within its class; 0 if none
+    objects: npt.NDArray[np.uint16]  # object of each labeled cell within its class; 0 means none
     class_list: ClassList
     names: Mapping[tuple[int, int], str] = field(default_factory=dict)
-    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidences, 0 to 1
+    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidence, 0 to 1
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
-    """Read a label file, and optionally groups of labels; `files` maps names to contents.
+    """Read a file of labels and optionally a file of groups; `files` maps names to contents.
 
-    ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell. An ``.sstk.json`` may contain
-    several segmentations, of which the first, the finest, is read. A ``.segs.json`` contains one
-    label per vertex: a cell gets the most frequent label of its corners. A label is the number of a
-    class, and 0 or less means no class. If an ``.aggregation.json`` is given, each of its groups
-    is an object instead, whose class has the name of the group, ignoring case; cells without a
-    group are not imported. An ``.objects.json``, which the studio exports, contains objects in the
-    COCO format. `known` is the current list of classes.
+    ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell. An ``.sstk.json`` file may
+    contain several segmentations, of which the first, the finest, is read. A ``.segs.json`` file
+    contains one label per vertex, and a cell gets the most frequent label of its corners. A label
+    is the number of a class, where 0 or less means no class. If an ``.aggregation.json`` file is
+    also given, each of its groups of labels becomes an object instead, and the group's name,
+    ignoring case, becomes its class. Cells without a group are not imported. An ``.objects.json``
+    file, which the studio exports, has objects in COCO format. `known` is the current list of
+    classes.
 
     Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
     """
@@ -95,7 +96,6 @@ def _reason(error: Exception) -> str:
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
-    """Read one label per cell from the content of a file."""
     n_cells = cells.n_cells
     if ending in LISTS:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
@@ -115,7 +115,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
 
 
 def checked_score(value: object) -> float | None:
-    """Return a score as a float, or None; a ValueError if it is not between 0 and 1."""
+    """Return a score from 0 to 1 as a float, or None; other values raise a ValueError."""
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
@@ -127,13 +127,13 @@ def _integers(values: Any, name: str) -> Longs:
     array = np.asarray(values)
     if array.ndim != 1 or array.dtype.kind not in "iu":
         raise MeshError(f"{name} must be a list of whole numbers")
-    if array.dtype.kind == "u":  # NumPy uses uint64 only for lists with numbers beyond int64
+    if array.dtype.kind == "u":  # NumPy makes a list uint64 only if a number exceeds int64
         raise MeshError(f"{name} has the number {array.max()}, which is too large")
     return array.astype(np.int64)
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Return the most frequent label of each cell's corners; the lowest if there is a tie."""
+    """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
         n_labels = len(of_vertices)
@@ -164,7 +164,7 @@ def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:
 
 
 def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
-    """Read COCO annotations, each with a category and a run-length encoded mask of cells."""
+    """Import COCO annotations, which have a category and a run-length encoded mask of cells."""
     names = {int(entry["id"]): str(entry["name"]).strip() for entry in document["categories"]}
     gathered = _Gathered(n_cells, known)
     for annotation in document["annotations"]:
@@ -179,22 +179,22 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
 
 
 class _Gathered:
-    """Collects classes and objects of cells from groups of cells, each with a class name."""
+    """Collects groups of cells with class names, and makes classes and objects of them."""
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
-        self._taken: dict[int, set[int]] = {}  # used object numbers of each class
+        self._taken: dict[int, set[int]] = {}  # object numbers in use, by class
         self._classes = np.zeros(n_cells, np.int64)
         self._objects = np.zeros(n_cells, np.int64)
         self._names: dict[tuple[int, int], str] = {}
         self._scores: dict[tuple[int, int], float] = {}
 
     def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
-        """Set the class of cells by name, and an object unless the class has no objects.
+        """Give cells a class by name and, unless the class has no objects, make them an object.
 
-        A new class is added to the list. The object gets the number `wanted` if it is free,
-        otherwise the next free number; 0 means no object. The entry of the file contains the name
-        and score of the object.
+        An unknown class is added to the list. The object gets the number `wanted` if it is free,
+        and otherwise the next free number. If `wanted` is 0, the cells become no object. `entry` is
+        the entry in the file, which may contain the name and score of the object.
         """
         class_id, self._known = with_named(self._known, name)
         self._classes[is_in], self._objects[is_in] = class_id, 0
@@ -215,14 +215,13 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Store the score of an entry; a class without objects gets the lowest of its scores."""
+        """Store the score of an entry; of several scores for the same cells, the lowest is kept."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id
             self._scores[key] = min(score, self._scores.get(key, 1.0))
 
     def imported(self) -> Imported:
-        """Return the result for all cells that have a class."""
         cells = np.flatnonzero(self._classes)
         classes, objects = (
             part[cells].astype(np.uint16) for part in (self._classes, self._objects)

@@ -1,4 +1,4 @@
-"""Represent suggested objects, which change no labels until the user accepts them."""
+"""Represent suggested objects, which do not change labels until the user accepts them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .coding import base64_of, bytes_from, pack_cells, unpack_cells
 from .imports import Imported, checked_score
 
 UNNAMED = "object"
-"""Label of objects whose class is unknown, such as objects from `superfacets lift`."""
+"""Class name of objects whose class is unknown, such as objects from `superfacets lift`."""
 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """A suggested object."""
+    """Set of cells that is suggested as an object."""
 
-    id: int  # numbered from 1, sorted by class and object in the file
-    cells: bytes  # see `pack_cells`
+    id: int  # number from 1, in the order of class and object in the file
+    cells: bytes  # indices of the cells, encoded by `pack_cells`
     class_id: int  # 0 if the user must choose the class
     score: float | None  # confidence, 0 to 1; None if the file has no score
 
     def line(self) -> dict[str, Any]:
-        """Return the entry for a line of the journal."""
+        """Return the suggestion as an entry of a journal line."""
         return {
             "id": self.id,
             "cells": base64_of(self.cells),
@@ -35,9 +35,9 @@ class Suggestion:
 
     @classmethod
     def of_line(cls, entry: Any, n_cells: int) -> Suggestion:
-        """Read an entry of a line; a ValueError, TypeError or KeyError if the entry is damaged."""
+        """Convert an entry of a line; a damaged entry raises ValueError, TypeError or KeyError."""
         packed = bytes_from(entry["cells"], "cells")
-        unpack_cells(packed, n_cells)  # raises an error if the cells are damaged
+        unpack_cells(packed, n_cells)  # raises a ValueError if the cells are damaged
         class_id = int(entry["class"])
         if not 0 <= class_id <= MAX_CLASS:
             raise ValueError(f"class must be 0 to {MAX_CLASS}, got {class_id}")
@@ -48,7 +48,7 @@ Suggestions = tuple[Suggestion, ...]
 
 
 def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
-    """Return a suggestion per imported object, and the list of classes with new classes.
+    """Return a suggestion for each imported object, and the list of classes with new classes.
 
     The label `UNNAMED` means no class, unless a class with this name exists already.
     """
@@ -59,7 +59,7 @@ def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, C
     ]
     classes = tuple(entry for entry in imported.class_list if entry not in unnamed)
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
-    order = np.argsort(keys, kind="stable")  # keeps cells of an object ascending
+    order = np.argsort(keys, kind="stable")  # stable: cells of an object stay ascending
     found, starts = np.unique(keys[order], return_index=True)
     parts = np.split(imported.cells[order], starts)[1:]  # the part before the first start is empty
     suggestions = []

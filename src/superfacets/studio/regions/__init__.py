@@ -1,1 +1,1 @@
-"""Regions of the mesh: segmentation, splits, and numbered revisions of their labels."""
+"""Compute regions of the mesh, split them, and store numbered revisions of their labels."""

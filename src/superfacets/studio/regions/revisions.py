@@ -1,4 +1,4 @@
-"""Store numbered revisions of the labels, to which clients refer, and find similar regions."""
+"""Store revisions of region labels, which clients refer to by number; find similar regions."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from ...cells.region_adjacency import RegionGraph, region_graph_of
 from ...cells.surface import Surface
 from ...io.guards import shortened
 
-MAX_KEPT = 6  # number of revisions that clients may still refer to
+MAX_KEPT = 6  # number of revisions that are kept for requests of clients
 
 
 @dataclass(frozen=True)
 class Partition:
-    """Description of the regions: parameters that reproduce them, and later splits."""
+    """Recipe of the regions: parameters of the segmentation, and splits by the user after it."""
 
     parameters: dict[str, Any]
-    digest: str = ""  # hash of the labels before splits; empty if unknown
-    splits: tuple[bytes, ...] = ()  # packed cells of each split, which get the next free label
+    digest: str = ""  # hash of the labels before all splits; empty if unknown
+    splits: tuple[bytes, ...] = ()  # cells split off, from `pack_cells`; each gets the next label
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
-        """Copy with one more split; `digest` is the hash of the labels before all splits."""
+        """Return a copy with one more split; `digest` is the hash of labels before all splits."""
         return replace(self, digest=digest, splits=(*self.splits, packed))
 
 
 class GoneError(LookupError):
-    """The revision that a client refers to no longer exists; the client must request the state."""
+    """Error raised if a requested revision no longer exists; the client must request the state."""
 
 
 @dataclass
 class Revision:
-    """A numbered version of the region labels."""
+    """Labels of regions with a number, which clients send with requests about regions."""
 
-    number: int  # unique, also across restarts of the server
+    number: int  # unique, even after a restart of the server
     partition: Partition
     labels: Ints  # region of each cell, 0 to n_regions - 1, shape (N,)
     n_regions: int
@@ -50,20 +50,20 @@ class Revision:
 
     @cached_property
     def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
-        """Offset of each region, and cells sorted by region, ascending within each region."""
+        """Index of the first cell of each region, and cells sorted by region, then by number."""
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)
 
     def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
-        """Return a region's cells, ascending; raise a ValueError if there is no such region."""
+        """Return the cells of a region, ascending, or raise a ValueError if it does not exist."""
         if not 0 <= region < self.n_regions:
             raise ValueError(f"region {region} does not exist: there are {self.n_regions} regions")
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
 
     def graph(self, surface: Surface) -> RegionGraph:
-        """Return the region graph, which is computed on first use."""
+        """Return the graph of adjacent regions, which is computed on first use."""
         if self._graph is None:
             self._graph = region_graph_of(surface, self.labels, self.n_regions)
         return self._graph
@@ -71,7 +71,7 @@ class Revision:
 
 @dataclass
 class Revisions:
-    """The most recent revisions, which clients may refer to."""
+    """Cache of the most recently used revisions."""
 
     _kept: OrderedDict[int, Revision] = field(default_factory=OrderedDict)
     _last: int = field(default_factory=lambda: time.time_ns() // 1_000_000)
@@ -92,11 +92,11 @@ class Revisions:
             return revision
 
     def get(self, number: object) -> Revision:
-        """Return the revision with this number; a GoneError if it is no longer stored."""
+        """Return the revision with this number, or raise a GoneError if it is no longer stored."""
         with self._lock:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
-                name = shortened(str(number))  # a request may contain any value
+                name = shortened(str(number))  # may be a value of any type and length
                 raise GoneError(f"revision {name} no longer exists: request the state and labels")
             self._kept.move_to_end(revision.number)
             return revision
@@ -105,9 +105,9 @@ class Revisions:
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
     """Return `region` and all regions of similar shape; size and position are ignored.
 
-    The tolerance is the maximum distance between shapes, as a fraction of the largest distance: 0
-    (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does not exist,
-    or the tolerance is not between 0 and 1.
+    The tolerance is the maximum distance between shape descriptors, as a fraction of the largest
+    distance: 0 (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does
+    not exist or the tolerance is not between 0 and 1.
     """
     limit = checked_fraction(tolerance, "tolerance")
     if not 0 <= region < graph.n_regions:
@@ -122,8 +122,8 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
 def _shapes(graph: RegionGraph) -> Floats:
     """Return linearity, planarity, sphericity, 3 * curvature, and crease of regions, (K, 5).
 
-    The first four values are in 0 to 1. The crease is the mean signed angle at borders to other
-    regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.
+    The first four values are between 0 and 1. The crease is the mean signed angle at borders with
+    other regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.
     """
     n, ends = graph.n_regions, graph.edge_index.ravel()
     lengths = np.tile(graph.border_lengths, 2)

@@ -1,4 +1,4 @@
-"""Segment a mesh fast enough for sliders, with cached results, and check the parameters."""
+"""Segment a mesh in a thread, with cached results so that sliders react fast; check parameters."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ...cells.weights import WEIGHTS
 from ...clustering.result import Segmentation
 from ...errors import IslandWarning, SliverWarning
 from ...io.guards import counted
-from ...mesh.cells import Cells
+from ...mesh.base import Cells
 from ...pipeline import Prepared, segment
 from ...regions.edit import read_regions
 from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors
@@ -30,14 +30,14 @@ from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
-MAX_REGIONS = 20_000  # maximum of the slider; more regions would be too small for labeling
+MAX_REGIONS = 20_000  # maximum of the slider; smaller regions are useless for labeling
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Parameters = dict[str, Any]
 
 
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
-    """Return the defaults of `segment`, with the given number of regions."""
+    """Return the default parameters of `segment`, with this number of regions if it is given."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
     weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
@@ -53,17 +53,17 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 
 
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
-    """Check parameters from a client; missing parameters are taken from `usual`.
+    """Check parameters from a client, and take missing parameters from `usual`.
 
-    A `level` equal to `n_segments`, the finest level, becomes None. Raises ValueError or TypeError
-    if a parameter is unknown, out of range or of the wrong type.
+    `level` is the number of regions after merging; it becomes None if it equals `n_segments`.
+    Raises ValueError or TypeError if a parameter is unknown, out of range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
     if unknown:
         raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
-        merged["level"] = None  # the default level is for another number of regions
+        merged["level"] = None  # `usual` has a level for another number of regions
     n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:
@@ -78,7 +78,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
 
 
 def levels_of(n_segments: int) -> list[int]:
-    """Return the number of regions on each level, finest level first."""
+    """Return the number of regions on each level that the page offers, in descending order."""
     levels = [n_segments]
     while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
         levels.append(levels[-1] // LEVEL_STEP)
@@ -86,22 +86,22 @@ def levels_of(n_segments: int) -> list[int]:
 
 
 class Cancelled(Exception):  # noqa: N818  # not an error
-    """A newer run has replaced this run, or its client has disconnected."""
+    """Raised in a segmentation that a newer one has replaced, or whose client has disconnected."""
 
 
 @dataclass
 class Turn:
-    """A run that another thread can cancel; `tell` is called with its progress."""
+    """Handle to cancel a segmentation from another thread; `tell` is called with its progress."""
 
     tell: Callable[[dict[str, Any]], object] = lambda _: None
     _is_cancelled: threading.Event = field(default_factory=threading.Event)
 
     def cancel(self) -> None:
-        """Make the run end at its next stage or iteration."""
+        """Make the segmentation end at its next stage or iteration."""
         self._is_cancelled.set()
 
     def check(self) -> None:
-        """Raise `Cancelled` if the run was cancelled."""
+        """Raise `Cancelled` if the segmentation was cancelled."""
         if self._is_cancelled.is_set():
             raise Cancelled
 
@@ -111,14 +111,14 @@ class Turn:
         self.tell({"stage": stage})
 
     def on_iteration(self, iteration: int, n_moved: int) -> None:
-        """Report how many centers an iteration moved."""
+        """Report how many centers have moved in an iteration."""
         self.check()
         self.tell({"iteration": iteration, "moved": n_moved})
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Regions computed for some parameters, before splits by the user."""
+    """Regions as computed by `segment`, before splits by the user."""
 
     labels: Ints
     n_regions: int
@@ -128,10 +128,10 @@ class Base:
 
 @dataclass
 class Segmenter:
-    """Segments one mesh with any parameters, one run at a time, in a separate thread.
+    """Segments one mesh with any parameters in a separate thread, one segmentation at a time.
 
-    The cell graph does not depend on the parameters, and is built once. Regions and merge trees of
-    the most recent parameters are cached.
+    The cell graph is built once, because it does not depend on the parameters. Regions and merge
+    trees for the most recent parameters are cached.
     """
 
     source: Cells
@@ -145,21 +145,22 @@ class Segmenter:
 
     @cached_property
     def prepared(self) -> Prepared:
-        """Cell graph and further data for `segment`."""
+        """Mesh as prepared for `segment`, with its cell graph."""
         return Prepared.of(self.source, weld=True, n_threads=checked_threads(None))
 
     @cached_property
     def surface(self) -> Surface:
-        """Surface for the stages after the clustering, with cells in input order."""
+        """Graph and geometry for borders, merging and splits, with cells in input order."""
         prepared, n_threads = self.prepared, checked_threads(None)
         if prepared.order is not None or prepared.n_steps:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
 
     def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
-        """Return the regions for checked parameters; a newer run cancels this one.
+        """Segment with checked parameters; this call cancels the previous call of `run`.
 
-        Raises Cancelled if the run was cancelled; ValueError if no level has so few regions.
+        Raises Cancelled if a later call or `turn` cancels this call, and ValueError if merging
+        cannot reach the number of regions in `level`.
         """
         turn = Turn() if turn is None else turn
         with self._lock:
@@ -169,11 +170,11 @@ class Segmenter:
         return self._worker.submit(self._base, parameters, turn).result()
 
     def base(self, parameters: Parameters) -> Base:
-        """Return the regions as `run` does, but neither cancel other runs nor get cancelled."""
+        """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
         return self._worker.submit(self._base, parameters, Turn()).result()
 
     def close(self) -> None:
-        """Cancel the current run, and end the thread."""
+        """Cancel the current segmentation, and end the thread."""
         if self._latest is not None:
             self._latest.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
@@ -218,7 +219,7 @@ class Segmenter:
 
 
 def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
-    """Return texts of warnings for the page, where parameters of Python functions do not exist."""
+    """Return warnings as texts for the page, without parameters of Python functions."""
     notes = []
     for warning in found:
         if warning.category is SliverWarning:

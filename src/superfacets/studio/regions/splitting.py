@@ -1,4 +1,4 @@
-"""Split a region between two strokes by a minimum cut, preferably along creases."""
+"""Split a region between two brush strokes by a minimum cut, preferably along creases."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ...cells.surface import Surface
 from ..labels.coding import CellNumbers
 
 SHARPNESS = 12.5
-"""Decrease of the cost of a border in a crease: the angle t of the crease multiplies the cost by
-exp(-12.5 t / pi), a right angle by 0.002. `hierarchy` weights creases similarly."""
+"""Rate at which creases reduce the cost of a border. In a crease with angle t, the cost is
+multiplied by exp(-12.5 t / pi), so by 0.002 for a right angle. `hierarchy` uses a similar rate."""
 
-RIDGE = 0.5  # weight of the angle of convex creases relative to concave creases
+RIDGE = 0.5  # factor for angles of convex creases; angles of concave creases have 1
 NEARNESS = 6.0
 """Attraction of cells to the nearer stroke. Without attraction, the border would be the shortest
-closed curve around the smaller stroke. On a flat square, with strokes of a tenth of its side, a
-value of 3 is too small. With 6, the border is midway between the strokes, but still moves to a
-crease at a quarter of the distance."""
+closed curve around the smaller stroke. On a flat square with strokes of a tenth of its side, a
+value of 3 is too small to prevent this. With 6, the border is midway between the strokes, but still
+moves to a crease if one is a quarter of the distance away."""
 
-CAPACITY = 1 << 30  # total capacity of all arcs that may be cut
+CAPACITY = 1 << 30  # sum of the capacities of all arcs that may be cut
 
 UNCUT = (1 << 31) - 1  # capacity of arcs that must not be cut: the largest 32-bit integer
 
@@ -34,11 +34,11 @@ def split_cells(
     """Split a region, and return the cells on the side of the blue stroke.
 
     The border is a minimum cut. Its cost is its length, reduced in creases, plus a term that
-    attracts each cell to the nearer stroke. Connected pieces of a side that do not contain a cell
-    of its stroke are moved to the other side. `cells`, `red` and `blue` must be ascending. Stroke
-    cells outside the region are ignored.
+    attracts each cell to the nearer stroke. If a connected piece of one side contains no cell of
+    the stroke of this side, it moves to the other side. `cells` (the region), `red` and `blue` (the
+    strokes) must be ascending. Cells of strokes outside the region are ignored.
 
-    Raises ValueError if a stroke has no cell in the region, or if the strokes have a common cell.
+    Raises ValueError if a stroke has no cell in the region, or if both strokes contain a cell.
     """
     strokes = [_indices_in(cells, stroke) for stroke in (red, blue)]
     for name, found in zip(("red", "blue"), strokes, strict=True):
@@ -55,28 +55,27 @@ def split_cells(
 
 @dataclass(frozen=True)
 class _Part:
-    """The cells of a region, renumbered from 0, and the arcs between them."""
+    """Graph of a region: its cells, renumbered from 0, and the arcs between neighboring cells."""
 
     areas: Floats
-    sources: Ints  # old SciPy needs 32-bit indices for flows
+    sources: Ints  # int32, because maximum_flow of old SciPy rejects int64
     targets: Ints
-    costs: Floats  # cost of cutting each arc: length of its border, reduced in creases
+    costs: Floats  # cost of cutting each arc: length of the border crossed, reduced in creases
     lengths: Floats  # distance between the centroids of the two cells of each arc
 
     @property
     def n(self) -> int:
-        """Number of cells."""
         return len(self.areas)
 
     def matrix(self, values: Any) -> Any:
-        """Return a sparse matrix with one value per arc."""
+        """Return the graph as a sparse matrix with the given value of each arc."""
         from scipy.sparse import csr_array
 
         return csr_array((values, (self.sources, self.targets)), shape=(self.n, self.n))
 
 
 def _indices_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
-    """Return indices into `cells` of the stroke's cells, except cells outside the region."""
+    """Return the positions in `cells` of the cells of a stroke; other cells are left out."""
     indices = np.minimum(np.searchsorted(cells, stroke), len(cells) - 1)
     return np.asarray(indices[cells[indices] == stroke])
 
@@ -102,7 +101,7 @@ def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
 
 
 def _cut(part: _Part, red: Any, blue: Any) -> Bools:
-    """Return which cells are on the blue side of the minimum cut."""
+    """Return whether each cell is on the blue side of the minimum cut."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
@@ -126,7 +125,7 @@ def _cut(part: _Part, red: Any, blue: Any) -> Bools:
 
 
 def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
-    """Return the attraction of each cell, as a length; positive toward the red stroke."""
+    """Return the attraction of each cell to the red (positive) or blue stroke, as a length."""
     from scipy.sparse.csgraph import dijkstra
 
     steps = part.matrix(np.maximum(part.lengths, 1e-12 * part.lengths.max(initial=1.0)))
@@ -139,7 +138,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 
 
 def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
-    """Return which cells of a side are in connected pieces without a cell of its stroke."""
+    """Return whether a cell is in a connected piece of this side without cells of its stroke."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

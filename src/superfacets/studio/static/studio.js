@@ -28,7 +28,7 @@ uniform float point_size;  // diameter of a point at distance 1, in pixels
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
-out vec3 normal;  // in eye coordinates; (0, 0, 0) for a vertex on a crease
+out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for a vertex on a crease
 out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 vec3 unpacked(uint bits) {
   vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
@@ -207,7 +207,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = texel.rgb;
     is_active = texel.a > 0.5 || region == hovered || region == cursor;
   }
-  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1)));  // gray differs from the colors of classes
+  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1))); // gray, because classes have other colors
   base = mix(vec3(0.88), base, 0.42);
   uint id = state.r | state.g << 8;
   if (id != 0u) {

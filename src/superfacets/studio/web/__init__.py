@@ -1,1 +1,1 @@
-"""The web server: its address, security checks, requests and replies."""
+"""Web server of the studio: address, security checks, requests and replies."""

@@ -1,8 +1,8 @@
 """Choose the port and access token of a server, store both, and pass both to a browser.
 
-The next server for the same work uses the same address, so an open page works again after its
-server was killed and restarted. Only the owner can read the file with the stored address. The file
-is removed when the server ends normally.
+The next server for the same work file uses the same address. Therefore, a page that is still open
+works again after its server was killed and restarted. Only the owner can read the file with the
+stored address. The file is removed when the server ends normally.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-HOST = "127.0.0.1"  # the only interface that the server listens on
+HOST = "127.0.0.1"  # the server accepts no connections from other machines
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
-"""Environment variable that sets the token, so that scripts know it."""
+"""Environment variable with a fixed token for scripts, instead of a random token."""
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
 
@@ -51,7 +51,7 @@ class Address:
 
 
 def new_token() -> str:
-    """Return the token from the environment, after a check of its format, or a random token."""
+    """Return the token from the environment, which must be well-formed, or a random token."""
     given = os.environ.get(TOKEN_VARIABLE)
     if given is None:
         return secrets.token_urlsafe(24)
@@ -61,10 +61,10 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """Open a port (0: any free port) to this machine only; an OSError if the port is in use."""
+    """Listen on a port (0: any free port), or raise an OSError if the port is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if os.name != "nt":  # on Windows, SO_REUSEADDR would let other processes listen, too
+        if os.name != "nt":  # on Windows, other processes could then use the port
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((HOST, port))
         opened.listen()
@@ -78,7 +78,7 @@ def open_socket(port: int) -> socket.socket:
 
 
 def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
-    """Listen on the given port or, by default, on the last server's port if that is free."""
+    """Listen on the given port or, without one, on the port of the last server if it is free."""
     if port is None and kept is not None:
         with contextlib.suppress(OSError):
             return open_socket(kept.port), kept
@@ -90,17 +90,17 @@ def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, A
 
 
 def address_file(work: Path) -> Path:
-    """Return the path of the file with the server's address, for a work file or a folder."""
+    """Return the path of the file that stores the address of the server for a file or folder."""
     if work.is_dir():
         return work / ".superfacets-studio.address"
     return work.with_name(f".{work.name}.address")
 
 
 def kept_address(path: Path) -> Address | None:
-    """Return the address that an earlier server stored; None if there is no trusted file.
+    """Return the address that an earlier server stored, or None if there is no trusted file.
 
     A file is not trusted if it belongs to another user, if other users may read or write it, or if
-    it is a copy. A copy may be part of an archive of meshes, whose author knows the token.
+    it is a copy. A copy may come from an archive of meshes, and then its author knows the token.
     """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
@@ -118,7 +118,7 @@ def kept_address(path: Path) -> Address | None:
 
 @contextlib.contextmanager
 def keep(path: Path, address: Address) -> Iterator[None]:
-    """Store an address while the block runs; without write access, nothing is stored."""
+    """Store an address while the `with` block runs; without write access, do nothing."""
     text = ""
     with contextlib.suppress(OSError):
         path.unlink(missing_ok=True)
@@ -130,7 +130,7 @@ def keep(path: Path, address: Address) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(OSError):
-            if path.read_text(encoding="ascii") == text:  # no other server has replaced the file
+            if path.read_text(encoding="ascii") == text:  # no other server replaced it
                 path.unlink()
 
 
@@ -138,8 +138,8 @@ def keep(path: Path, address: Address) -> Iterator[None]:
 def redirection(page: str) -> Iterator[str]:
     """Yield the URL of a temporary file that redirects a browser to a page.
 
-    All users can see the arguments of a process, so the token must not be an argument of the
-    browser. Only the owner can read the temporary file.
+    All users can see the arguments of a process, so the URL of the page, which contains the token,
+    must not be an argument of the browser. Only the owner can read the temporary file.
     """
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         path = Path(folder, "studio.html")
@@ -149,6 +149,5 @@ def redirection(page: str) -> Iterator[str]:
 
 
 def _own_file(path: Path) -> IO[str]:
-    """Create a file that only its owner can read."""
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     return os.fdopen(file, "w", encoding="ascii")

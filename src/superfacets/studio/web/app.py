@@ -38,7 +38,7 @@ _FILE = "/api/files/{id:int}"
 
 @dataclass
 class Studio:
-    """State of the server, and the endpoints that need this state."""
+    """Open files of the server, and the HTTP endpoints that use them."""
 
     files: Files
     quit: Callable[[], object]  # function that stops the server
@@ -54,7 +54,7 @@ class Studio:
         return JsonReply({"quits": True})
 
     async def thumbnail(self, request: Request) -> Response:
-        """Reply with the thumbnail of a file."""
+        """Reply with a small picture of a file, as PNG."""
 
         def drawn() -> Response:
             path = self.files.path(request.path_params["id"])
@@ -66,7 +66,7 @@ class Studio:
         return await answered(drawn)
 
     async def segment(self, request: Request) -> Response:
-        """Stream the progress of a segmentation; reply with an error if a parameter is invalid."""
+        """Segment a file and stream the progress; reply with an error if a parameter is invalid."""
         number = request.path_params["id"]
 
         def checked(body: Body) -> Body:
@@ -84,7 +84,7 @@ class Studio:
         return StreamingResponse(lines, media_type="application/x-ndjson")
 
     def route(self, name: str, work: Operation, method: str) -> Route:
-        """Return the route of an operation, which gets a GET's query or a POST's JSON body."""
+        """Return the route of an operation, which gets the query (GET) or the JSON body (POST)."""
 
         async def endpoint(request: Request) -> Response:
             try:
@@ -103,7 +103,7 @@ class Studio:
 
 
 def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
-    """Return the ASGI application: all routes, behind the access control of `Guard`."""
+    """Return the ASGI application: all routes, protected by the access control of `Guard`."""
     static = files("superfacets.studio").joinpath("static")
     routes: list[BaseRoute] = [
         Route("/", _page),
@@ -133,7 +133,7 @@ async def _not_found(request: Request, error: Exception) -> Response:
 async def _progress_lines(
     files: Files, number: int, parameters: Body, *, is_preview: bool
 ) -> AsyncIterator[str]:
-    """Segment a file; yield lines of JSON with the progress, then a line with the new revision."""
+    """Segment a file; yield lines of JSON with the progress, and finally a line with the result."""
     loop = asyncio.get_running_loop()
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
     turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
@@ -145,7 +145,7 @@ async def _progress_lines(
         while (fact := await queue.get()) is not None:
             yield _line(fact)
         yield _line(await work)
-    finally:  # also runs if the client disconnects
+    finally:  # runs also if the client disconnects
         turn.cancel()
 
 

@@ -21,11 +21,11 @@ Body = dict[str, Any]
 
 BYTES = "application/octet-stream"
 
-MAX_BODY = 1 << 29  # maximum size of a request in bytes; strings in browsers are not longer
+MAX_BODY = 1 << 29  # maximum size of a request in bytes; browsers cannot make longer strings
 
 
 class TooLargeError(ValueError):
-    """The body of a request is too large."""
+    """Error raised if the body of a request is too large."""
 
 
 class JsonReply(JSONResponse):
@@ -52,13 +52,13 @@ STATUS_OF = (
     (IndexError, 404),
     (OSError, 500),
     (MemoryError, 507),
-    (ClientDisconnect, 400),  # the client does not receive the reply
+    (ClientDisconnect, 400),  # status is arbitrary: nobody receives it
 )
-"""HTTP status for classes of errors. The first entry that an error is an instance of applies."""
+"""HTTP status of each class of errors. The first class that an error is an instance of applies."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
-    """Call `work` in a thread; reply with its result (a response, bytes or JSON), or its error."""
+    """Call `work` in a thread, and reply with its result (response, bytes or JSON) or its error."""
     try:
         result = await run_in_threadpool(work)
     except Exception as error:
@@ -69,10 +69,10 @@ async def answered(work: Callable[[], Any]) -> Response:
 
 
 async def body_of(request: Request) -> Body:
-    """Read the JSON object of a request.
+    """Read the JSON object in the body of a request.
 
-    Raises TooLargeError if the body has more than `MAX_BODY` bytes; ValueError if it is not a JSON
-    object, or contains text that is not valid Unicode.
+    Raises TooLargeError if the body has more than `MAX_BODY` bytes, and ValueError if it is not a
+    JSON object or contains text that is not valid Unicode.
     """
     text = await _content(request)
     try:
@@ -90,7 +90,7 @@ async def body_of(request: Request) -> Body:
 
 
 async def _content(request: Request) -> bytearray:
-    """Read the body of a request, after a check of its declared length."""
+    """Read the body of a request, unless its declared or actual length is too large."""
     data = bytearray()
     announced = request.headers.get("content-length", "0")
     if not announced.isdecimal() or int(announced) <= MAX_BODY:
@@ -108,7 +108,7 @@ def _no_constant(name: str) -> None:
 
 
 def failure(error: Exception) -> Response:
-    """Reply to an error; an error that is not in `STATUS_OF` is raised again."""
+    """Return the reply for an error; an error that is not in `STATUS_OF` is raised again."""
     for kind, status in STATUS_OF:
         if isinstance(error, kind):
             return JsonReply({"error": message_of(error)}, status)
@@ -116,7 +116,7 @@ def failure(error: Exception) -> Response:
 
 
 def message_of(error: Exception) -> str:
-    """Return an error's message in one line, with the file name for system errors."""
+    """Return the message of an error in one line; messages of system errors name the file."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:

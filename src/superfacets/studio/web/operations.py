@@ -1,4 +1,4 @@
-"""Define operations on documents; the server has one route per operation."""
+"""Define the operations on documents; the server has one route for each operation."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from ..regions.segmenting import levels_of, ranges
 from .messages import BYTES, Body
 
 Operation = Callable[[Document, Body], Any]
-"""A function of a document and of the query or JSON object of a request. The caller has acquired
-the lock of the document, so that operations on one document never overlap."""
+"""Function of a document and the query or JSON object of a request. It is called with the lock of
+the document, so that operations on one document never overlap."""
 
 LARGEST = (1 << 63) - 1  # largest int64
-MAX_DIGITS = 20  # maximum number of digits of a revision number
-MAX_STROKE = 64  # maximum number of characters in the name of a stroke
+MAX_DIGITS = 20  # maximum length of a revision number in a query
+MAX_STROKE = 64  # maximum length of the name of a stroke
 
 
 def _state(document: Document, query: Body) -> Body:
-    """Return the state of a document for the client, except its arrays."""
+    """Return the state of a document for the client, without arrays."""
     parameters, kind = document.state.partition.parameters, document.source.kind
     return {
         "parameters": parameters,
@@ -71,10 +71,10 @@ def counts_of(document: Document) -> Body:
 
 
 def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Carry out a step, and return the changed cells with their new paint.
+    """Carry out a step, and return the changed cells with their new class and object.
 
-    If the step changes other data than paint, ``kind`` is the kind of this change, and the client
-    must request the state.
+    If the step also changes other data, ``kind`` is the kind of that change, which tells the client
+    to request the whole state.
     """
     changes = step()
     kinds = [change.kind for change in changes if change.kind != "paint"]
@@ -88,11 +88,11 @@ def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
 
 
 def _mesh_packet(document: Document, query: Body) -> bytes:
-    """Return the shape of a mesh as one block of bytes; see `packet`.
+    """Return the geometry of the mesh in the binary format of `packet`.
 
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
-    are merged, and sorted by their first use in a triangle. ``sources`` is the cell of each
-    triangle, for polygons and tetrahedra. Point clouds have packed ``normals``.
+    are merged, and sorted by their first use in a triangle. For polygons and tetrahedra,
+    ``sources`` is the cell of each triangle. For point clouds, ``normals`` are packed normals.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -124,7 +124,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
 
 
 def _region_packet(document: Document, query: Body) -> bytes:
-    """Return pairs of adjacent regions, uint32, (A, 2), as one block of bytes; see `packet`."""
+    """Return all pairs of adjacent regions, uint32, (A, 2), in the binary format of `packet`."""
     revision = document.revisions.get(_number(query))
     graph = revision.graph(document.segmenter.surface)
     header = {"revision": revision.number, "n_regions": revision.n_regions}
@@ -132,7 +132,7 @@ def _region_packet(document: Document, query: Body) -> bytes:
 
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:
-    """Return the list of suggestions, and the index of each cell's suggestion, from 1; 0: none."""
+    """Return the list of suggestions, and for each cell the index of its suggestion + 1, or 0."""
     owners = np.zeros(document.n_cells, np.uint32)
     entries = []
     for index, one in enumerate(document.state.suggestions, 1):
@@ -193,7 +193,7 @@ def _name_object(document: Document, body: Body) -> Body:
 
 
 def _compare(document: Document, body: Body) -> Body:
-    """Compare with the work file in the request, or again with the last work file."""
+    """Compare with the work file in the request or, without one, with the last one again."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
         raise ValueError("only one work file can be compared")
@@ -264,7 +264,7 @@ def _import(document: Document, body: Body) -> Body:
 
 
 def _settle(document: Document, body: Body) -> Body:
-    """Accept suggestions, given as pairs of id and class; reject suggestions, given as ids."""
+    """Accept suggestions, given as pairs (id, class), and reject suggestions, given as ids."""
     pairs = body.get("accept", [])
     if not isinstance(pairs, list) or not all(
         isinstance(pair, list) and len(pair) == 2 for pair in pairs
@@ -276,7 +276,6 @@ def _settle(document: Document, body: Body) -> Body:
 
 
 def _files(body: Body) -> dict[str, bytes]:
-    """Return the files that a client has sent, as a mapping from names to contents."""
     given = body.get("files")
     if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
         raise ValueError("files must be a list of objects with a name and data")

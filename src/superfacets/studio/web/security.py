@@ -1,4 +1,4 @@
-"""Reject requests that come from elsewhere than the page of this server, or lack the token."""
+"""Reject requests that come from pages of other sites, or that lack the token."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Referrer-Policy": "no-referrer",  # the URL of the page contains the token
+    "Referrer-Policy": "no-referrer",  # because the URL of the page contains the token
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
 
 MAX_PATH = 200
-"""Maximum length of a URL path. All routes are shorter; Python rejects very long numbers."""
+"""Maximum length of a URL path. All routes are shorter. Longer paths could contain numbers with so
+many digits that Python refuses to convert them."""
 
-OPEN_PREFIX = "/static/"  # URL prefix of the scripts and styles of the page, which need no token
+OPEN_PREFIX = "/static/"  # URL prefix of scripts and styles, which are sent without a token
 
 
 @dataclass
 class Guard:
-    """ASGI middleware that rejects requests from other pages, or without the token."""
+    """ASGI middleware that rejects requests from pages of other sites or without the token."""
 
     app: ASGIApp
     token: str
@@ -51,11 +52,11 @@ class Guard:
         await app(scope, receive, _with_headers(send))
 
     def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
-        """Return status and message for a rejected request; None if it is accepted."""
+        """Return the status and message of the rejection, or None if the request is accepted."""
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio can be opened only at the address that it has printed"
-        is_page = path == "/" and scope["method"] == "GET"  # a local file may open this page
+        is_page = path == "/" and scope["method"] == "GET"  # a local file redirects to this page
         if not is_page and not self._is_same_page(headers):
             return 403, "the request comes from a page of another site"
         if len(path) > MAX_PATH:
@@ -65,7 +66,7 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Return whether a request comes from a page of this server or from another program."""
+        """Return whether a request comes from a page of this server or from no page (a script)."""
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites

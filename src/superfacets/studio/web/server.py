@@ -1,4 +1,4 @@
-"""Run the web server, and close connections of clients that make no progress."""
+"""Run the web server, and close connections whose clients make no progress."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from .address import Address, address_file, keep
 from .app import Studio, studio_app
 
 MAX_CONNECTIONS = 64
-"""Maximum number of connections. A browser opens six; some systems limit open files to 256."""
+"""Maximum number of connections. A browser opens six. Some systems allow only 256 open files."""
 
-BACKLOG = 32  # maximum number of connections that wait to be accepted
+BACKLOG = 32  # maximum number of connections that are not yet accepted
 SECONDS = 10.0  # time in seconds after which a connection without progress is closed
 
 
@@ -50,7 +50,7 @@ class _Server(uvicorn.Server):
         self.on_start()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        self.on_end()  # before the server waits for running requests
+        self.on_end()  # called before the server waits for running requests
         await super().shutdown(sockets=sockets)
 
 
@@ -63,7 +63,7 @@ class Connection(H11Protocol):
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Start the timer of a new connection, and limit the number of connections."""
+        """Start the timer of a new connection, and close one if there are too many connections."""
         super().connection_made(transport)
         self._n_received = 0
         self._watch()
@@ -73,7 +73,7 @@ class Connection(H11Protocol):
             min(idle, key=lambda other: other._timer.when())._give_up()
 
     def data_received(self, data: bytes) -> None:
-        """Count and process received bytes of a request."""
+        """Count received bytes of a request, and process them."""
         self._n_received += len(data)
         super().data_received(data)
 
@@ -88,7 +88,7 @@ class Connection(H11Protocol):
         return self.cycle is None or self.cycle.response_complete
 
     def _awaited(self) -> tuple[object, ...] | None:
-        """Return a value that changes when the client makes progress; None during processing."""
+        """Return a value that changes with the client's progress, or None if the server is busy."""
         n_unsent = self.transport.get_write_buffer_size()
         if n_unsent:
             return "reply", self.cycle, n_unsent
@@ -100,7 +100,7 @@ class Connection(H11Protocol):
         self._timer = self.loop.call_later(SECONDS, self._check, self._awaited())
 
     def _check(self, before: tuple[object, ...] | None) -> None:
-        """Close the connection if the client has made no progress since the last check."""
+        """Close the connection if `_awaited` has not changed since the last check."""
         if before is not None and self._awaited() == before:
             self._give_up()
         else:
@@ -108,5 +108,5 @@ class Connection(H11Protocol):
 
     def _give_up(self) -> None:
         self._timer.cancel()
-        self.connections.discard(self)  # no longer counted, although the event loop closes it later
+        self.connections.discard(self)  # the event loop closes it later
         self.transport.abort()

@@ -1,6 +1,6 @@
-"""Draw thumbnails of meshes for the list of files.
+"""Draw small pictures of meshes (thumbnails) for the list of files.
 
-A separate process draws each picture, so a crash of a graphics driver does not end the server.
+A separate process draws each picture, so that a crash of a graphics driver does not end the server.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SECONDS = 120.0  # time limit for drawing a thumbnail, in seconds
 
 
 class Thumbnails:
-    """Cache of thumbnails, which are drawn one at a time, and again if their file changes."""
+    """Draws thumbnails one at a time, and caches each until its file changes."""
 
     def __init__(self) -> None:
         self._kept: dict[Path, tuple[tuple[int, int], bytes]] = {}
@@ -28,7 +28,7 @@ class Thumbnails:
         self._is_closed = False
 
     def png(self, path: Path) -> bytes:
-        """Return a file's thumbnail as PNG; raise RenderError or OSError if drawing fails."""
+        """Return the thumbnail of a file as PNG; raise RenderError or OSError if drawing fails."""
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:
@@ -38,7 +38,7 @@ class Thumbnails:
         return kept[1]
 
     def close(self) -> None:
-        """Kill the drawing process, and start no further one; waiting threads get a RenderError."""
+        """Kill the drawing process, and start no others; waiting threads get a RenderError."""
         self._is_closed = True
         drawing = self._drawing
         if drawing is not None:
@@ -47,7 +47,8 @@ class Thumbnails:
     def _drawn(self, path: Path) -> bytes:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             target = Path(folder, "picture.png")
-            # Without -P, Python could import modules from the current folder, such as downloads.
+            # Without -P, Python could import modules from the current folder, for example from
+            # downloads.
             command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
             status, errors = self._run(command)
             if status or not target.exists():
@@ -75,7 +76,7 @@ class Thumbnails:
 
 
 def main() -> None:
-    """Draw a mesh file, the first argument, to a picture file, the second argument."""
+    """Draw the mesh file given as first argument, and write the picture to the second argument."""
     from ...io.readers.read import read_cells
     from ...pictures.rendering import render
 

@@ -1,4 +1,4 @@
-"""Compute the input of the baseline methods: the weighted face graph, and its components."""
+"""Compute the input of the baseline methods: weighted face graph and connected components."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from ...mesh.faces import FaceMesh
 
 @dataclass(frozen=True)
 class Component:
-    """A connected component of the face graph, with its arcs."""
+    """A connected component of the face graph, with faces renumbered from 0."""
 
-    faces: Longs  # indices of the n faces, ascending, shape (n,)
-    arcs: Longs  # indices of the m arcs that start at these faces, sorted by face, shape (m,)
-    offsets: Longs  # offset of each face's arcs in `arcs`, shape (n + 1,)
-    neighbors: Ints  # target of each arc, as an index into `faces`, shape (m,)
+    faces: Longs  # (n,) index of each face in the mesh, ascending
+    arcs: Longs  # (m,) index in the graph of each arc from these faces, sorted by face
+    offsets: Longs  # (n + 1,) index in `arcs` of the first arc of each face
+    neighbors: Ints  # (m,) target of each arc, as an index into `faces`
 
 
 @dataclass(frozen=True)
 class FaceCells:
-    """The face graph of a mesh, and the timings and parameters of its computation."""
+    """A mesh, its weighted face graph, and timings and parameters for the result."""
 
     mesh: FaceMesh
     faces: FaceGraph
     graph: CellGraph
     n_segments: int
-    radius: float  # r, the expected radius of a region
+    radius: float  # expected radius r of a region, in the unit of the vertices
     timings: dict[str, float]
     params: dict[str, Any]
 
     def components(self) -> list[Component]:
-        """Return the connected components, sorted by their lowest face index."""
+        """Return the connected components of the face graph, sorted by their lowest face index."""
         graph = self.graph
         no_labels = np.zeros(graph.n_cells, np.int32)
         piece, n_pieces = _core.find_components(graph.offsets, graph.neighbors, no_labels)
@@ -62,7 +62,7 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
-        """Return a result with labels renumbered without gaps, and with computed centers."""
+        """Return a `Segmentation` with the labels, renumbered without gaps, and their centers."""
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
@@ -71,7 +71,7 @@ class FaceCells:
 
 
 def component_graph(cells: FaceCells, component: Component) -> CellGraph:
-    """Return the cell graph of one component."""
+    """Return the weighted cell graph of one component."""
     graph = cells.graph
     return CellGraph(
         graph.positions[component.faces],
@@ -85,7 +85,7 @@ def component_graph(cells: FaceCells, component: Component) -> CellGraph:
 def read_face_cells(
     mesh: MeshLike, n_segments: int | None, chosen: WeightOptions, weld: bool, n_threads: int
 ) -> FaceCells:
-    """Read a mesh, and compute its face graph and weights as `superfacets.segment` does."""
+    """Read a mesh, and compute its face graph and arc weights as `superfacets.segment` does."""
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)
@@ -103,7 +103,7 @@ def read_face_cells(
 
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
-    """Return the mean of the weights of each arc and its reverse arc."""
+    """Return for each arc the mean of the weights of the arc and its reverse arc."""
     there = np.lexsort((graph.neighbors, graph.sources))
     back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)

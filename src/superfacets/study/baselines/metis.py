@@ -1,4 +1,4 @@
-"""Partition meshes with METIS: parts have similar areas, and borders are short or in creases."""
+"""Partition meshes with METIS into parts of similar area, whose borders are short or in creases."""
 
 from __future__ import annotations
 
@@ -18,22 +18,23 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""Scale s of the border cost exp(-w / s) of an edge with the weight w per length, in multiples of
-the mean weight per length. For values between 1 and 3, the undersegmentation error on 95 benchmark
-models changes by only 0.001."""
+"""Scale s of the border cost exp(-w / s) of an edge, where w is the weight per length. Unit: mean
+weight per length. Between 1 and 3, the undersegmentation error on 95 benchmark models changes by
+0.001."""
 
 IMBALANCE = 0.5
-"""Maximum excess of a part's area over the mean area, as a fraction of the mean. With 0.03, the
-default of METIS, borders often miss creases, and the undersegmentation error is 0.002 higher."""
+"""Maximum amount by which the area of a part exceeds the mean area, as a fraction of the mean. With
+0.03, the default of METIS, borders often miss creases, and the undersegmentation error is 0.002
+higher."""
 
 LARGEST_CELL = 0.25
-"""Maximum area of a face in the input of METIS, as a fraction of the mean area of a part. If faces
-are larger than a part, METIS leaves parts empty, and prints warnings."""
+"""Areas of faces are limited to this fraction of the mean area of a part, because METIS leaves
+parts empty and prints warnings if a face is larger than a part."""
 
 SEED = 0
 
-_MEAN_INTEGER = 1000  # mean of the weights after rounding to integers
-_LARGEST_SUM = 2**30  # upper bound of the sum of the integers, because METIS may use 32 bits
+_MEAN_INTEGER = 1000  # mean of areas and of costs after conversion to integers
+_LARGEST_SUM = 2**30  # upper bound of the sum of these integers, as METIS may use 32 bits
 
 
 def metis_partition(
@@ -47,29 +48,30 @@ def metis_partition(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Segmentation:
-    """Label every face of a mesh with one of k parts that METIS finds.
+    """Label every face of a mesh with one of k parts, which METIS computes.
 
-    METIS computes a multilevel partition of the face graph. It minimizes the total cost of the
-    edges along borders, with parts of at most one and a half times the mean area (`imbalance`). A
-    border along an edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is
-    twice the sum of all weights divided by the sum of all edge lengths. Therefore borders are short
-    or in creases. The unit of the weights does not matter.
+    METIS computes a multilevel partition of the face graph. It minimizes the total cost of borders,
+    while the area of a part is at most 1.5 times the mean (see `imbalance`). An edge e on a border
+    costs ``|e| exp(-w / (s |e|))``. Here w is the weight of the arc across the edge, and s is twice
+    the sum of all weights divided by the sum of all edge lengths. Therefore, borders are short or
+    in creases. The unit of the weights does not matter.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. Components are divided separately. Each
-        component gets one part, and each further part is given to the component with the largest
-        area per part.
+        Any triangle mesh, as for `superfacets.segment`. Connected components are divided
+        separately. Each component gets one part, and each further part goes to the component with
+        the largest area per part.
     n_segments : int, optional
         Number of parts k, from 1 to the number of faces. The default is 150, or the number of faces
         if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,
-        and more if parts are smaller. There are more parts if the mesh has more components.
+        and more if parts are smaller. If there are more than k components, each is a part.
     alpha, eta_convex, weights
-        As for `superfacets.segment`. The default is ``"superfacets"``. If the two arcs of a pair
-        have different weights, both arcs get the mean.
+        As for `superfacets.segment`. The default is ``"superfacets"``. If the weights of an arc and
+        its reverse arc differ, both arcs get the mean.
     imbalance : float, default 0.5
-        Maximum excess of a part's area over the mean area, as a fraction of the mean, >= 0.001.
+        Maximum amount by which the area of a part exceeds the mean area, as a fraction of the mean,
+        >= 0.001.
     weld : bool, default True
         Whether to merge vertices at exactly the same position.
     n_threads : int, optional
@@ -78,8 +80,7 @@ def metis_partition(
     Returns
     -------
     Segmentation
-        ``centers`` are as from `update_centers`. Nearly all parts are connected, but METIS does not
-        guarantee this.
+        ``centers`` are from `update_centers`. METIS does not guarantee connected parts.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def metis_partition(
 
 
 def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
-    """Partition each component, and return the label of each face. Some labels may be unused."""
+    """Partition each component, and return the label of each face; labels may have gaps."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
     components = cells.components()
@@ -133,12 +134,12 @@ def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
 
 
 def _cutting_costs(cells: FaceCells) -> Floats:
-    """Return the cost of a border across each arc, in the unit of edge lengths."""
+    """Return for each arc the cost of a border along its edge, in the unit of edge lengths."""
     sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights
-    if not weights.any() or not lengths.any():  # lengths are 0 if their squares underflow
+    if not weights.any() or not lengths.any():  # tiny lengths are 0 because their squares underflow
         return lengths
     scale = CREASE_SCALE * weights.sum() / lengths.sum()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -147,10 +148,10 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 
 
 def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Return the number of parts of each component, given the area and face count of each.
+    """Return the number of parts of each component, given areas and numbers of faces.
 
-    Each component gets one part. Each further part is given to the component with the largest area
-    per part, the first component on ties.
+    Each component gets one part. Each further part goes to the component with the largest area per
+    part; of several, to the first.
     """
     counts = [1] * len(areas)
     queue = [(-area, index) for index, area in enumerate(areas) if sizes[index] > 1]
@@ -168,7 +169,7 @@ def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> 
 def _divide(
     metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int, excess: int
 ) -> Longs:
-    """Return the part of each face, 0 to n_parts - 1. `excess` is the imbalance in thousandths."""
+    """Return the part of each face, 0 to n_parts - 1; `excess` is 1,000 times the imbalance."""
     n_faces = len(areas)
     if n_parts == 1:
         return np.zeros(n_faces, np.int64)
@@ -181,17 +182,17 @@ def _divide(
         metis.CSRAdjacency(pairs.indptr.astype(dtype), pairs.indices.astype(dtype)),
         vweights=_whole_numbers(_cap(areas, n_parts)).astype(dtype),
         eweights=pairs.data.astype(dtype),
-        recursive=False,  # only direct partitioning supports connected parts
+        recursive=False,  # recursive bisection does not support `contig`
         options=metis.Options(contig=1, ufactor=excess, seed=SEED),
     ).vertex_part
     return np.asarray(parts, dtype=np.int64)
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Limit areas to `LARGEST_CELL` times the mean area of a part; return ones if no limit fits."""
+    """Limit areas to `LARGEST_CELL` times the mean area of a part, or return ones if impossible."""
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
-    kept = falling[::-1].cumsum()[::-1]  # sum of the areas that are not capped
+    kept = falling[::-1].cumsum()[::-1]  # sum of the areas that are not limited
     with np.errstate(divide="ignore", invalid="ignore"):
         caps = LARGEST_CELL * kept / np.maximum(n_parts - LARGEST_CELL * n_capped, 0)
     fits = (caps >= falling) & (caps < np.inf)
@@ -199,18 +200,18 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
 
 
 def _merge_pairs(component: Component, costs: Longs) -> Any:
-    """Return the sparse matrix of costs. Costs of arcs between the same two faces are added."""
+    """Return the costs as a sparse matrix, where costs of arcs between the same faces are added."""
     from scipy.sparse import csr_array
 
     n = len(component.faces)
     arcs = (costs, component.neighbors.copy(), component.offsets.copy())
     pairs = csr_array(arcs, shape=(n, n))
-    pairs.sum_duplicates()  # sums of integers are exact, so the matrix stays symmetric
+    pairs.sum_duplicates()  # exact for integers, so the matrix stays symmetric
     return pairs
 
 
 def _whole_numbers(values: Floats) -> Longs:
-    """Scale values and round them to integers >= 1; return ones if all values are 0."""
+    """Scale values, and round them to integers >= 1, or return ones if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)

@@ -1,4 +1,4 @@
-"""Compute normalized cuts from the leading eigenvectors of the affinities between all faces."""
+"""Compute normalized cuts of meshes from the leading eigenvectors of face affinities."""
 
 from __future__ import annotations
 
@@ -19,41 +19,41 @@ from ...errors import import_extra
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
-"""Width s of the affinity exp(-d / s), as a fraction of the mean path length. If alpha is not 0, no
-value from 0.02 to 1 has a smaller undersegmentation error on small benchmark models."""
+"""Width s of the affinity exp(-d / s), as a fraction of the mean path length. On small benchmark
+models with alpha > 0, no value from 0.02 to 1 has a smaller undersegmentation error."""
 
-ALPHA = 100.0  # the paper's best alpha for normalized cuts
+ALPHA = 100.0  # best alpha for normalized cuts according to the paper
 
-MAX_MEMORY = 6e9  # default memory limit in bytes; enough for all pairs of 37,000 faces
+MAX_MEMORY = 6e9  # default memory limit in bytes, sufficient for all pairs of 37,000 faces
 
-_N_SAMPLES = 256  # number of faces for estimating the mean path length; the error is 1 to 2 %
+_N_SAMPLES = 256  # number of faces from which the mean path length is estimated, within 2 %
 
 # The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
-# of computed eigenvectors, plus _BLOCK_SLACK. With these values, the error of eigenvalues on
-# benchmark models is 1e-6; with nine powers, it is 1e-3.
+# of computed eigenvectors, plus _BLOCK_SLACK. On benchmark models, the error of eigenvalues is 1e-6
+# with twelve blocks, but 1e-3 with nine blocks.
 _BLOCK_SHARE, _BLOCK_SLACK = 1 / 3, 8
 _N_POWERS = 12
 
-_N_ROWS = 1024  # rows of a sparse array that are processed together
+_N_ROWS = 1024  # number of rows of a sparse array that are processed together
 
-_MAX_ROTATIONS = 50  # maximum number of iterations for the rotation; about 30 are needed
-_ROTATION_TOL = 1e-9  # relative improvement below which the iteration stops
+_MAX_ROTATIONS = 50  # maximum number of iterations to find the rotation; about 30 are needed
+_ROTATION_TOL = 1e-9  # the iteration stops below this relative improvement
 
-# Memory in bytes for each pair of near faces, in sparse rows and in temporary arrays.
+# Memory in bytes for each pair of faces within `reach`, including temporary arrays.
 _BYTES_PER_NEAR_PAIR = 32
 
 
 class _EmbeddedComponent(NamedTuple):
-    """The leading eigenvectors of one component of the mesh."""
+    """Leading eigenvectors of one connected component of the mesh."""
 
-    faces: Longs  # indices of the faces, shape (n,)
-    eigenvalues: Singles  # descending from 1, shape (m,)
-    vectors: Singles  # one column per eigenvalue, shape (n, m)
+    faces: Longs  # (n,) index of each face in the mesh
+    eigenvalues: Singles  # (m,) in descending order; the first is 1
+    vectors: Singles  # (n, m) eigenvector of each eigenvalue as a column
 
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh, used to compute normalized cuts with up to `n_vectors` regions."""
+    """Eigenvectors of a mesh, from which normalized cuts with 1 to `n_vectors` regions follow."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -61,12 +61,12 @@ class AffinityEmbedding:
 
     @property
     def n_vectors(self) -> int:
-        """Maximum number of regions for which there are enough eigenvectors."""
+        """Number of computed eigenvectors, which is the maximum number of regions."""
         return self._cells.n_segments
 
     @property
     def timings(self) -> dict[str, float]:
-        """Wall time of each stage in seconds."""
+        """Wall time of each stage, in seconds."""
         return self._cells.timings
 
     @property
@@ -114,7 +114,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> Longs:
-        """Return how many of the k leading eigenvectors each component has, at least one each."""
+        """Return how many of the k leading eigenvectors belong to each component, at least one."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -130,8 +130,8 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     The affinity of two faces is ``exp(-d / s)``, where d is the length of the shortest path between
     them in the face graph. W is the matrix of affinities, and D is the diagonal matrix of its row
     sums. The k leading eigenvectors of D^-1/2 W D^-1/2 map each face to a point in k dimensions. A
-    rotation moves these points close to the axes, and the index of the nearest axis is the label. A
-    pivoted QR factorization gives the first rotation, which is then improved iteratively.
+    rotation moves these points close to the axes, and the label of a face is the index of the axis
+    nearest to its point. The rotation is computed by a pivoted QR factorization and iterations.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces. The default is 150, or the number of
         faces if that is less. There are more regions if the mesh has more than k components. In
-        rare cases, an axis is not the nearest axis of any face, and there is one region less.
+        rare cases, an axis is not nearest to any point, and then there is one region less.
     **options
         Keywords of `affinity_embedding`: `alpha`, `eta_convex`, `weights`, `sigma`, `reach`,
         `max_memory`, `weld` and `n_threads`.
@@ -187,8 +187,8 @@ def affinity_embedding(
 ) -> AffinityEmbedding:
     """Return the eigenvectors for normalized cuts with up to `n_vectors` regions.
 
-    The embedding is the result of all steps of `normalized_cuts` except the last step. The same
-    embedding can be used for several numbers of regions.
+    The embedding is the result of all steps of `normalized_cuts` except the last one, which
+    computes labels. One embedding can be used for several numbers of regions.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def affinity_embedding(
         and affinities are multiplied by 1 - (e / R)^2. Results with a reach of 3 are close to
         results with all pairs.
     max_memory : float, default 6e9
-        Memory limit in bytes for affinities and vectors.
+        Memory limit in bytes for affinities and eigenvectors.
     weld : bool, default True
         Whether to merge vertices at exactly the same position.
     n_threads : int, optional
@@ -227,15 +227,14 @@ def affinity_embedding(
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type, or if more memory than `max_memory` is
-        needed; the message says how much.
+        needed. The message contains the required memory.
     MissingExtraError
         If SciPy is not installed.
 
     Notes
     -----
-    Time is O(F^2 log F) for paths and O(k F^2) for vectors. Memory is 4 bytes for each pair of
-    faces and 52 k bytes for each face. With `reach`, the number of pairs is about (F reach)^2 / k
-    instead of F^2.
+    Time is O(F^2 log F) for paths and O(k F^2) for eigenvectors. Memory is 4 bytes for each pair of
+    faces and 52 k bytes for each face. With `reach`, there are only about (F reach)^2 / k pairs.
 
     Examples
     --------
@@ -266,23 +265,22 @@ def affinity_embedding(
 
 @dataclass(frozen=True)
 class _Affinity:
-    """Converts path lengths to affinities."""
+    """Computes affinities of cells from the lengths of paths between them."""
 
-    width: float  # s, in the unit of the arc weights
-    reach: float | None  # R, in the unit of the vertices; None for all pairs
+    width: float  # width s of the affinity, in the unit of the arc weights
+    reach: float | None  # maximum distance R in the unit of the vertices; None: no maximum
     n_threads: int
 
     def between_all(self, graph: CellGraph) -> Singles:
-        """Return the affinities of all pairs of cells, shape (n, n)."""
         cells = np.arange(graph.n_cells, dtype=np.int32)
         lengths = _path_lengths(graph, cells, self.n_threads)
         lengths *= np.float32(-1 / self.width)
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Return the sparse array of affinities of pairs at a distance below `reach`.
+        """Return the affinities of pairs of cells within a distance of `reach`, as a sparse array.
 
-        The affinities of the two directions of a pair may differ, so both get the larger affinity.
+        The affinities from cell i to j and from j to i may differ; the larger one is used for both.
         """
         from scipy.sparse import csr_array
 
@@ -304,7 +302,7 @@ class _Affinity:
 
 
 def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memory: float) -> None:
-    """Raise a ValueError if a component of this size would need too much memory."""
+    """Raise a ValueError if a component with `n_faces` faces needs more than `max_memory` bytes."""
     n_columns = _krylov_size(cells.n_segments)
     n_bytes = 24.0 * n_faces**2 if n_columns >= n_faces else 12.0 * n_faces * n_columns
     if reach is None:
@@ -322,14 +320,13 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
 
 
 def _path_lengths(graph: CellGraph, sources: Ints, n_threads: int) -> Singles:
-    """Return the lengths of shortest paths from `sources` to all cells, in the unit of weights."""
     ordered = graph.ordered(n_threads)
     lengths = _core.path_lengths(ordered, sources, graph.unit, n_threads)
     return lengths.reshape(len(sources), graph.n_cells)
 
 
 def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
-    """Return the mean path length from sampled cells to all cells; 1 if no cell has a neighbor."""
+    """Return the mean path length from sampled cells to all cells, or 1 if there are no arcs."""
     candidates = np.flatnonzero(np.diff(graph.offsets))
     if not len(candidates):
         return 1.0
@@ -340,7 +337,7 @@ def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
 
 
 def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _EmbeddedComponent:
-    """Compute the leading eigenvectors of one component, at most `cells.n_segments`."""
+    """Return up to `cells.n_segments` leading eigenvectors of one connected component."""
     n_faces = len(component.faces)
     if n_faces == 1:
         return _EmbeddedComponent(component.faces, np.ones(1, np.float32), np.ones((1, 1), "f4"))
@@ -364,7 +361,6 @@ def _normalize(affinities: Singles) -> Singles:
 
 
 def _normalize_sparse(affinities: Any) -> Any:
-    """Replace a sparse W by D^-1/2 W D^-1/2 in place."""
     scale = 1 / np.sqrt(affinities.sum(axis=1, dtype=np.float64))
     affinities.data *= np.repeat(scale, np.diff(affinities.indptr)).astype(np.float32)
     affinities.data *= scale.astype(np.float32)[affinities.indices]
@@ -377,9 +373,9 @@ def _krylov_size(n_vectors: int) -> int:
 
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
     """Return the largest eigenvalues of a symmetric matrix, descending, and their eigenvectors."""
-    # The block Krylov space is spanned by powers of the matrix times a random block. Unlike the
-    # Krylov space of a single vector, it contains all eigenvectors of multiple eigenvalues, which
-    # occur with symmetric meshes.
+    # The block Krylov space is spanned by powers of the matrix times a random block of vectors.
+    # Symmetric meshes have multiple eigenvalues. A block Krylov space contains all of their
+    # eigenvectors, but the Krylov space of a single vector does not.
     n = matrix.shape[0]
     n_columns = _krylov_size(n_vectors)
     if n_columns >= n:
@@ -391,7 +387,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # the second pass removes rounding errors of the first pass
+        for _ in range(2):  # twice, to remove rounding errors
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block
@@ -403,12 +399,12 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
 
 
 def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]:
-    """Return the n largest of ascending eigenvalues, in descending order, and their vectors."""
+    """Return the last n of ascending eigenvalues, in descending order, and their eigenvectors."""
     return values[: -n - 1 : -1].astype(np.float32), vectors[:, : -n - 1 : -1].astype(np.float32)
 
 
 def _discretize(vectors: Singles) -> Longs:
-    """Return the label of each row of `vectors`: the index of the nearest axis after a rotation."""
+    """Rotate the rows of `vectors` close to the axes, and return the nearest axis of each row."""
     from scipy.sparse import csr_array
 
     n, m = vectors.shape
@@ -416,7 +412,7 @@ def _discretize(vectors: Singles) -> Longs:
     rows = vectors.astype(np.float64) / np.maximum(norms, np.finfo(np.float32).tiny)
     rotation = _pivoted_rotation(vectors.astype(np.float64))
     labels = np.zeros(n, np.int64)
-    fit = 0.0  # sum of each row's coordinate on its nearest axis; iterations increase this sum
+    fit = 0.0  # sum over rows of the coordinate on the nearest axis, which is maximized
     for _ in range(_MAX_ROTATIONS):
         labels = (rows @ rotation).argmax(axis=1)
         members = csr_array((np.ones(n), labels, np.arange(n + 1)), shape=(n, m))
@@ -429,7 +425,7 @@ def _discretize(vectors: Singles) -> Longs:
 
 
 def _pivoted_rotation(vectors: Floats) -> Floats:
-    """Return an (m, m) rotation that moves m linearly independent rows close to the axes."""
+    """Return a rotation, (m, m), that moves m linearly independent rows close to the axes."""
     from scipy.linalg import qr
 
     _, pivots = qr(vectors.T, mode="r", pivoting=True)

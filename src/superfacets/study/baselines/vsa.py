@@ -24,9 +24,9 @@ from ...cells.size import checked_n_segments
 from ...clustering.result import Segmentation, StopReason
 from ...mesh.triangle_mesh import Mesh
 
-METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}  # names of the error metrics
+METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}  # error metrics by name
 
-INITS = ("random", "incremental")  # names of the methods that choose the initial seeds
+INITS = ("random", "incremental")  # methods that choose the initial seeds
 
 Progress = Callable[[int, int], object]
 
@@ -47,10 +47,10 @@ def variational_shape_approximation(
 
     Each region is approximated by a plane, its proxy, which has a center and a unit normal. Two
     steps alternate: proxies are fitted to the regions, and a flood fill grows new regions from
-    seeds. The seed of a region is its face of least error, or on ties the lowest of these faces. A
-    face without a normal is chosen only if all faces of the region have no normal. The flood fill
-    adds faces one by one. The next face is the face of least error with respect to an adjacent
-    region, or on ties the face that was queued first. Labeled faces keep their labels.
+    seeds. The seed of a region is its face of least error; of several faces, the lowest index is
+    used. A face without a normal is chosen only if all faces of the region have no normal. The
+    flood fill adds faces one by one. The next face is the face of least error with respect to an
+    adjacent region; of several faces, the first in the queue. Labeled faces keep their labels.
 
     Parameters
     ----------
@@ -58,21 +58,22 @@ def variational_shape_approximation(
         Any triangle mesh, as for `superfacets.segment`. For ``"l21"``, faces should be consistently
         oriented, because the error depends on the direction of normals.
     n_segments : int, optional
-        Number of regions k, from 1 to the number of faces. The default is 150, or the number of
-        faces if that is less.
+        Number of regions k, from 1 to the number of faces. The default is 150, but at most the
+        number of faces.
     metric : {"l21", "l2"}, default "l21"
         Error of a face, integrated over its area. ``"l21"`` is the squared difference of the unit
-        normals of face and proxy, 0 to 4. The proxy's normal is the direction of the mean normal.
-        The error of a face without a normal is 0. ``"l2"`` is the squared distance to the plane of
-        the proxy. This plane contains the barycenter of the region, and is perpendicular to the
-        direction in which the region extends least.
+        normals of face and proxy, 0 to 4. The normal of the proxy is the normalized mean of the
+        normals of the faces. The error of a face without a normal is 0. ``"l2"`` is the squared
+        distance to the plane of the proxy. This plane contains the barycenter of the region, and is
+        perpendicular to the direction in which the region extends least.
     init : {"random", "incremental"}, default "random"
         With ``"random"``, the seeds are k random faces, drawn without replacement, and the proxies
         are their planes. ``"incremental"`` starts with one region per component of the mesh, and
-        adds one seed at a time until there are k regions. The new seed is the face of largest error
-        (the highest index on ties; never the old seed) in the region of largest total error (the
-        lowest index on ties; only regions of two or more faces). After each new seed, proxies are
-        fitted and all regions are flooded again.
+        adds one seed at a time until there are k regions. The new seed is in the region of largest
+        total error, among regions of two or more faces; of several regions, the lowest is used. In
+        this region, the new seed is the face of largest error other than the old seed; of several
+        faces, the highest index is used. After each new seed, proxies are fitted and all regions
+        are flooded again.
     rng : int or numpy.random.Generator, default 0
         Random number generator of ``"random"``, or its seed, an int >= 0.
     max_num_iter : int, default 50
@@ -82,18 +83,18 @@ def variational_shape_approximation(
     n_threads : int, optional
         As for `superfacets.segment`; flood fills and fits use one thread.
     progress : callable, optional
-        Called after each iteration with its number, from 1, and the number of faces that changed
-        their region; in the first iteration this is the number of all faces. If the callable
-        returns False, the loop stops with ``stop_reason="cancelled"``. Iterations with fewer than k
-        regions are not reported.
+        Function called after each iteration with the iteration number, from 1, and the number of
+        faces that changed their region, which is the number of all faces in the first iteration. If
+        the function returns False, the loop stops with ``stop_reason="cancelled"``. Iterations with
+        fewer than k regions are not reported.
 
     Returns
     -------
     Segmentation
         ``labels`` are from the last flood fill, and ``centers`` are its seeds. ``stop_reason`` is
         ``"converged"`` if no face changed its region, and ``"settled"`` if earlier labels occur
-        again. Each component without a seed becomes one more region, whose seed is its lowest
-        face. With ``"incremental"`` these regions count toward k.
+        again. Each connected component without a seed becomes an additional region, whose seed is
+        its lowest face. With ``"incremental"``, these regions are included in k.
 
     Raises
     ------
@@ -136,7 +137,7 @@ def variational_shape_approximation(
             seeds = generator.choice(surface.n_faces, n_segments, replace=False)
             regions = _flood(surface, graph, metric, seeds)
         else:
-            regions = _flood(surface, graph, metric, [0])  # each further component also gets a seed
+            regions = _flood(surface, graph, metric, [0])  # other components get seeds, too
             while regions.n_regions < n_segments:
                 regions.insert()
     with timed(timings, "relax"):
@@ -158,7 +159,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Alternate fits and flood fills; return the number of iterations and the stop reason."""
+    """Alternate fits of proxies and flood fills; return number of iterations and stop reason."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):

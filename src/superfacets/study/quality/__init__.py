@@ -1,10 +1,10 @@
 """Compare variants of `superfacets.segment` on models of the Princeton benchmark.
 
-Two measures are compared, and lower values of both measures are better: the undersegmentation error
-(UE) and compactness. All results except times are reproducible.
+The variants are compared by their undersegmentation error (UE) and compactness. Lower values of
+both are better. All results except times are reproducible.
 
-- `measure` changes the resolution of models, and measures the regions of each variant.
-- `tables` makes tables of the measurements. `study` runs all stages of the study in order.
+- `measure` changes the resolution of models, segments them, and measures the regions.
+- `tables` makes tables of the measurements. `study` runs all stages in order.
 
 The command-line options are in `superfacets.cli.studies`.
 """

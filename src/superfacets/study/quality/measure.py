@@ -1,4 +1,4 @@
-"""Measure variants of `segment` on models at several resolutions."""
+"""Measure the regions of variants of `segment` on models at several resolutions."""
 
 from __future__ import annotations
 
@@ -50,40 +50,40 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, eta 0.2": {"eta_convex": 0.2},
     "default, not smooth": {"smooth": False},
 }
-"""Keywords of `superfacets.segment` for each variant. `PAPERS` is the paper's method. `PLAIN` has
-the same weights and seeds, but unlimited expansions and another stop criterion, so that it returns
-exactly k connected regions."""
+"""Keywords of `superfacets.segment` for each variant. `PAPERS` is the method of the paper. `PLAIN`
+has the same weights and seeds, but expansions of regions are unlimited and the stop criterion
+differs, so that it returns exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
-"""Variants that are measured on finer and coarser meshes."""
+"""Variants that are measured at all resolutions of a model."""
 
 
 SHARP = math.radians(45)  # minimum angle of a crease, in radians
 
 
 class Subject(NamedTuple):
-    """A mesh, and the segmentations of this mesh by several people."""
+    """A mesh, and segmentations of this mesh by several people."""
 
     mesh: Mesh
     truths: tuple[Ints, ...]
 
 
 class Creases(NamedTuple):
-    """Sharp edges as pairs of adjacent faces; each pair is listed in both directions."""
+    """Creases of a mesh as pairs of adjacent faces, with each pair in both directions."""
 
     sources: Ints
     targets: Ints
     lengths: Floats
 
     def share_between(self, labels: Ints) -> float | None:
-        """Return the fraction of crease length that is on borders; None if there are no creases."""
+        """Return the fraction of the crease length on region borders, or None without creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, `levels` times; new faces get the segment of the old face."""
+    """Split each face into four, `levels` times; new faces inherit the segments of old faces."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -92,9 +92,9 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 
 
 def coarsened(subject: Subject) -> Subject:
-    """Decimate to a quarter of the faces. New faces get the segment of the nearest old face.
+    """Decimate to a quarter of the faces. New faces get the segments of the nearest old face.
 
-    Needs PyVista and SciPy.
+    This function needs PyVista and SciPy.
     """
     import pyvista
     from scipy.spatial import KDTree
@@ -118,7 +118,7 @@ def creases(mesh: Mesh) -> tuple[Creases, Creases]:
     """Return the concave and the convex edges whose angle is at least `SHARP`."""
     faces = build_face_graph(mesh)
     measures = arc_measures(mesh, faces)
-    angles = np.asarray(measures.angles)  # > 0 if concave
+    angles = np.asarray(measures.angles)  # positive in concave edges
 
     def chosen(which: Bools) -> Creases:
         return Creases(faces.sources[which], faces.neighbors[which], measures.border_lengths[which])
@@ -132,14 +132,14 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
     "x4": refined,
     "x16": lambda subject: refined(subject, 2),
 }
-"""For each scale, a function that multiplies the number of faces by the scale."""
+"""Function for each scale that multiplies the number of faces of a model by the scale."""
 
 
-_RECORD_VERSION = 2  # increased when the content of records changes
+_RECORD_VERSION = 2  # version of the content of records
 
 
 class Case(NamedTuple):
-    """A run of one variant on one model, which gives one row of the results."""
+    """A run of one variant on one model at one scale, which gives one row of the results."""
 
     source: Source
     scale: str
@@ -150,7 +150,7 @@ class Case(NamedTuple):
         return f"model {self.source.name}, {self.scale}, {self.variant}, k = {self.k}"
 
     def piece(self, folder: Path) -> Piece:
-        """Return the piece of work for this case, with record ``SCALE/MODEL/VARIANT_k-K.json``."""
+        """Return the case as a piece of work with the record ``SCALE/MODEL/VARIANT_k-K.json``."""
         scale, variant = (
             "".join(letter if letter.isalnum() else "-" for letter in name)
             for name in (self.scale, self.variant)
@@ -169,24 +169,24 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """A task that measures all its cases on one model at one scale."""
+    """Task of a worker: measure several cases on one model at one scale."""
 
     pieces: tuple[Piece, ...]
     memory: int = 0
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the model, change its resolution, and find its creases."""
+        """Load the model at its scale, find its creases, and return a function to measure cases."""
         first: Case = self.pieces[0].subject
         model = load_model(first.source)
         subject = SCALES[first.scale](Subject(model.mesh, model.ground_truths))
-        surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # for all cases
+        surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # reused by all cases
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # warm-up
+        _labels(subject, first)  # warm-up, because the first call is slower
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject
-            start = time.process_time()  # CPU time does not depend on other programs
+            start = time.process_time()  # CPU time, as wall time depends on other programs
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)

@@ -1,4 +1,4 @@
-"""Run the quality study: carry out missing runs, and write the results."""
+"""Run the quality study: do all runs that have no record yet, and write the results."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Options:
     benchmark: Path
     output: Path
     models: tuple[int, ...] | None = None  # numbers of models; None means all models in the folder
-    every: int = 1  # step through the models: 2 selects every second model
+    every: int = 1  # step in the list of models: 2 selects every second model
     ks: tuple[int, ...] = KS
-    n_finer: int = 10  # number of models that are measured at all scales
+    n_finer: int = 10  # number of models that are measured at all resolutions
     n_jobs: int = 1  # number of worker processes
 
 
@@ -37,19 +37,19 @@ class Options:
 class Report:
     """Results of the quality study."""
 
-    rows: list[Row]  # results at the original resolution of the models
-    resolution: list[Row]  # results at all scales
+    rows: list[Row]  # results at the original resolution
+    resolution: list[Row]  # results of some models at all resolutions
     tables: str
-    problems: tuple[str, ...]  # a message for each file that is not used, and for each failed run
+    problems: tuple[str, ...]  # one message per unused file or failed run
 
 
 def study(options: Options) -> Report:
-    """Measure all variants on the models, and some variants on some models at all scales.
+    """Measure all variants on all models, and some variants on some models at all resolutions.
 
     Rows are written to ``runs.csv`` in the output folder, and tables to ``tables.md``. If a run
-    fails, its model is left out at that scale, so that all means are over the same models. Raises
-    MeshError if no model could be measured; ValueError if a model does not exist, or another
-    process uses the output folder; MissingExtraError if tabulate is not installed.
+    fails, its model is left out at that resolution, so that all means are over the same models.
+    Raises MeshError if no model could be measured, ValueError if a model does not exist or another
+    process uses the output folder, and MissingExtraError if tabulate is not installed.
     """
     if importlib.util.find_spec("tabulate") is None:
         raise MissingExtraError("quality without tabulate", "reproduce")
@@ -61,7 +61,7 @@ def study(options: Options) -> Report:
     files = [options.output / name for name in ("runs.csv", "tables.md")]
     with locked(options.output):
         records = [piece.path for task in finer + main for piece in task.pieces]
-        remove_leftovers([*files, *records], older_than=0.0)  # temporary files of killed runs
+        remove_leftovers([*files, *records], older_than=0.0)  # temporary files of killed processes
         none = {"reason": "no record"}
         left = [[piece for piece in task.pieces if "reason" in (read_piece(piece) or none)]
                 for task in finer + main]  # fmt: skip
@@ -73,7 +73,7 @@ def study(options: Options) -> Report:
             raise MeshError(f"all models failed; the first failure: {failures[0]}")
         tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
         runs = {tuple(row[name] for name in _RUN): row for row in rows + resolution}
-        write_csv(files[0], list(runs.values()))  # a run that is in both lists is written once
+        write_csv(files[0], list(runs.values()))  # without runs that are in both lists
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)
@@ -81,7 +81,7 @@ def study(options: Options) -> Report:
 
 
 def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
-    """Return the scales that installed packages support, and a note if a scale is left out."""
+    """Return the usable scales, and a message if a scale needs packages that are not installed."""
     if all(importlib.util.find_spec(name) for name in ("pyvista", "scipy")):
         return list(SCALES), ()
     finer = [scale for scale in SCALES if scale != "x1/4"]
@@ -91,7 +91,7 @@ def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
 def _tasks(
     models: Sequence[Source], scales: Sequence[str], options: Options
 ) -> tuple[list[Task], list[Task]]:
-    """Return tasks for some models at all scales, and tasks with all variants for all models."""
+    """Return tasks with some models at all scales, and tasks with all models and variants at x1."""
     some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
     ks = sorted(set(options.ks))
 
@@ -109,7 +109,7 @@ def _tasks(
 
 
 def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
-    """Return the rows of tasks without failures, and the reasons of all failures."""
+    """Return the rows of all tasks without failures, and messages about all failures."""
     rows: list[Row] = []
     failures: list[str] = []
     for task in tasks:

@@ -1,4 +1,4 @@
-"""Render the tables of the quality study: means, and comparisons with the variant `PLAIN`."""
+"""Make the tables of the quality study: means, and comparisons with the variant `PLAIN`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Means = dict[tuple[str, int], tuple[float, float]]
 
 
 def means(rows: Iterable[Row]) -> Means:
-    """Return the means of UE and compactness over models, for each variant and k."""
+    """Return the means over models of UE and compactness, for each variant and k."""
     values: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for row in rows:
         values.setdefault((row["variant"], row["k"]), []).append((row["ue"], row["compactness"]))
@@ -26,7 +26,7 @@ def means(rows: Iterable[Row]) -> Means:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return the variants that, for every k, improve a measure of `PLAIN` and worsen none."""
+    """Return variants that, for all k, improve UE or compactness of `PLAIN` and worsen neither."""
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:
@@ -40,7 +40,7 @@ def dominators(found: Means) -> list[str]:
 def render_quality(results: Mapping[str, Any]) -> str:
     """Return the tables of a study as Markdown.
 
-    `results` has the keys "rows", "resolution" (rows at all scales) and "ks".
+    `results` has the keys "rows", "resolution" (rows at all scales) and "ks" (numbers of regions).
     """
     sections = [
         ("UE / compactness by k", _frontier(results)),
@@ -94,7 +94,7 @@ def _share(cases: Iterable[bool]) -> str:
 
 
 def _mean_share(shares: Iterable[float | None]) -> str:
-    """Return the mean fraction over models with creases as text; "-" if no model has creases."""
+    """Return the mean fraction as text, ignoring None (no creases), or "-" if all are None."""
     found = [share for share in shares if share is not None]
     return f"{100 * np.mean(found):.0f} %" if found else "-"
 
@@ -118,7 +118,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return a table of means over k for each category, sorted by the decrease of the UE."""
+    """Return a table of means over k for each category, sorted by the decrease of UE."""
     names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

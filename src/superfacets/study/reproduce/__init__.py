@@ -1,8 +1,8 @@
 """Reproduce the paper's comparison of methods on a benchmark, with figures and a page of results.
 
-- `methods` defines the table of methods, and how each method is run.
+- `methods` defines the table of methods and how each method is run.
 - `plan` lists all runs and pictures for the requested figures.
-- `measure` carries out a run, and stores the results in a record.
+- `measure` applies one method to one mesh (a run), and stores the results in a record.
 - `results` reads the records, and computes curves and means.
 - `figures` draws plots, and `gallery` draws pictures of meshes.
 - `page` writes one page with all results, from the templates in the same folder.

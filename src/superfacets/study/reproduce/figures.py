@@ -31,14 +31,14 @@ _STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "lines.markersize": 3.5,
-    "svg.hashsalt": "superfacets",  # makes names inside SVG files reproducible
+    "svg.hashsalt": "superfacets",  # makes ids in SVG files reproducible
 }
 
-_LIGHTEST = 0.62  # fraction of white in the color of a method's smallest alpha
+_LIGHTEST = 0.62  # fraction of white in the color for the smallest alpha of a method
 
 
 def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
-    """Plot the undersegmentation error and compactness over k, and the error over compactness."""
+    """Plot the undersegmentation error and compactness against k, and error against compactness."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
@@ -53,7 +53,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
 
 def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
-    """Plot seconds over faces on logarithmic axes, with a dot for each model and method."""
+    """Plot seconds against faces on logarithmic axes, with a dot for each model and method."""
 
     def draw(figure: Figure) -> None:
         from matplotlib.ticker import LogLocator, NullLocator
@@ -81,7 +81,7 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
 
 
 def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
-    """Plot a measure over k, with one panel per category, and one curve per method."""
+    """Plot a measure against k, with one panel per category and one curve per method."""
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
@@ -117,7 +117,7 @@ def _add_curves(
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
-    """Plot a dot for each curve, and a line through the dots of each method."""
+    """Plot error against compactness at one k, with a dot for each alpha and a line per method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]
@@ -145,7 +145,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Return the style of each curve: smaller alphas are lighter, and the usual alpha is thick."""
+    """Return the style of each curve: small alphas are light, and the usual alpha is thick."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]
@@ -168,7 +168,6 @@ def _lighter(color: str, white: float) -> Color:
 
 
 def _save(path: Path, size: tuple[float, float], draw: Callable[[Figure], None]) -> None:
-    """Draw a plot, and write it to an .svg file and to a .png file."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""Draw pictures like the paper's Figures 1, 2, 3 and 8. Pictures of unchanged labels are kept."""
+"""Draw pictures like Figures 1, 2, 3 and 8 of the paper; unchanged pictures are not redrawn."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from ..tasks import Key
 from .measure import Run, unpack_labels
 from .methods import METHODS
 
-TABLE_METHODS = ("default", "superfacets", "paper")  # methods in Table 1
+TABLE_METHODS = ("default", "superfacets", "paper")  # methods with times in Table 1
 
 _ALPHA = 200.0
 
-# Categories whose smallest models are shown. Another category replaces a category without models.
+# Categories whose smallest models are shown. If a category has no models, another one is shown.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# Methods and alphas of the last rows: the paper's method with exact regions, and the default.
+# Methods and alphas of the last two rows: the paper's method in exact mode, and the default.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -36,7 +36,7 @@ _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of a mesh with its regions, and its row and column in a figure."""
+    """A picture of the regions of a run, and its row and column in a figure."""
 
     figure: str
     row: str
@@ -45,13 +45,13 @@ class Picture:
 
     @property
     def name(self) -> str:
-        """File name without the ending."""
+        """File name of the picture without the ending."""
         alpha = "" if self.run.alpha is None else f"-alpha{self.run.alpha:g}"
         return f"fig{self.figure}-{self.run.source.name}-{self.run.method}{alpha}-k{self.run.k}"
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh, because models have no common up axis."""
+    """Return a view of the broad side of a mesh, as models do not have a common up axis."""
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
         return View(azimuth=20, elevation=60, up="y")
@@ -61,7 +61,7 @@ def view_of(mesh: FaceMesh) -> View:
 
 
 def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
-    """Return the runs whose times are in Table 1."""
+    """Return the runs whose times are listed in Table 1."""
     return [
         Run(mesh, method, METHODS[method].usual_alpha, k)
         for mesh in meshes
@@ -70,7 +70,7 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category; other categories replace missing categories."""
+    """Return the smallest model of each category; missing categories are replaced by others."""
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -83,10 +83,10 @@ _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]
     "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
     "8": ((*((vsa, None) for vsa in _VSA), *_OURS), _VSA_CATEGORIES),
 }
-"""For each figure with models: method and alpha of each row, and category of each column."""
+"""For each figure with models: method and alpha of each row, and the category of each column."""
 
 GALLERY = ("1", *_ROWS)
-"""Figures with pictures: large meshes, effect of alpha, normalized cuts, and variants of VSA."""
+"""Figures with pictures: large meshes, effect of alpha, normalized cuts, variants of VSA."""
 
 
 def pictures_of(
@@ -108,46 +108,46 @@ def pictures_of(
 
 _SIZE = (640, 480)
 
-_LOOK = 1  # version of the style; pictures of another version are drawn again
+_LOOK = 1  # version of the style; a change draws all pictures again
 
-_KEY = "superfacets"  # name of the text entry of a PNG file that identifies the input
+_KEY = "superfacets"  # name of the text entry in PNG files that stores `Drawing.key`
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A job for a worker, which draws one picture."""
+    """A job for a worker process: draw one picture."""
 
     picture: Picture
-    labels: str  # labels as packed by `pack_labels`
+    labels: str  # labels, encoded by `pack_labels`
     key: str
     folder: Path
     memory: int = 0
 
     @classmethod
     def of(cls, picture: Picture, key: Key, labels: str, folder: Path) -> Drawing:
-        """Return the drawing of a picture, given the key and the packed labels of its run."""
+        """Make the job for a picture from the key and the packed labels of its run."""
         made_from = [key, labels, _SIZE, _LOOK]
         digest = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
         return cls(picture, labels, digest, folder)
 
     def run(self) -> str | None:
-        """Draw and write the picture; return the reason if this fails, otherwise None."""
+        """Draw and write the picture; return None, or the reason if this fails."""
         try:
             mesh, _ = load(self.picture.run.source)
             pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))
             _write(picture_path(self.folder, self.picture), pixels, self.key)
-        except Exception as error:  # any error is reported, and other pictures are drawn
+        except Exception as error:  # so that other pictures are drawn
             return reason_of(error)
         return None
 
 
 def picture_path(folder: Path, picture: Picture) -> Path:
-    """Return the path of a picture."""
+    """Return the path of the PNG file of a picture."""
     return folder / f"{picture.name}.png"
 
 
 def is_drawn(drawing: Drawing) -> bool:
-    """Whether the picture exists and shows the current labels."""
+    """Return whether the picture exists and shows the current labels in the current style."""
     from PIL import Image, UnidentifiedImageError
 
     try:

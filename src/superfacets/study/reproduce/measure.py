@@ -1,4 +1,4 @@
-"""Carry out runs. A run applies one method to one mesh, for one number of regions."""
+"""Carry out runs. A run applies one method to one mesh to make one number of regions."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 
-_RECORD_VERSION = 2  # increased when the content of records changes
+_RECORD_VERSION = 2  # version of the content of records
 
 
 @dataclass(frozen=True)
 class Run:
-    """An application of one method to one mesh, with one alpha and one number of regions."""
+    """An application of one method to one mesh, with one alpha and one number of regions k."""
 
     source: Source
     method: str
@@ -41,7 +41,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return all inputs that the result depends on; records with other keys are out of date."""
+        """Return all inputs that the result depends on; records with another key are outdated."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
@@ -54,7 +54,7 @@ class Run:
         }
 
     def piece(self, folder: Path, most_segments: int) -> Piece:
-        """Return the piece of work for this run, with record ``METHOD/MESH/alpha-A_k-K.json``."""
+        """Return the run as a piece of work with the record ``METHOD/MESH/alpha-A_k-K.json``."""
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
         return Piece(self, path, self.key(most_segments))
@@ -62,25 +62,25 @@ class Run:
 
 @dataclass(frozen=True)
 class Task:
-    """A task of runs that differ only in the number of regions, and share a part of the work."""
+    """Task of a worker: runs that differ only in the number of regions, and share some work."""
 
     pieces: tuple[Piece, ...]
-    pictured: frozenset[Run]  # runs whose labels are stored in the records, for pictures
+    pictured: frozenset[Run]  # runs whose records must contain labels, for pictures
     setting: Setting
 
     @property
     def first(self) -> Run:
-        """The first run; other runs differ only in the number of regions."""
+        """First run of the task; other runs differ only in the number of regions."""
         run: Run = self.pieces[0].subject
         return run
 
     @property
     def memory(self) -> int:
-        """Memory in bytes for methods with quadratic memory; 0 for other methods."""
+        """Estimated memory in bytes for methods with quadratic memory, and 0 for other methods."""
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the mesh, and do the work that all numbers of regions share."""
+        """Load the mesh, do the work that all runs share, and return a function that does a run."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
@@ -132,10 +132,10 @@ def _facts(result: Segmentation) -> dict[str, Any]:
 
 
 def pack_labels(labels: Ints) -> str:
-    """Return labels as base64 text of their compressed bytes."""
+    """Encode labels as base64 text of their compressed bytes."""
     return base64.b64encode(zlib.compress(labels.astype("<i4").tobytes(), 9)).decode()
 
 
 def unpack_labels(text: str) -> Ints:
-    """Return the labels from a text that `pack_labels` returned."""
+    """Decode the result of `pack_labels`."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

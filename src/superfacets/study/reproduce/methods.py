@@ -1,6 +1,6 @@
 """Define the table of methods: how each method is run, and in which figures it appears.
 
-To add a method, add a row. Each figure shows the methods whose `figures` contain its name.
+To add a method, add a row. A figure shows all methods with the name of the figure in `figures`.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ Segmenter = Callable[[int], Segmentation]
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """Inputs of a method other than the mesh and the number of regions."""
+    """Inputs of a method besides the mesh and the number of regions."""
 
     alpha: float | None
-    most_segments: int  # maximum number of regions in all runs
+    most_segments: int  # maximum k of all runs, for work that is shared by runs
     seed: int  # random seed, which depends on the mesh
-    max_memory: int  # memory limit in bytes, which does not change the labels
+    max_memory: int  # memory limit in bytes, without effect on labels
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,21 +35,21 @@ class Method:
 
     title: str
     prepare: Callable[[FaceMesh, Setting], Segmenter]
-    """Function that does the work common to all numbers of regions, and returns the segmenter."""
+    """Function that does the work common to all numbers of regions, and returns a `Segmenter`."""
     color: str
-    line: str = "-"  # line style of curves, to distinguish methods of similar colors
-    figures: tuple[str, ...]  # figures with curves or dots of this method
+    line: str = "-"  # line style of curves, as some methods have similar colors
+    figures: tuple[str, ...]  # names of figures with curves or dots of this method
     depends_on: tuple[str, ...] = ("alpha",)  # fields of `Setting` that labels depend on
     alphas: tuple[float | None, ...] = (None,)
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""
-    packages: tuple[str, ...] = ()  # names of required packages
+    packages: tuple[str, ...] = ()  # names of required optional packages
     bytes_per_pair: int = 0
-    """Bytes per pair of faces for methods with quadratic memory; 0 for other methods."""
+    """Bytes per pair of faces for methods with quadratic memory, and 0 for other methods."""
     max_faces: int | None = None
     """Models with more faces are left out, except the `least_models` smallest per category."""
-    least_models: int = 2  # number of models of each category that are run regardless of their size
+    least_models: int = 2  # number of models per category that are run even if they are too large
     subset_max_faces: int | None = None  # with ``--subset``, models with more faces are left out
     version: int = 1
     """Version of the settings of the method. Records of other versions are not used."""
@@ -59,8 +59,8 @@ _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# The paper's weights and seeds, with a tolerance as stop criterion. Expansions are unlimited, so
-# that each face gets the label of its nearest center.
+# Weights and seeds of the paper, but with a tolerance as stop criterion, and without a maximum
+# radius of expansions, so that each face gets the label of the nearest center.
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 
@@ -115,7 +115,7 @@ _NCUTS = Method(
     subset_alphas=_FEW_ALPHAS,
     usual_alpha=100.0,
     packages=("scipy",),
-    bytes_per_pair=5,  # 4 for affinities, and less than 1 for eigenvectors of large meshes
+    bytes_per_pair=5,  # affinities: 4; eigenvectors of large meshes: less than 1
     max_faces=12_000,
     least_models=0,
     subset_max_faces=9_000,
@@ -189,7 +189,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             color="#e07b39",
             line="--",
             figures=("4", "5", "rivals"),
-            bytes_per_pair=1,  # 32 bytes for each near pair, and 3 % of all pairs are near
+            bytes_per_pair=1,  # 32 bytes per pair within reach; these are 3 % of all pairs
             max_faces=16_000,
             least_models=2,
             subset_max_faces=None,

@@ -1,6 +1,6 @@
 """Write the page with all results: runs, meshes, times and figures.
 
-Templates contain the text and the layout; this module computes their values. Images are embedded.
+The templates contain text and layout, and this module computes their values. Images are embedded.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 _MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
-Section = dict[str, Any]  # title, name of the template, and values of a section of the page
+Section = dict[str, Any]  # title, name of the template, and values for the template
 
-# Seconds in the paper's Table 1, by number of faces.
+# Times in seconds from Table 1 of the paper, by number of faces.
 _TIMES_2014 = {
     345_944: 153, 69_451: 22, 7_219_045: 3_125, 105_860: 39, 96_966: 34, 274_196: 108,
     400_000: 137, 4_007_872: 1_797, 1_652_528: 738,
@@ -67,15 +67,15 @@ class Files:
     """Plots, times and messages that the page shows."""
 
     folder: Path
-    plots: dict[str, list[Path]]  # plots of each figure: the main plot, then the plots by category
+    plots: dict[str, list[Path]]  # for each figure, the main plot and the plots by category
     comparisons: dict[str, Comparison]
-    seconds: float  # wall time in seconds until the page is written
-    n_before: int  # number of runs that were already done before this start
+    seconds: float  # wall time of the reproduction, in seconds
+    n_before: int  # number of runs that had records at the start
     picture_problems: tuple[str, ...]
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page of results. Needs Jinja2."""
+    """Write the page of results as HTML. This function needs Jinja2."""
     sections = [
         _summary(results),
         *(_figure(figure, results, files) for figure in results.plan.choice.figures),
@@ -128,7 +128,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return the section with the means over models of each curve, for a fixed k."""
+    """Return the section with the means over models for each method and alpha, at one k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -185,7 +185,7 @@ def _cell(picture: Picture, results: Results, files: Files) -> dict[str, Any]:
 
 
 def _mesh_table(results: Results) -> dict[str, Any]:
-    """Return Table 1: times for the user's large meshes."""
+    """Return Table 1: times of methods for the large meshes of the user."""
     rows = []
     for mesh in results.plan.meshes:
         runs = {run.method: run for run in table_runs((mesh,), results.plan.choice.k)}
@@ -263,7 +263,7 @@ def _missing_section(results: Results, files: Files) -> Section:
 
 
 def _too_large(results: Results) -> list[str]:
-    """Return a line for each method that leaves out large models."""
+    """Return a line for each method that leaves out large models, with their number."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}

@@ -15,18 +15,18 @@ from .methods import METHODS
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
 
-CURVES = ("4", "6", "7")  # figures with a curve over k for each method and alpha
+CURVES = ("4", "6", "7")  # figures with a curve for each method and alpha
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""The paper's figures. "rivals" is an additional figure, with a curve for each method that runs on
-most models."""
+"""Figures of the paper, and "rivals", an additional figure with a curve for each method that can
+process most models."""
 
-_USUAL_K = 150  # number of regions in the paper's pictures and time measurements
+_USUAL_K = 150  # number of regions in pictures and times of the paper
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """Chosen figures, methods and numbers of regions."""
+    """Figures, methods and numbers of regions that the user has chosen."""
 
     figures: tuple[str, ...] = FIGURES
     methods: tuple[str, ...] = tuple(METHODS)
@@ -36,11 +36,11 @@ class Choice:
 
     @property
     def k(self) -> int:
-        """Number of regions for pictures and times: the chosen k that is nearest to 150."""
+        """Number of regions for pictures and times, which is the chosen k nearest to 150."""
         return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
 
     def alphas(self, method: str) -> tuple[float | None, ...]:
-        """Return the values of alpha for the runs of a method."""
+        """Return all values of alpha with which a method is run."""
         row = METHODS[method]
         return row.subset_alphas if self.is_subset else row.alphas
 
@@ -49,7 +49,7 @@ class Choice:
         return tuple(name for name in self.methods if figure in METHODS[name].figures)
 
     def curves_in(self, figure: str) -> list[tuple[str, float | None]]:
-        """Return method and alpha of each curve in a figure."""
+        """Return the method and alpha of each curve in a figure."""
         return [
             (name, alpha)
             for name in self.methods_in(figure)
@@ -59,19 +59,19 @@ class Choice:
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs to carry out, and the pictures to draw."""
+    """All runs and pictures that the chosen figures need."""
 
     choice: Choice
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Runs without duplicates, in execution order: smallest models of all categories first."""
+    """Distinct runs in the order of execution, the smallest model of each category first."""
     pictures: tuple[Picture, ...]
-    problems: tuple[str, ...]  # a message for each file that is missing or not used
+    problems: tuple[str, ...]  # one message for each missing or unused file
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
-    """Return the runs and pictures for the chosen figures; a ValueError if there are no runs."""
+    """Plan runs and pictures for the chosen figures; raise a ValueError if there are no runs."""
     ranks = _ranks(models.found)
     chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
     pictures = tuple(
@@ -104,7 +104,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Yield the runs for all figures except pictures; runs may occur several times."""
+    """Yield the runs for all figures without pictures; a run may occur several times."""
     for figure in set(choice.figures) - set(GALLERY):
         ks = (choice.k,) if figure == "5" else choice.ks
         for curve in choice.curves_in(figure):
@@ -112,7 +112,7 @@ def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Whether the mesh is small enough for the method, or is one of its `least_models`."""
+    """Return whether the mesh is small enough for the method, or one of its `least_models`."""
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
@@ -121,7 +121,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Return a sort key: the user's meshes first, then models, alternating between categories."""
+    """Return a sort key: meshes of the user first, then models, alternating between categories."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model

@@ -1,4 +1,4 @@
-"""Run all stages of the reproduction: plan, measure, draw and write."""
+"""Run all stages of the reproduction: plan, measure, draw, and write results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .results import (
 )
 
 _QUANTITIES = ("undersegmentation_error", "compactness")
-"""Measures that are also plotted for each category."""
+"""Measures that are plotted for each category, too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +43,7 @@ class Options:
     meshes: Path | None
     choice: Choice
     budget_seconds: float | None
-    """Number of seconds after which no task is started; None means no limit."""
+    """Time in seconds after which no task is started; None means no limit."""
     n_jobs: int  # number of worker processes
 
 
@@ -58,10 +58,10 @@ class Report:
 
 
 def reproduce(options: Options) -> Report:
-    """Carry out missing runs, and write tables, plots, pictures and the page.
+    """Do all runs that have no record yet, and write tables, plots, pictures and the page.
 
-    Raises MeshError if no run succeeded; ValueError if another process uses the output folder;
-    MissingExtraError or RenderError, before any run, if a figure cannot be drawn.
+    Raises MeshError if no run succeeded, and ValueError if another process uses the output folder.
+    Before any run, raises MissingExtraError or RenderError if a figure cannot be drawn.
     """
     start = time.monotonic()
     plan = _plan(options)
@@ -69,7 +69,7 @@ def reproduce(options: Options) -> Report:
     most_segments = max(plan.choice.ks)
     pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
-        # Remove temporary files of killed processes; the lock excludes other processes.
+        # Temporary files are from killed processes, as the lock excludes other running processes.
         remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
         results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
@@ -92,7 +92,7 @@ def _plan(options: Options) -> Plan:
 
 
 def _check_needs(plan: Plan) -> None:
-    """Raise an error if a required package is missing, before hours of work."""
+    """Raise an error if a package is missing, instead of failing after hours of work."""
     packages = ["jinja2"]
     packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):
@@ -109,7 +109,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Carry out missing runs; return all results, and the number of runs that were already done."""
+    """Do all runs without a record; return all results, and the number of runs with a record."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -126,7 +126,7 @@ def _measure(
 def _tasks(
     results: Results, pieces: Mapping[Run, Piece], pictured: frozenset[Run], memory: int
 ) -> list[Task]:
-    """Return tasks for all unfinished runs, in the order of the plan."""
+    """Return tasks for all runs that are not done, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
     for run in results.plan.runs:
@@ -145,7 +145,7 @@ def _tasks(
 def _draw_pictures(
     results: Results, pieces: Mapping[Run, Piece], options: Options
 ) -> tuple[str, ...]:
-    """Draw missing pictures; return a message for each failure."""
+    """Draw all pictures that are missing or outdated; return a message for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
@@ -159,7 +159,6 @@ def _draw_pictures(
 
 
 def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path]:
-    """Return the paths of all files that may be written."""
     paths = [piece.path for piece in pieces.values()]
     paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
     paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
@@ -171,7 +170,7 @@ def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path
 
 
 def _plots(folder: Path, figure: str) -> list[Path]:
-    """Return the paths of the plots of a figure: the main plot, then plots for each category."""
+    """Return the paths of the plots of a figure: the main plot, and one by category per measure."""
     endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
     return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
@@ -194,7 +193,7 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot a figure, and its curves for each category; nothing if no model has all curves."""
+    """Plot a figure, also by category, and return the paths; plot nothing without common models."""
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:

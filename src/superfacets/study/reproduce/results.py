@@ -1,4 +1,4 @@
-"""Collect the results of all runs of a plan, and write curves and means over models."""
+"""Collect the results of all runs, and write curves and means over models as CSV files."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .plan import Plan
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve in a figure: a method with one alpha."""
+    """A curve in a figure, which shows a method with one alpha."""
 
     method: str
     alpha: float | None
 
     @property
     def title(self) -> str:
-        """Name for legends."""
+        """Name of the curve in legends."""
         title = METHODS[self.method].title
         if self.alpha is None:
             return title
@@ -36,7 +36,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Results:
-    """State of each run of a plan: done, failed or missing."""
+    """Runs of a plan that are done, have failed, or are missing."""
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
@@ -44,14 +44,14 @@ class Results:
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
-        """Return a metric, or the total "seconds", of a run that is done."""
+        """Return a metric, or the total time for "seconds", of a run that is done."""
         record = self.done[run]
         if quantity == "seconds":
             return float(record["seconds"]["total"])
         return float(record["metrics"][quantity])
 
     def models_with(self, curve: Curve, ks: Iterable[int]) -> set[Source]:
-        """Return the models whose runs with this curve are done for all `ks`."""
+        """Return the models for which the runs of a curve are done with all `ks`."""
         ks = tuple(ks)
         return {
             model
@@ -60,14 +60,14 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean of a quantity over models."""
+        """Return the mean of a metric or of "seconds" over models."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
         return float(np.mean(values))
 
     def reasons(self) -> list[str]:
-        """Return a line for each method and reason of failure, with the names of the meshes."""
+        """Return a line with the meshes of failed runs, for each method and reason of failure."""
         return [
             f"{_runs_of(method, runs)}: {reason}"
             for (method, reason), runs in _grouped(
@@ -76,13 +76,12 @@ class Results:
         ]
 
     def not_started(self) -> list[str]:
-        """Return a line for each method that has missing runs, with the names of the meshes."""
+        """Return a line with the meshes of missing runs, for each method that has missing runs."""
         runs = _grouped({run: run.method for run in self.missing})
         return [_runs_of(method, of_method) for method, of_method in runs.items()]
 
 
 def _grouped(keys: Mapping[Run, Any]) -> dict[Any, list[Run]]:
-    """Group the runs by their keys."""
     groups: dict[Any, list[Run]] = defaultdict(list)
     for run, key in keys.items():
         groups[key].append(run)
@@ -97,10 +96,10 @@ def _runs_of(method: str, runs: Sequence[Run]) -> str:
 def collect(
     plan: Plan, pieces: Mapping[Run, Piece], pictured: frozenset[Run], lost: Mapping[Path, str]
 ) -> Results:
-    """Read the records of all runs of a plan, given the piece of each run.
+    """Read the records of all runs of a plan; `pieces` contains the path of each record.
 
-    Records of `pictured` runs must contain labels. `lost` maps the paths of records that could not
-    be written to the reasons.
+    Records of `pictured` runs must contain labels. `lost` maps paths of records that could not be
+    written to the reasons of failure.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
@@ -116,17 +115,17 @@ def collect(
 
 @dataclass(frozen=True)
 class Comparison:
-    """Curves that are comparable, because all their points are means over the same models."""
+    """Curves that can be compared, because all their points are means over the same models."""
 
     curves: tuple[Curve, ...]
-    models: tuple[Source, ...]  # models with a result for every point of every curve
-    left_out: tuple[Curve, ...]  # planned curves without a model in common with the other curves
+    models: tuple[Source, ...]  # models with results for all points of all curves
+    left_out: tuple[Curve, ...]  # curves that have no models in common with `curves`
 
 
 def compare(results: Results, figure: str) -> Comparison:
-    """Return the curves of a figure, and the models that all curves have in common.
+    """Return the curves of a figure, and the models for which all these curves have results.
 
-    Curves with many models are chosen first. A curve is left out if no common model would remain.
+    Curves with many models are added first. A curve is left out if no common models would remain.
     """
     choice = results.plan.choice
     curves = [Curve(*pair) for pair in choice.curves_in(figure)]
@@ -149,14 +148,14 @@ _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 
 
 def write_runs(path: Path, results: Results) -> None:
-    """Write a row for each planned run: its status, and results or the reason of failure."""
+    """Write a CSV file with a row per planned run: status, and results or reason of failure."""
     write_csv(path, [_row_of_run(results, run) for run in results.plan.runs])
 
 
 def write_means(path: Path, results: Results) -> None:
-    """Write means over models, and median seconds, for each method, alpha and k.
+    """Write a CSV file with means over models and median seconds, for each method, alpha and k.
 
-    There is a row over all models, and a row for each category.
+    There is a row for all models, and a row for each category.
     """
     groups: dict[tuple[str, str, float | None, int], list[Run]] = {}
     for run in results.done:
@@ -174,7 +173,7 @@ def write_means(path: Path, results: Results) -> None:
 
 
 def write_points(path: Path, results: Results, comparison: Comparison) -> None:
-    """Write the points of a figure: means over the models that all curves share."""
+    """Write the points of a figure, which are means over the models of the comparison, as CSV."""
     rows = [
         _row_of_point(results, curve, k, comparison.models)
         for curve in comparison.curves

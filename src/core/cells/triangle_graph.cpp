@@ -1,8 +1,6 @@
-#include "cells/face_graph.hpp"
+#include "cells/triangle_graph.hpp"
 
 #include <array>
-#include <stdexcept>
-#include <string>
 
 #include "base/lists.hpp"
 #include "base/prefetch.hpp"
@@ -42,8 +40,8 @@ class WeldedCorners {
   }
 
  private:
-  // Whether each representative represents itself, and is not higher than the vertices that it
-  // represents.
+  // Whether each representative represents itself, and its index is not higher than the indices of
+  // the vertices that it represents.
   static bool are_representatives(std::span<const Vertex> representative) {
     for (std::size_t v = 0; v < representative.size(); ++v) {
       const Vertex lowest = representative[v];
@@ -53,7 +51,7 @@ class WeldedCorners {
   }
 
   // Whether every vertex represents itself, as in most meshes. If so, reading a corner needs one
-  // memory access less.
+  // fewer memory access.
   static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
     std::atomic<bool> is_same = true;
     const auto n = static_cast<std::int64_t>(representative.size());
@@ -66,7 +64,8 @@ class WeldedCorners {
   }
 
   std::span<const Triangle> faces_;
-  std::span<const Vertex> representative_;  // empty if each vertex represents itself
+  // (V,) representative of each vertex; empty if each vertex represents itself.
+  std::span<const Vertex> representative_;
 };
 
 // Calls visit(side, from, to) for the sides of a face that join two different vertices.
@@ -80,8 +79,8 @@ void for_each_side(const WeldedCorners& corners, Face face, const Visit& visit) 
   }
 }
 
-// Calls visit(face, part) for faces begin .. end-1. The parts of a face are the ranges of vertices
-// that contain the lower vertices of its sides; see link_faces.
+// Calls visit(face, part) for faces begin .. end-1. A part is a range of vertices. A face is
+// visited once for each part that contains the lower vertex of one of its sides; see link_faces.
 template <typename Visit>
 void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int64_t end,
                      int part_bits, const Visit& visit) {
@@ -112,7 +111,8 @@ struct Rings {
   Buffer<Link> links;
 };
 
-// One side of one face. Its vertices are implied by its position in the lists.
+// One side of one face. The vertices of the side are not stored, because its position in the lists
+// implies them.
 class Side {
  public:
   Side() = default;
@@ -129,7 +129,7 @@ class Side {
   std::uint64_t bits_ = 0;
 };
 
-// The sides whose lower vertex is in a given part of the vertices, grouped by this vertex.
+// The sides whose lower vertex is in a given range of vertices, grouped by lower vertex.
 class SidesOfPart {
  public:
   void sort(const WeldedCorners& corners, std::span<const Face> faces, int part_bits,
@@ -146,7 +146,7 @@ class SidesOfPart {
       }
     };
     // The sides of vertex v are counted in starts[v + 2]. After the prefix sum, starts[v + 1] is
-    // the write cursor of v; when its sides are written, it is the start of v + 1.
+    // the write cursor of v. After all sides are written, this cursor is the start of vertex v + 1.
     starts_.assign((std::size_t{1} << part_bits) + 2, 0);
     for_each_lower_end([&](Vertex v, Face, int, Vertex, Vertex) { ++starts_[v + 2]; });
     for (std::size_t v = 1; v < starts_.size(); ++v) starts_[v] += starts_[v - 1];
@@ -162,8 +162,8 @@ class SidesOfPart {
   std::span<const Side> sides(std::size_t vertex) const {
     return sides_.span().subspan(starts_[vertex], starts_[vertex + 1] - starts_[vertex]);
   }
-  // The higher vertex of each side of a lower vertex. The array is padded, so that kReadable
-  // numbers can be read from the start of any vertex.
+  // The higher vertices of the sides whose lower vertex is `vertex`. The array is padded, so that
+  // kReadable numbers can be read from the returned pointer.
   const Vertex* highs(std::size_t vertex) const { return highs_.data() + starts_[vertex]; }
   static constexpr std::size_t kReadable = 16;
 
@@ -216,14 +216,14 @@ void sort(std::span<std::uint64_t> values) {
   }
 }
 
-// Links the sides on edges, one part after another.
+// Links the sides that share an edge, for one part of the vertices after another.
 class Linker {
  public:
   Linker(const WeldedCorners& corners, Rings& rings) : corners_(corners), rings_(rings) {}
 
   const EdgeTally& tally() const { return tally_; }
 
-  // Links all sides of these faces whose lower vertex is in a part.
+  // Links all sides of the given faces whose lower vertex is in the given part.
   void link_part(std::span<const Face> faces, int part_bits, std::int64_t part) {
     sides_.sort(corners_, faces, part_bits, part);
     for (std::size_t vertex = 0; vertex < sides_.n_vertices(); ++vertex) {
@@ -280,7 +280,7 @@ class Linker {
   // Links any number of sides with the same lower vertex, after sorting them by their higher
   // vertex.
   void link_edges(std::span<const Side> sides, const Vertex* highs) {
-    constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
+    constexpr int kPlaceBits = 33;  // bits of a side index, for three sides of each of 2^31 faces
     order_.resize(sides.size());
     for (std::size_t i = 0; i < sides.size(); ++i) {
       order_[i] = static_cast<std::uint64_t>(highs[i]) << kPlaceBits | i;
@@ -319,7 +319,7 @@ class Linker {
   // Sort keys of the sides at one vertex: the higher vertex in 31 bits, then the index in 33.
   std::vector<std::uint64_t> order_;
   std::vector<Side> edge_;
-  EdgeTally tally_;  // summed over all parts
+  EdgeTally tally_;  // numbers of edges and arcs, summed over all parts
 };
 
 EdgeTally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
@@ -351,7 +351,7 @@ struct FaceArc {
   bool same_turn;
 };
 
-// Converts the rings to arcs.
+// Converts rings (linked lists of the faces on each edge) to arcs.
 class ArcReader {
  public:
   ArcReader(const WeldedCorners& corners, const Rings& rings) : corners_(corners), rings_(rings) {}
@@ -404,7 +404,8 @@ class ArcReader {
 };
 
 // Writes the arcs of faces begin .. end-1, beginning at offsets[begin].
-void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, FaceGraph& graph) {
+void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end,
+                TriangleGraph& graph) {
   std::int64_t place = graph.offsets[begin];
   const auto write = [&](Face neighbor, int side, bool same_turn) {
     graph.neighbors[place] = neighbor;
@@ -438,7 +439,7 @@ std::int64_t count_arcs(const ArcReader& reader, std::int64_t begin, std::int64_
 }
 
 void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& team,
-                  FaceGraph& graph) {
+                  TriangleGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   team.for_each_block(
       n_faces,
@@ -461,7 +462,7 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
 
 // Moves the rings into the graph without a copy. Requires exactly one arc per side of each face,
 // because the rings then equal the lists of arcs.
-void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
+void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, TriangleGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   graph.offsets[n_faces] = 3 * n_faces;
   graph.neighbors = std::move(rings.next);
@@ -478,33 +479,8 @@ void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph
 
 }  // namespace
 
-void EdgeTally::add(const EdgeTally& other) {
-  edges.edges += other.edges.edges;
-  edges.boundary += other.edges.boundary;
-  edges.non_manifold += other.edges.non_manifold;
-  edges.inconsistent += other.edges.inconsistent;
-  arcs += other.arcs;
-  most_faces = std::max(most_faces, other.most_faces);
-}
-
-void EdgeTally::count(std::size_t n_faces, bool is_inconsistent) {
-  add({{1, std::int64_t{n_faces == 1}, std::int64_t{n_faces > 2}, std::int64_t{is_inconsistent}},
-       static_cast<std::uint64_t>(n_faces) * (n_faces - 1),
-       static_cast<std::int64_t>(n_faces)});
-}
-
-void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces) {
-  const auto limit =
-      static_cast<std::uint64_t>(std::max(kArcsAlwaysAllowed, kArcsPerFaceAllowed * n_faces));
-  if (tally.arcs <= limit) return;
-  throw std::length_error("the mesh has " + std::to_string(tally.arcs) +
-                          " pairs of neighboring faces, more than the limit of " +
-                          std::to_string(limit) + "; one edge is shared by " +
-                          std::to_string(tally.most_faces) + " faces");
-}
-
-FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
-                           ThreadTeam& team) {
+TriangleGraph build_triangle_graph(std::span<const Triangle> faces,
+                                   std::span<const Vertex> representative, ThreadTeam& team) {
   const WeldedCorners corners(faces, representative, team);
   const std::int64_t n_faces = corners.n_faces();
   Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces)};
@@ -513,7 +489,7 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
   const EdgeTally tally = link_faces(corners, n_vertices, team, rings);
   check_number_of_arcs(tally, n_faces);
 
-  FaceGraph graph;
+  TriangleGraph graph;
   graph.counts = tally.edges;
   if (tally.edges.non_manifold == 0 && std::cmp_equal(tally.arcs, 3 * n_faces)) {
     take_rings(std::move(rings), n_faces, team, graph);

@@ -1,0 +1,25 @@
+// Stage 2: rounding of weights to whole units, so that sums of lengths are exact.
+#pragma once
+
+#include "base/threads.hpp"
+
+namespace superfacets {
+
+// The sum of all weights, an upper bound of path lengths, is less than 2^kTotalBits units. So path
+// lengths fit into 64 bits, and are exact in a double. On meshes of millions of faces a mean arc
+// has about 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
+inline constexpr int kTotalBits = 48;
+
+// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. The unit is the
+// power of two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The
+// result is the same for any number of threads.
+double quantize_weights(std::span<const double> weights, ThreadTeam& team,
+                        std::span<float> lengths);
+
+// The two steps of quantize_weights. unit_of_lengths returns the unit for a given sum of weights.
+// round_weights rounds weights to multiples of a given unit.
+double unit_of_lengths(double total_weight);
+void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
+                   std::span<float> lengths);
+
+}  // namespace superfacets

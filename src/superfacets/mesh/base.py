@@ -1,0 +1,41 @@
+"""Base classes of the mesh classes and the point cloud class."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from .._types import Floats
+from .._validate import restored
+
+
+class Cells:
+    """Base class of meshes and point clouds, which consist of cells: faces, tetrahedra or points.
+
+    To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and
+    register the dataclass with `cells.kinds.register`.
+    """
+
+    bounds: Floats
+    """Minimum and maximum corner of the bounding box, shape (2, 3)."""
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells (faces, tetrahedra or points), N."""
+        raise NotImplementedError
+
+    def __setstate__(self, state: Any) -> None:
+        """Restore a copied or pickled object, and check the arrays of the object again."""
+        names = [each.name for each in fields(self) if each.init]  # type: ignore[arg-type]
+        self.__init__(*restored(state, names))  # type: ignore[misc]
+
+
+class CellsOfVertices(Cells):
+    """Base class of meshes, whose cells (faces or tetrahedra) have vertices as corners."""
+
+    vertices: Floats
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices, V, including vertices that no cell uses."""
+        return len(self.vertices)
