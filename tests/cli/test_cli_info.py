@@ -3,9 +3,12 @@
 import json
 import re
 
+import numpy as np
+import pytest
 import shapes
 
-from superfacets import write_mesh
+from superfacets import MeshAttributes, PointCloud, write_mesh
+from superfacets.io.attributes import LasFrame
 
 
 def test_info_prints_counts(run, sheet):
@@ -47,3 +50,25 @@ def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):
     ] * 2
     status, out, _ = run("info", sheet, sheet, "--json")
     assert [json.loads(line)["file"] for line in out.splitlines()] == [str(sheet)] * 2
+
+
+def test_info_prints_version_and_reference_system_of_las(run, tmp_path, monkeypatch):
+    pytest.importorskip("laspy")
+    path = tmp_path / "tile.las"
+    points = np.random.default_rng(0).random((30, 3))
+    frame = LasFrame(2, 3, (0.01,) * 3, (0.0,) * 3, ((34735, bytes(8)),))
+    write_mesh(path, PointCloud(points), attributes=MeshAttributes(las=frame))
+    for limit in (1000, 1 << 20):
+        monkeypatch.setattr("superfacets.cli.info.MAX_BYTES_OF_ATTRIBUTES", limit)
+        status, out, err = run("info", path)
+        assert status == 0
+        assert ("same value everywhere" in err) == (limit > 1000)
+        assert [line.rsplit(maxsplit=1) for line in out.splitlines()[-3:]] == [
+            ["LAS version", "1.2"],
+            ["point format", "3"],
+            ["reference system", "GeoTIFF"],
+        ]
+    facts = json.loads(run("info", path, "--json")[1])
+    assert (facts["LAS_version"], facts["point_format"]) == ("1.2", 3)
+    write_mesh(path, PointCloud(points))
+    assert run("info", path)[1].endswith("reference system     none\n")

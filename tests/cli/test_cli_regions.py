@@ -77,6 +77,44 @@ def test_a_format_without_integers_of_the_cells_is_refused(run, fold):
     assert notes.endswith("fold.off: expected a format that can store labels, got .off\n")
 
 
+def test_a_column_has_the_mean_of_a_property_in_each_region(run, tmp_path):
+    path = tmp_path / "cloud.csv"
+    points = np.random.default_rng(0).random((90, 3))
+    labels, values = np.repeat([-1, 2, 5], 30), np.arange(90) / 2
+    columns = np.column_stack([points, labels, values, -values])
+    np.savetxt(path, columns, delimiter=",", header="x,y,z,label,intensity,low", comments="")
+    status, printed, _ = run("regions", path, "--mean", "intensity", "--mean", "low")
+    assert status == 0
+    rows = [(float(row["mean_intensity"]), float(row["mean_low"])) for row in rows_of(printed)]
+    assert rows == [(22.25, -22.25), (37.25, -37.25)]
+    status, _, notes = run("regions", path, "--mean", "height")
+    assert status == 1
+    assert "cloud.csv has no property height: the properties are label, intensity, low\n" in notes
+
+
+def test_a_mean_over_faces_needs_one_number_per_face(run, fold):
+    attributes = MeshAttributes(
+        vertex={"height": np.arange(FOLD.n_vertices)},
+        face={"heat": np.arange(FOLD.n_faces), "wide": np.ones((FOLD.n_faces, 2))},
+    )
+    write_mesh(fold / "heat.ply", FOLD, attributes=attributes)
+    given = (fold / "heat.ply", fold / "labels.seg")
+    labels = np.loadtxt(fold / "labels.seg", dtype=int)
+    status, printed, _ = run("regions", *given, "--mean", "heat", "--mean", "height")
+    assert status == 0
+    heights = FOLD.faces.mean(axis=1)
+    for row in rows_of(printed):
+        members = labels == int(row["region"])
+        assert float(row["mean_heat"]) == np.flatnonzero(members).mean()
+        assert float(row["mean_height"]) == pytest.approx(heights[members].mean())
+    status, _, notes = run("regions", *given, "--mean", "wide")
+    assert status == 1
+    assert "wide has 2 numbers per row, but one is needed" in notes
+    status, _, notes = run("regions", fold / "fold.ply", fold / "labels.seg", "--mean", "heat")
+    assert status == 1
+    assert "fold.ply has no property heat: it has no properties" in notes
+
+
 @pytest.mark.parametrize("ending", ["stl", "obj"])
 def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     parts = fold / f"parts.{ending}"

@@ -156,3 +156,37 @@ def test_values_that_do_not_fit_name_their_file(run, sheet, labeled, tmp_path):
         in err
     )
     assert not path.exists()
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Arguments of each picture, which is not drawn."""
+    calls = []
+    monkeypatch.setattr(
+        "superfacets.pictures.plotting.plot",
+        lambda cells, labels, **given: calls.append((cells, labels, given)),
+    )
+    return calls
+
+
+def test_points_are_colored_by_a_property_and_seen_from_a_viewpoint(run, tmp_path, drawn):
+    path = tmp_path / "cloud.csv"
+    rows = np.column_stack(
+        [np.random.default_rng(0).random((9, 3)), np.arange(9) % 3, np.arange(9)]
+    )
+    np.savetxt(path, rows, delimiter=",", header="x,y,z,label,intensity", comments="")
+    picture = ["render", path, "-o", tmp_path / "a.png", "--viewpoint", 1, 2, 3]
+    assert run(*picture, "--color-by", "intensity")[0] == 0
+    assert run(*picture, "--color-by", "normal_z")[0] == 0
+    (cells, labels, given), (_, _, other) = drawn
+    assert cells.viewpoints.tolist() == [1, 2, 3]
+    assert labels.tolist() == [0, 1, 2] * 3
+    assert (given["color_by"].tolist(), given["scale_title"]) == ([*range(9)], "intensity")
+    assert (other["color_by"], other["scale_title"]) == ("normal_z", None)
+
+
+def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):
+    status, _, err = run("render", sheet, "-o", tmp_path / "a.png", "--viewpoint", 0, 0, 1)
+    assert status == 1
+    assert "omit viewpoint: it is only for point clouds without normals" in err
+    assert not drawn

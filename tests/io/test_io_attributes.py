@@ -12,6 +12,7 @@ from numpy.testing import assert_array_equal
 import superfacets
 from superfacets import Mesh, MeshAttributes, MeshError, read_attributes, read_mesh, write_mesh
 from superfacets.export.ply import names_replaced
+from superfacets.io.attributes import LasFrame
 
 FORMS = ["ascii", *ORDERS]
 
@@ -412,3 +413,19 @@ def test_attributes_are_copies_that_cannot_be_written():
 def test_attributes_of_wrong_types_are_refused(given, error, message):
     with pytest.raises(error, match=message):
         MeshAttributes(**given)
+
+
+def test_properties_are_added_to_a_copy():
+    frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3)
+    given = MeshAttributes({"a": [1, 2]}, {"a": [3]}, ("comment x",), ("lists",), frame)
+    made = given.with_properties(vertex={"a": [5, 6], "b": [0.5, 1]}, face={"c": [7]})
+    assert {name: values.tolist() for name, values in made.vertex.items()} == {
+        "a": [5, 6],
+        "b": [0.5, 1],
+    }
+    assert {name: values.tolist() for name, values in made.face.items()} == {"a": [3], "c": [7]}
+    assert (made.comments, made.left_out, made.las) == (("comment x",), ("lists",), frame)
+    assert given.vertex["a"].tolist() == [1, 2]
+    assert [*given.with_properties().face] == ["a"]
+    with pytest.raises(ValueError, match="the name must be one word"):
+        given.with_properties(vertex={"a b": [1, 2]})

@@ -24,7 +24,7 @@ from superfacets import (
     write_mesh,
 )
 from superfacets.adapters.convert import as_cells, as_mesh
-from superfacets.io.attributes import LasFrame
+from superfacets.io.attributes import LasDimension, LasFrame
 from superfacets.io.readers.las import read_las
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
@@ -171,9 +171,10 @@ def las_of(laspy, point_format, n_points=50):
     scaled = laspy.ExtraBytesParams(name="scaled", type="i4", scales=scale, offsets=offset)
     las.add_extra_dim(scaled)
     for dimension in las.point_format.dimensions:
-        if dimension.name not in ("X", "Y", "Z", "list"):
+        if dimension.name not in ("X", "Y", "Z"):
             n_bits = min(dimension.num_bits or 8, 6)
-            las[dimension.name] = rng.integers(0, 1 << n_bits, n_points)
+            shape = (n_points, 3) if dimension.name == "list" else n_points
+            las[dimension.name] = rng.integers(0, 1 << n_bits, shape)
     return las
 
 
@@ -192,10 +193,11 @@ def content_of(las, compressed):
 @pytest.mark.parametrize("point_format", range(11))
 def test_las_holds_what_laspy_reads(laspy, point_format, compressed):
     las = las_of(laspy, point_format)
-    points, columns, frame = read_las(bytes(content_of(las, compressed)))
+    points, columns, frame, left_out = read_las(bytes(content_of(las, compressed)))
     assert frame.point_format == point_format
+    assert left_out == (("wave packets",) if point_format in (4, 5, 9, 10) else ())
     assert all(np.array_equal(points[axis], getattr(las, axis)) for axis in "xyz")
-    waves = ("wavepacket", "return_point_wave", "x_t", "y_t", "z_t", "list", "X", "Y", "Z")
+    waves = ("wavepacket", "return_point_wave", "x_t", "y_t", "z_t", "X", "Y", "Z")
     names = [name for name in las.point_format.dimension_names if not name.startswith(waves)]
     assert list(columns) == [name.replace(" ", "_") for name in names]
     for name in names:
@@ -322,9 +324,127 @@ def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message
 def test_names_that_are_no_words_are_left_out(laspy):
     content = content_of(las_of(laspy, 6), False)
     content[content.index(b"scaled")] = 7
-    _, columns, _ = read_las(bytes(content))
-    assert "long" in columns
-    assert "scaled" not in columns
+    found = read_las(bytes(content))
+    assert "long" in found.fields
+    assert "scaled" not in found.fields
+    assert found.left_out == (r"extra dimension '\x07caled'",)
+
+
+def test_a_dimension_with_the_name_of_another_field_is_left_out(laspy):
+    las = las_of(laspy, 6)
+    content = content_of(las, False)
+    at = content.index(b"scaled")
+    content[at : at + 9] = b"intensity"
+    found = read_las(bytes(content))
+    assert np.array_equal(found.fields["intensity"], las.intensity)
+    assert found.left_out == ("extra dimension 'intensity'",)
+
+
+def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = POINTS.T
+    scale, offset = np.array([0.01]), np.array([-1.0])
+    for name, kind, more in [
+        ("Pulse width", "u2", {"description": "width in ns", "scales": scale, "offsets": offset}),
+        ("normal", "3f4", {"description": "of the surface"}),
+        ("id", "u8", {}),
+        ("pair", "2i4", {"scales": np.array([0.5, 2.0]), "offsets": np.array([1.0, -1.0])}),
+        ("rounded", "i8", {}),
+        ("label", "u1", {"description": "of another program"}),
+    ]:
+        las.add_extra_dim(laspy.ExtraBytesParams(name=name, type=kind, **more))
+    las["Pulse width"] = np.arange(4) * 0.01 - 1
+    las["normal"] = np.arange(12).reshape(4, 3) + [0, 0.5, np.nan]
+    las["id"] = np.arange(4) + 2**40
+    las["pair"] = np.arange(8).reshape(4, 2)
+    las["rounded"] = np.arange(4) - 2**60
+    las.write(tmp_path / "in.laz")
+    cloud, attributes = read_cloud(tmp_path / "in.laz"), read_attributes(tmp_path / "in.laz")
+    assert attributes.left_out == ("last digits of rounded, which are rounded above 2^53",)
+    assert attributes.vertex["normal"].shape == (4, 3)
+    assert attributes.vertex["pair"][3].tolist() == [6.0, 7.0]
+    attributes = pickle.loads(pickle.dumps(attributes))
+    write_mesh(tmp_path / "out.laz", cloud, LABELS, attributes=attributes)
+    made = laspy.read(tmp_path / "out.laz")
+    given = [*las.point_format.extra_dimensions][:-1]
+    *kept, label = made.point_format.extra_dimensions
+    assert kept == given
+    assert [some.description for some in kept] == [some.description for some in given]
+    assert (label.name, label.dtype, label.description) == ("label", np.int32, "")
+    assert made["label"].tolist() == LABELS
+    for dimension in given[:-1]:
+        stored, expected = (some.points.array[dimension.name] for some in (made, las))
+        assert stored.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("values", "kind"),
+    [
+        (np.array([102, 200, 9, 0]) * 0.01 - 1, "u2"),
+        ([0.025, 1, 0, 0], "f8"),
+        ([[0.02, 1]] * 4, "2f8"),
+    ],
+)
+def test_changed_values_keep_the_type_only_if_they_fit(laspy, tmp_path, values, kind):
+    dimension = LasDimension("a b", "<u2", 1, "", (0.01,), (-1.0,))
+    frame = LasFrame(4, 6, (0.01,) * 3, (0.0,) * 3, extra=(dimension,))
+    attributes = MeshAttributes(las=frame).with_properties(vertex={"a_b": values})
+    write_mesh(tmp_path / "a.las", PointCloud(POINTS), attributes=attributes)
+    made = laspy.read(tmp_path / "a.las")
+    (found,) = made.point_format.extra_dimensions
+    assert (found.name, found.dtype) == ("a b" if kind == "u2" else "a_b", np.dtype(kind))
+    assert np.array_equal(made[found.name], values)
+
+
+def test_more_than_three_numbers_per_point_do_not_fit_into_las(laspy, tmp_path):
+    attributes = MeshAttributes(vertex={"wide": np.ones((4, 5)), "one": np.ones((4, 1))})
+    write_mesh(tmp_path / "a.las", PointCloud(POINTS), attributes=attributes)
+    assert [*laspy.read(tmp_path / "a.las").point_format.extra_dimension_names] == ["one"]
+
+
+@pytest.mark.parametrize("n_bytes", [40, 70_000])
+@pytest.mark.parametrize("ending", [".las", ".laz"])
+def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path, ending, n_bytes):
+    header = laspy.LasHeader(point_format=8, version="1.4")
+    header.global_encoding.wkt = True
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = POINTS.T
+    content = b"PROJCS[]".ljust(n_bytes - 1) + b"\0"
+    records = [("someone else", 2112, b"?"), ("LASF_Projection", 2112, content)]
+    las.evlrs = laspy.vlrs.vlrlist.VLRList(
+        laspy.VLR(user, number, record_data=data) for user, number, data in records
+    )
+    path = tmp_path / f"in{ending}"
+    las.write(path)
+    cloud, attributes = read_cloud(path), read_attributes(path)
+    assert attributes.las.reference_system == "WKT"
+    write_mesh(tmp_path / f"out{ending}", cloud, LABELS, attributes=attributes)
+    made = laspy.read(tmp_path / f"out{ending}")
+    large, small = [*(made.evlrs or ())], made.header.vlrs.get_by_id("LASF_Projection")
+    assert [len(small), len(large)] == ([0, 1] if n_bytes > 65535 else [1, 0])
+    assert (small or large)[0].record_data_bytes() == content
+    assert made.header.global_encoding.wkt
+    data = path.read_bytes()
+    for n_missing in (1, n_bytes, n_bytes + 1, n_bytes + 60):
+        with pytest.raises(MeshError, match=r"extended record 1 of 2 exceeds the file"):
+            read_las(data[:-n_missing])
+
+
+@pytest.mark.parametrize(
+    ("numbers", "is_wkt", "expected"),
+    [
+        ((), True, None),
+        ((2112,), False, "WKT"),
+        ((34735, 34736), True, "GeoTIFF"),
+        ((2112, 34735), True, "WKT"),
+        ((2112, 34735), False, "GeoTIFF"),
+    ],
+)
+def test_the_format_of_the_reference_system_is_known(numbers, is_wkt, expected):
+    records = tuple((number, b"") for number in numbers)
+    frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt)
+    assert frame.reference_system == expected
 
 
 def test_a_text_with_an_odd_name_of_a_column_is_read(tmp_path):

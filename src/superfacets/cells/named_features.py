@@ -90,16 +90,39 @@ def _columns_of(
     if name == "color" and kind_of(cells).are_points and cells.colors is not None:
         return np.asarray(cells.colors, np.float64)
     wanted = _COLORS if name == "color" else (name,)
+    table = _properties_of(wanted, cells, attributes)
+    if table is None:
+        raise MeshError(
+            f"features {name}: the mesh has no {' '.join(wanted)}, but it has"
+            f" {', '.join(_names_in(cells, *_stored(attributes)))}"
+        )
+    return table
+
+
+def property_of(
+    name: str, cells: Any, attributes: MeshAttributes | None
+) -> npt.NDArray[np.float64] | None:
+    """Return a property in the file with one value per cell, or None if there is no such property.
+
+    A property of the vertices of a mesh is averaged over the corners of each cell.
+    """
+    table = _properties_of((name,), cells, attributes)
+    if table is not None and table.shape[1] != 1:
+        raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
+    return None if table is None else table[:, 0]
+
+
+def _properties_of(
+    names: Sequence[str], cells: Any, attributes: MeshAttributes | None
+) -> npt.NDArray[np.float64] | None:
+    """Return columns of properties in the file, one row per cell, or None if one is missing."""
     of_faces, of_vertices = _stored(attributes)
     for stored in (of_faces, of_vertices):
-        if all(field in stored for field in wanted):
-            columns = [stored[field].reshape(len(stored[field]), -1) for field in wanted]
+        if all(name in stored for name in names):
+            columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
             table = np.concatenate(columns, axis=1).astype(np.float64)
             return table if stored is of_faces else _per_cell(table, cells)
-    raise MeshError(
-        f"features {name}: the mesh has no {' '.join(wanted)}, but it has"
-        f" {', '.join(_names_in(cells, of_faces, of_vertices))}"
-    )
+    return None
 
 
 def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
 from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
-from ..io.attributes import MeshAttributes
+from ..io.attributes import LasFrame, MeshAttributes
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, name_of, read_input
 from .interrupts import run_in_background
@@ -41,7 +41,8 @@ def info_command(
 
     def report(index: int) -> None:
         text = inputs[index]
-        info, attributes = run_in_background(lambda: _read(text, format))
+        info, attributes, frame = run_in_background(lambda: _read(text, format))
+        of_las = {} if frame is None else _facts_of(frame)
         slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
         note = sliver_note(slivers, "try segment --subdivide")
         if note is not None:
@@ -51,9 +52,9 @@ def info_command(
             names = ", ".join(constant)
             print_note(f"{name_of(text)}: properties with the same value everywhere: {names}")
         if as_json:
-            click.echo(json.dumps({"file": text, **dataclasses.asdict(info)}))
+            click.echo(json.dumps({"file": text, **dataclasses.asdict(info), **of_las}))
             return
-        rows = _rows_of(info)
+        rows = [*_rows_of(info), *((name.replace("_", " "), str(of_las[name])) for name in of_las)]
         if len(inputs) > 1:
             rows = [("file", name_of(text)), *rows]
         click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
@@ -62,11 +63,22 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
+def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, LasFrame | None]:
     path = Path(text)
     keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
-    cells, attributes = read_input(text, format).cells_and_attributes(keep=keep)
-    return facts_of(cells), attributes
+    source = read_input(text, format)
+    is_las = source.ending in (".las", ".laz")
+    cells, attributes = source.cells_and_attributes(keep=keep or is_las)
+    frame = None if attributes is None else attributes.las
+    return facts_of(cells), attributes if keep else None, frame
+
+
+def _facts_of(frame: LasFrame) -> dict[str, str | int]:
+    return {
+        "LAS_version": f"1.{frame.minor}",
+        "point_format": frame.point_format,
+        "reference_system": frame.reference_system or "none",
+    }
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:

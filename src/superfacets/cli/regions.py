@@ -15,13 +15,17 @@ from .._types import Array, Floats, Ints
 from .._validate import counted, ranked_labels
 from ..batches.files import seen_from
 from ..cells.kinds import kind_of
+from ..cells.named_features import property_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_lines, write_tables
 from ..io.atomic import checked_targets
+from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
+from ..mesh.base import Cells
 from ..regions.lines import BorderLines, border_lines
+from ..regions.pooling import pool
 from . import options as opts
 from .inputs import check_inputs, labels_beside, name_of, read_input
 from .interrupts import run_in_background
@@ -41,10 +45,14 @@ Drawn = tuple[Floats, list[tuple[str, Ints]]]
            " output (-).  [default: -]"),
     option("--arcs", FILE,
            "Write a table of all pairs of adjacent regions to this .csv, .json or .parquet file."),
-    option("--borders", FILE, "Write the borders of regions as polylines to this .obj file."),
+    option("--borders", FILE,
+           "Write the borders of regions of a mesh as polylines to this .obj file."),
     option("--majority NAME", None,
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
            " such as classification, in each region; may be given several times.", multiple=True),
+    option("--mean NAME", None,
+           "Add a column mean_NAME with the mean of this property of IN, such as intensity, over"
+           " the faces or points of each region; may be given several times.", multiple=True),
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
@@ -53,8 +61,8 @@ Drawn = tuple[Floats, list[tuple[str, Ints]]]
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
-    majority: tuple[str, ...], viewpoint: tuple[float, ...] | None, format: str | None,
-    labels_named: str, is_quiet: bool, as_json: bool,
+    majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
+    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -69,8 +77,8 @@ def regions_command(
     checked_targets(files)
 
     def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
-        whole, given, integers = _read(
-            cells, format, labels, labels_named, majority, is_quiet=is_quiet
+        whole, given, integers, reals = _read(
+            cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
         )
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
@@ -83,6 +91,8 @@ def regions_command(
         columns = graph.table() | {"region": names}
         for name, values in integers.items():
             columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
+        for name, numbers in reals.items():
+            columns[f"mean_{name}"] = pool(numbers, compact)
         if borders is None:
             return graph, columns, None
         return graph, columns, (whole.vertices, [*_named(border_lines(whole, compact), names)])
@@ -101,16 +111,17 @@ def regions_command(
 
 
 def _read(
-    text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...], *,
-    is_quiet: bool,
-) -> tuple[Any, Ints, dict[str, Ints]]:  # fmt: skip
-    """Read the cells, their labels with this name, and the integer properties `majority`."""
+    text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
+    mean: tuple[str, ...], *, is_quiet: bool,
+) -> tuple[Any, Ints, dict[str, Ints], dict[str, Floats]]:  # fmt: skip
+    """Read the cells, their labels with this name, and the properties `majority` and `mean`."""
     source = read_input(text, format)
-    cells = source.cells()
+    cells, attributes = source.cells_and_attributes(keep=bool(mean))
     given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
     if given is None:
         raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
-    return cells, given, {name: source.integers(cells.n_cells, name) for name in majority}
+    integers = {key: source.integers(cells.n_cells, key) for key in majority}
+    return cells, given, integers, {key: _values_of(key, text, cells, attributes) for key in mean}
 
 
 def _write(
@@ -136,6 +147,16 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
     kept = regions >= 0
     weights = np.ones(np.count_nonzero(kept))
     return weighted_majority(regions[kept], values[kept], weights, n_regions).winners
+
+
+def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
+    """Return one value of a property per cell, or raise a MeshError that lists all properties."""
+    values = property_of(name, cells, attributes)
+    if values is None:
+        stored = () if attributes is None else (*attributes.face, *attributes.vertex)
+        listed = f"the properties are {', '.join(stored)}" if stored else "it has no properties"
+        raise MeshError(f"{name_of(path)} has no property {name}: {listed}")
+    return values
 
 
 def _checked_outputs(

@@ -10,13 +10,17 @@ import click
 
 from .._options import CLIPS
 from .._types import Array
+from ..batches.files import seen_from
+from ..cells.named_features import property_of
 from ..errors import MeshError
+from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
+from . import options as opts
 from .failures import print_note
 from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
-from .options import FILE, FLAG, camera_options, labels_named_option, option, options
+from .options import FILE, FLAG, option, options
 
 if TYPE_CHECKING:
     from .._options import Clip
@@ -58,22 +62,27 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
     return View.named(side, up=up)
 
 
-def _values_named(color_by: str | None) -> Array | str | None:
-    """Read the values if ``--color-by`` names a file; otherwise return the column name."""
-    if color_by is None or Path(color_by).suffix.lower() not in VALUE_ENDINGS:
-        return color_by
-    return read_values(Path(color_by))
+def _values_named(
+    color_by: str | None, cells: Cells, attributes: MeshAttributes | None
+) -> Array | str | None:
+    """Return the values in a file or of a property; otherwise return the column name."""
+    if color_by is None:
+        return None
+    if Path(color_by).suffix.lower() in VALUE_ENDINGS:
+        return read_values(Path(color_by))
+    values = property_of(color_by, cells, attributes)
+    return color_by if values is None else values
 
 
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
 @options(
     option("-o --output OUT", FILE, "Write the picture to this .png file."),
-    camera_options,
+    opts.camera_options,
     option("--labels L", FILE,
            "Label file with one label per face or vertex: .npy, .seg, .txt, .segs.json, or labeled"
            " .ply, .vtp, .las or .laz.  [default: labels in IN]"),
-    labels_named_option,
+    opts.labels_named_option,
     option("--turntable OUT", FILE,
            "Write an animation of the rotating mesh to this .gif or .mp4 file.",
            callback=_checked_turntable),
@@ -81,8 +90,10 @@ def _values_named(color_by: str | None) -> Array | str | None:
            "Label file for another picture beside the first; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
-           "Color by values: a .npy or .txt file with one value per cell or per region, or a column"
-           " of the table that superfacets regions prints, such as area."),
+           "Color by values: a .npy or .txt file with one value per cell or per region, a property"
+           " of IN, such as intensity, or a column of the table that superfacets regions prints,"
+           " such as area."),
+    opts.viewpoint_option,
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),
     option("--size WxH", None,
@@ -97,8 +108,8 @@ def _values_named(color_by: str | None) -> Array | str | None:
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
     labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
-    compare: tuple[Path, ...], color_by: str | None, side: str | None,
-    size: tuple[int, int] | None, smooth_borders: bool,
+    compare: tuple[Path, ...], color_by: str | None, viewpoint: tuple[float, ...] | None,
+    side: str | None, size: tuple[int, int] | None, smooth_borders: bool,
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
@@ -113,9 +124,11 @@ def render_command(
         raise click.UsageError(f"{output} must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     source = read_input(str(mesh))
-    cells = source.cells()
+    cells, attributes = source.cells_and_attributes(keep=color_by is not None)
+    if viewpoint is not None:
+        cells = seen_from(viewpoint, cells)
     shown, others, titles = _series_of(source, labels, compare, cells, labels_named)
-    values = _values_named(color_by)
+    values = _values_named(color_by, cells, attributes)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
 from .._types import Array, Floats
 from ..errors import MeshError, import_extra, reason_of
-from ..io.attributes import PROJECTION, LasFrame
+from ..io.attributes import PROJECTION, LasDimension, LasFrame
 from ..io.guards import shortened
 from ..mesh.point_cloud import PointCloud
 from .content import Content
@@ -20,6 +20,13 @@ _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
 
 _LAS_STEPS = 2.0**31 - 2
 """Maximum coordinate range in quantization steps, because LAS stores 32-bit integers."""
+
+_MOST_VLR_BYTES = 65535
+"""Maximum size of a variable length record. Larger records are extended records after the points,
+which exist since LAS 1.4."""
+
+_MOST_LETTERS = 31
+"""Maximum length of the name and of the description of an extra dimension."""
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:
@@ -35,9 +42,10 @@ def write_csv(file: IO[bytes], content: Content) -> None:
 def write_las(file: IO[bytes], content: Content) -> None:
     """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
 
-    Version, point format, quantization and coordinate reference system are copied if the attributes
-    come from a LAS file. A new quantization is computed if the copied one cannot represent the
-    points. Otherwise the file is LAS 1.4 with point format 6, or 7 if there are colors.
+    Version, point format, quantization, coordinate reference system and types of extra dimensions
+    are copied if the attributes come from a LAS file. A new quantization or type is computed if the
+    copied one cannot represent the values. Otherwise the file is LAS 1.4 with point format 6, or 7
+    if there are colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -46,23 +54,28 @@ def write_las(file: IO[bytes], content: Content) -> None:
     header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
     if frame.is_wkt:  # laspy 2.5 also sets this flag if the assigned value is False
         header.global_encoding.wkt = True
-    for number, record in frame.projection:
-        header.vlrs.append(laspy.VLR(PROJECTION, number, record_data=record))
     las = laspy.LasData(header)
+    for number, record in frame.projection:
+        vlr = laspy.VLR(PROJECTION, number, record_data=record)
+        if len(record) <= _MOST_VLR_BYTES:
+            header.vlrs.append(vlr)
+        else:
+            las.evlrs = laspy.vlrs.vlrlist.VLRList([*(las.evlrs or ()), vlr])
     las.x, las.y, las.z = cloud.points.T
     stored = {} if attributes is None else dict(attributes.vertex)
     if cloud.colors is not None and not {"red", "green", "blue"} <= stored.keys():
         for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
+    dimensions = {dimension.attribute: dimension for dimension in frame.extra}
     if content.labels is not None:
         stored["label"] = content.labels
+        dimensions.pop("label", None)  # labels are always int32
     known = set(las.point_format.dimension_names)
     for name, values in stored.items():
-        if values.ndim != 1:
-            continue
         if name not in known:
-            las.add_extra_dim(laspy.ExtraBytesParams(name=name[:31], type=values.dtype))
-        las[name[:31]] = values
+            _add_dimension(las, name, values, dimensions.get(name))
+        elif values.ndim == 1:
+            las[name] = values
     written = io.BytesIO()  # laspy needs a seekable file to complete the header
     try:
         las.write(written, do_compress=content.ending == ".laz")
@@ -70,6 +83,31 @@ def write_las(file: IO[bytes], content: Content) -> None:
         reason = shortened(reason_of(error))
         raise MeshError(f"the cloud cannot be written as {content.ending}: {reason}") from None
     file.write(written.getbuffer())
+
+
+def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | None) -> None:
+    """Add an extra dimension to a `laspy.LasData`, with the type of `given` if it fits the values.
+
+    LAS stores at most 3 numbers per point, so wider values are left out.
+    """
+    laspy = import_extra("laspy", "a .las or .laz file", "las")
+    n = 1 if values.ndim == 1 else values.shape[1]
+    if not 1 <= n <= 3:
+        return
+    stored = None if given is None else given.encoded(values)
+    if given is None or stored is None:
+        given, stored = LasDimension(name, values.dtype.str, n, ""), values
+    shape = () if n == 1 else (n,)
+    las.add_extra_dim(
+        laspy.ExtraBytesParams(
+            name=given.name[:_MOST_LETTERS],
+            type=np.dtype((given.kind, shape)),
+            description=given.description[:_MOST_LETTERS],
+            offsets=given.offsets or None,
+            scales=given.scales or None,
+        )
+    )
+    las.points.array[given.name[:_MOST_LETTERS]] = stored.reshape(-1, *shape)
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:

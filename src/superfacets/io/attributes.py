@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .._types import Array
 from .._validate import counted, owned, refuse_mask
+from .guards import narrowed
 from .textures import Texture
 
 PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint",
@@ -22,6 +23,48 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 
 PROJECTION = "LASF_Projection"
 """User id of the LAS records that contain the coordinate reference system."""
+
+_WKT, _GEOTIFF = 2112, 34735
+"""Ids of the records that define the reference system, in each of the two formats."""
+
+
+class LasDimension(NamedTuple):
+    """Description of an extra dimension of a LAS file, which has 1 to 3 numbers per point."""
+
+    name: str  # name in the file, which may contain spaces
+    kind: str  # NumPy type of the stored numbers, such as "<u2"
+    n_numbers: int  # number of stored numbers per point, 1 to 3
+    description: str
+    scales: tuple[float, ...] = ()
+    offsets: tuple[float, ...] = ()
+    """A value is its stored number times `scales`, plus `offsets`. Both tuples are empty if the
+    stored numbers are the values."""
+
+    @property
+    def attribute(self) -> str:
+        """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
+        return "_".join(self.name.split())
+
+    def decoded(self, stored: Array) -> Array:
+        """Return the values of stored numbers."""
+        if not self.scales:
+            return narrowed(stored)
+        with np.errstate(over="ignore", invalid="ignore"):
+            values: Array = stored * np.array(self.scales) + np.array(self.offsets)
+        return values
+
+    def encoded(self, values: Array) -> Array | None:
+        """Return the numbers to store for the values, or None if a value cannot be restored."""
+        if values.shape[1:] != ((self.n_numbers,) if self.n_numbers > 1 else ()):
+            return None
+        dtype = np.dtype(self.kind)
+        with np.errstate(all="ignore"):
+            if self.scales:
+                numbers = (values - np.array(self.offsets)) / np.array(self.scales)
+                stored = (np.rint(numbers) if dtype.kind in "iu" else numbers).astype(dtype)
+            else:
+                stored = values.astype(dtype)
+        return stored if np.array_equal(self.decoded(stored), values, equal_nan=True) else None
 
 
 class LasFrame(NamedTuple):
@@ -36,6 +79,16 @@ class LasFrame(NamedTuple):
     """Id and content of each record of the reference system: GeoTIFF keys or WKT."""
     is_wkt: bool = False
     """Whether the header declares that the reference system is WKT."""
+    extra: tuple[LasDimension, ...] = ()
+    """Extra dimensions that are attributes of the points."""
+
+    @property
+    def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:
+        """Format of the coordinate reference system, or None if there is none."""
+        numbers = {number for number, _ in self.projection}
+        if _WKT in numbers and (self.is_wkt or _GEOTIFF not in numbers):
+            return "WKT"
+        return "GeoTIFF" if _GEOTIFF in numbers else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +113,8 @@ class MeshAttributes:
         faces, lists of varying length, and properties whose name is repeated or is not one word of
         ASCII.
     las : LasFrame, optional
-        Version, point format and quantization of the LAS file that was read. Written LAS files use
-        the same values.
+        Version, point format, quantization, coordinate reference system and types of extra
+        dimensions of the LAS file that was read. Written LAS files use the same values.
     texture : Texture, optional
         Texture coordinates and materials.
 
@@ -101,6 +154,31 @@ class MeshAttributes:
         object.__setattr__(self, "left_out", tuple(self.left_out))
         if not isinstance(self.texture, Texture | None):
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
+
+    def with_properties(
+        self, *, vertex: Mapping[str, Any] | None = None, face: Mapping[str, Any] | None = None
+    ) -> MeshAttributes:
+        """Return a copy to which these properties are added. They replace properties of equal name.
+
+        Comments, texture and `las` are copied, too.
+
+        Parameters
+        ----------
+        vertex, face : mapping of str to array_like, optional
+            Properties of the vertices, and of the faces, as for the class.
+
+        Returns
+        -------
+        MeshAttributes
+
+        Examples
+        --------
+        >>> MeshAttributes(vertex={"heat": [1, 2]}).with_properties(vertex={"kind": [0, 0]})
+        MeshAttributes(vertex: heat, kind; face: none; 0 comments)
+        """
+        return replace(
+            self, vertex={**self.vertex, **(vertex or {})}, face={**self.face, **(face or {})}
+        )
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         vertex, face = dict(self.vertex), dict(self.face)

@@ -47,8 +47,8 @@ def spread_labels(
         is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
         return crease_weight(normals[a], normals[b], bool(is_convex))
 
-    # The sort key depends on the direction of the edge. Each edge starts at its unlabeled vertex, or
-    # at the vertex with the lower index if both are unlabeled.
+    # The sort key depends on the direction of the edge. Each edge starts at its unlabeled vertex,
+    # or at the vertex with the lower index if both are unlabeled.
     free = [
         (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
     ]

@@ -167,13 +167,13 @@ def _meaning_of(further: Floats) -> tuple[str, ...]:
 
 
 def _read_las(data: Content) -> CloudFile:
-    columns, stored, frame = read_las(data)
+    columns, stored, frame, left_out = read_las(data)
     if {*_COLORS} <= stored.keys():
         columns |= {name: stored[name] for name in _COLORS}
         # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
         if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
             columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
-    return _cloud_of(columns, MeshAttributes(vertex=stored, las=frame))
+    return _cloud_of(columns, MeshAttributes(vertex=stored, left_out=left_out, las=frame))
 
 
 def _read_pcd(data: Content) -> CloudFile:

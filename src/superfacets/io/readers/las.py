@@ -18,8 +18,8 @@ import numpy as np
 from ..._types import Array, Bytes
 from ..._validate import counted
 from ...errors import MeshError, import_extra, reason_of
-from ..attributes import PROJECTION, LasFrame, is_word
-from ..guards import Content, narrowed, shortened
+from ..attributes import PROJECTION, LasDimension, LasFrame, is_word
+from ..guards import Content, shortened
 
 _MOST_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20; only equal
@@ -88,14 +88,21 @@ class _Header(NamedTuple):
     scales: tuple[float, float, float]
     offsets: tuple[float, float, float]
     records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
+    projection: tuple[tuple[int, bytes], ...]  # as in `LasFrame`
 
 
-def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFrame]:
-    """Return columns x, y and z, in the unit of the file, all other fields, and the `LasFrame`.
+class LasContent(NamedTuple):
+    """Content of a LAS file."""
 
-    Fields have the same names as in laspy. Wave packets are skipped, and so are extra dimensions
-    without a name or with several numbers.
-    """
+    points: dict[str, Array]  # columns x, y and z, in the unit of the file
+    fields: dict[str, Array]
+    """All other fields, with the same names as in laspy, except that underscores replace spaces."""
+    frame: LasFrame
+    left_out: tuple[str, ...]  # descriptions of data that was not read
+
+
+def read_las(data: Content) -> LasContent:
+    """Return the points of a LAS or LAZ file, without wave packets."""
     header = _header_of(data)
     n_bytes = header.n_points * header.size
     if header.is_compressed:
@@ -109,19 +116,23 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFram
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
     columns = dict(_columns(records, header))
+    extra, left_out = _add_extra_columns(columns, records, header)
+    if {9, 13} & {*_FORMATS[header.point_format]}:
+        left_out += ("wave packets",)
     points = {}
     for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
             points[axis] = columns.pop(axis.upper()) * scale + offset
-    projection = tuple(
-        (number, content)
-        for (user, number), content in header.records.items()
-        if user == PROJECTION.encode()
-    )
     frame = LasFrame(
-        header.minor, header.point_format, header.scales, header.offsets, projection, header.is_wkt
+        header.minor,
+        header.point_format,
+        header.scales,
+        header.offsets,
+        header.projection,
+        header.is_wkt,
+        extra,
     )
-    return points, columns, frame
+    return LasContent(points, columns, frame, left_out)
 
 
 def _header_of(data: Content) -> _Header:
@@ -144,9 +155,16 @@ def _header_of(data: Content) -> _Header:
     (header_size,) = struct.unpack_from("<H", data, 94)
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
+    projection = {
+        number: content
+        for (user, number), content in records.items()
+        if user == PROJECTION.encode()
+    }
+    if minor >= 4:
+        projection = _extended_projection(data) | projection
     return _Header(
         minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
-        numbers[3:], records,
+        numbers[3:], records, tuple(projection.items()),
     )  # fmt: skip
 
 
@@ -166,11 +184,30 @@ def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
     return found
 
 
+def _extended_projection(data: Content) -> dict[int, bytes]:
+    """Return the extended records of the coordinate reference system, which follow the points."""
+    found = {}
+    place, n_records = struct.unpack_from("<QI", data, 235)
+    for record in range(n_records):
+        size = 0
+        if place + 60 <= len(data):
+            user, number, size = struct.unpack_from("<2x16sHQ", data, place)
+        if place + 60 + size > len(data):
+            raise MeshError(
+                f"extended record {record} of {n_records} exceeds the file: the file may be"
+                " truncated"
+            )
+        if user.rstrip(b"\0") == PROJECTION.encode():
+            found[number] = bytes(data[place + 60 : place + 60 + size])
+        place += 60 + size
+    return found
+
+
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
     fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
     place = 0
     for kind, name in fields:
-        column = _column(records, header, kind, place)
+        column: Array = np.ndarray(header.n_points, kind, records, place, header.size)
         place += column.itemsize
         if isinstance(name, str):
             yield name, column
@@ -179,42 +216,68 @@ def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
         for part, n_bits in name.items():
             yield part, (column >> shift) & ((1 << n_bits) - 1)
             shift += n_bits
-    yield from _extra_columns(records, header, place)
 
 
-def _column(records: Bytes, header: _Header, kind: str, place: int) -> Array:
-    return np.ndarray(header.n_points, kind, records, place, header.size)
+def _add_extra_columns(
+    columns: dict[str, Array], records: Bytes, header: _Header
+) -> tuple[tuple[LasDimension, ...], tuple[str, ...]]:
+    """Add the extra dimensions of the points to `columns`.
 
-
-def _extra_columns(records: Bytes, header: _Header, place: int) -> Iterator[tuple[str, Array]]:
-    """Yield extra dimensions of the points, with their declared scale and offset applied."""
+    Returns the added dimensions, and descriptions of the data that was left out.
+    """
+    added, left_out = [], []
+    place = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[header.point_format])
     described = header.records.get((b"LASF_Spec", 4), b"")
     for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
-        kind, options, name = struct.unpack_from("<2xBB32s", described, begin)
-        is_number = 1 <= kind < len(_EXTRA_TYPES)
-        n_bytes = options if kind == 0 else _size_of_numbers(kind)
+        dimension, n_bytes = _dimension_of(described[begin : begin + 192])
         if place + n_bytes > header.size:
             raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
-        words = "_".join(name.split(b"\0")[0].decode("latin-1").split())
-        if is_number and is_word(words):
-            column = _column(records, header, _EXTRA_TYPES[kind], place)
-            yield words, _scaled(column, options, described[begin : begin + 192])
+        name, n_numbers = dimension.attribute, dimension.n_numbers
+        if dimension.kind and is_word(name) and name not in columns:
+            shape = (header.n_points, n_numbers) if n_numbers > 1 else (header.n_points,)
+            strides = (header.size, n_bytes // n_numbers)[: len(shape)]
+            stored: Array = np.ndarray(shape, dimension.kind, records, place, strides)
+            columns[name] = dimension.decoded(stored)
+            added.append(dimension)
+            if not dimension.scales and _is_rounded(stored):
+                left_out.append(f"last digits of {name}, which are rounded above 2^53")
+        else:
+            left_out.append(f"extra dimension {dimension.name!r}")
         place += n_bytes
+    return tuple(added), tuple(left_out)
 
 
-def _size_of_numbers(kind: int) -> int:
-    """Return the size of an extra dimension in bytes; types 11 to 30 are pairs and triples."""
+def _is_rounded(stored: Array) -> bool:
+    """Return whether there are integers that float64 cannot represent exactly."""
+    is_long = stored.dtype.kind in "iu" and stored.itemsize == 8
+    return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
+
+
+def _dimension_of(description: bytes) -> tuple[LasDimension, int]:
+    """Return an extra dimension and its size in bytes. Its `kind` is empty for unknown content.
+
+    The types 11 to 30 are deprecated pairs and triples of the types 1 to 10.
+    """
+    kind, options, name = struct.unpack_from("<2xBB32s", description)
     if kind > 30:
         raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
-    return np.dtype(_EXTRA_TYPES[(kind - 1) % 10 + 1]).itemsize * ((kind - 1) // 10 + 1)
+    n = (kind - 1) // 10 + 1 if kind else 1
+    scales = struct.unpack_from(f"<{n}d", description, 112) if options & 8 else (1.0,) * n
+    offsets = struct.unpack_from(f"<{n}d", description, 136) if options & 16 else (0.0,) * n
+    is_scaled = kind > 0 and options & 24
+    dimension = LasDimension(
+        _text(name).decode("utf-8", "replace"),
+        _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
+        n,
+        _text(description[160:192]).decode("ascii", "ignore"),
+        *((scales, offsets) if is_scaled else ()),
+    )
+    return dimension, n * np.dtype(dimension.kind).itemsize if kind else options
 
 
-def _scaled(column: Array, options: int, description: bytes) -> Array:
-    (scale,), (offset,) = (struct.unpack_from("<d", description, place) for place in (112, 136))
-    if options & 24:
-        with np.errstate(over="ignore", invalid="ignore"):
-            return column * (scale if options & 8 else 1.0) + (offset if options & 16 else 0.0)
-    return narrowed(column)
+def _text(content: bytes) -> bytes:
+    """Return the content before the first zero byte."""
+    return content.split(b"\0")[0]
 
 
 def _decompressed(data: Content, header: _Header) -> Bytes:
