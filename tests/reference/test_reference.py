@@ -145,13 +145,13 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     )
 
 
-@pytest.mark.parametrize("place", [*range(6), *range(6, N_MODELS, 3)])
+@pytest.mark.parametrize("place", [0, 1, 2, 5, 9, 15, N_MODELS - 1])
 def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, place):
-    """Of the smallest models, since the twins are slow."""
+    """Only small models, because the twins are slow."""
     graph = check_mesh_stages(read_off(benchmark_paths[place]))
     farthest = place_seeds(graph, 150, init="farthest").tolist()
     assert farthest == reference.farthest_seeds(graph, 150)
-    if place < 4:
+    if place < 3:
         geodesic = place_seeds(graph, 9, init="geodesic").tolist()
         assert geodesic == reference.geodesic_seeds(graph, 9)
         assert place_seeds(graph, 99, init="curve").tolist() == curve_seeds(graph, 99)
@@ -159,5 +159,5 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)
     check_loop(graph, 150)
-    # The twin of the halted mode takes a second an iteration: the smallest models run to the end.
-    check_loop(graph, 150, radius_factor=2.0, tol=0.0, max_num_iter=50 if place < 6 else 10)
+    # The twin of the halted mode takes a second per iteration, so only the smallest model runs to the end.
+    check_loop(graph, 150, radius_factor=2.0, tol=0.0, max_num_iter=50 if place == 0 else 8)
