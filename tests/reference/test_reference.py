@@ -159,5 +159,5 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)
     check_loop(graph, 150)
-    # The twin of the halted mode takes a second per iteration, so only the smallest model runs to the end.
+    # The twin of the halted mode takes a second per iteration: only one model runs to the end.
     check_loop(graph, 150, radius_factor=2.0, tol=0.0, max_num_iter=50 if place == 0 else 8)
