@@ -629,7 +629,8 @@ def _order(work: _Work) -> _Work:
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
         )
         if work.of_machine_part:
-            ordered.barrier = work.options.weights.rim_price(work.plan.size.radius) / straight_unit
+            limit = work.options.weights.crease_limit(work.plan.size.radius)
+            ordered.crease_limit = limit / straight_unit
     return replace(work, ordered=ordered)
 
 
@@ -680,7 +681,7 @@ def _cluster(work: _Work) -> _Work:
         warnings.warn(note, SliverWarning, stacklevel=5)
     join_pieces = None
     if work.has_parts:
-        arcs = (*work.arcs, work.ordered.barrier)
+        arcs = (*work.arcs, work.ordered.crease_limit)
         join: Any = _core.join_loose_pieces
         join_pieces = partial(join, *arcs, n_threads=options.loop.n_threads)
     balancer = None

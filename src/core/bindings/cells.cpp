@@ -336,7 +336,7 @@ void bind_graphs(nb::module_& module) {
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
-      .def_rw("barrier", &OrderedGraph::barrier)
+      .def_rw("crease_limit", &OrderedGraph::crease_limit)
       .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "group_of"_a,
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)

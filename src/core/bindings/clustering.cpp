@@ -80,14 +80,14 @@ auto spread_without_offsets(CoarseGraph& coarse, Lengths lengths, Integers label
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
-                                   double barrier, Integers labels, Integers centers,
+                                   double crease_limit, Integers labels, Integers centers,
                                    ThreadTeam& team) {
-  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, barrier, team);
+  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, crease_limit, team);
 }
 
 Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats lengths,
-                                  double barrier, Integers labels, Integers loose) {
-  return join_loose_cells({offsets, neighbors}, lengths, labels, loose, barrier);
+                                  double crease_limit, Integers labels, Integers loose) {
+  return join_loose_cells({offsets, neighbors}, lengths, labels, loose, crease_limit);
 }
 
 // The positions are only used if straight_unit is positive.
@@ -161,9 +161,9 @@ void bind_clustering(nb::module_& module) {
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),
            "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_pieces", threaded(&without_loose_pieces), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "barrier"_a, "labels"_a, "centers"_a, "n_threads"_a);
+             "lengths"_a, "crease_limit"_a, "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_cells", serial(&without_loose_cells), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "barrier"_a, "labels"_a, "loose"_a);
+             "lengths"_a, "crease_limit"_a, "labels"_a, "loose"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
   module.def("divide_tile", threaded(&divide_tile), "tile"_a, "n_own"_a, "cell_size"_a,

@@ -103,7 +103,7 @@ class OrderedGraph : public PlacedCells {
   double straight_unit = 0.0;
   // Coarse cells do not extend across arcs whose crease cost is at least this value (see
   // coarse_graph.hpp).
-  double barrier = HUGE_VAL;
+  double crease_limit = HUGE_VAL;
 
  private:
   std::size_t first_arc(Place place) const {

@@ -62,11 +62,11 @@ MOST_SOFT = 2
 benchmark, the ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have
 sharp edges."""
 
-RIM_FACTOR = 2.0
+MACHINE_PART_FACTOR = 2.0
 """Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
 2 % of the ridges are not borders of regions."""
 
-RIM_TURN = 59 / 180
+CREASE_LIMIT_TURN = 59 / 180
 """Minimum angle, divided by pi, of the ridges of machine parts that coarse cells must not cross. If
 coarse cells crossed ridges, sides narrower than a coarse cell would get no region. The angle is
 just below 60 degrees, the angle of the edges of a hexagonal prism."""
@@ -109,7 +109,7 @@ class EdgeFactors(NamedTuple):
 
     def of_machine_part(self) -> EdgeFactors:
         """Return the factors for machine parts, on which all sharp convex edges are ridges."""
-        return self._replace(all_sharp=True, ridges=RIM_FACTOR * self.ridges)
+        return self._replace(all_sharp=True, ridges=MACHINE_PART_FACTOR * self.ridges)
 
 
 class EdgeSums(NamedTuple):
@@ -500,9 +500,10 @@ class WeightOptions:
         """Return the length that a concave crease with angle pi adds to an arc."""
         return float(self.params["alpha"]) * radius
 
-    def rim_price(self, radius: float) -> float:
-        """Return the length that a ridge of a machine part with angle `RIM_TURN` adds to an arc."""
-        return RIM_TURN * RIM_FACTOR * float(self.params["ridges"]) * self.crease_price(radius)
+    def crease_limit(self, radius: float) -> float:
+        """Return the crease cost of the arcs that no coarse cell crosses on machine parts."""
+        ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
+        return CREASE_LIMIT_TURN * ridges * self.crease_price(radius)
 
 
 def arc_weights(

@@ -320,8 +320,8 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
     if has_parts:
         graph = replace(graph, straight_unit=facts.unit * diagonal)
     if facts.of_machine_part:
-        barrier = options.weights.rim_price(size.radius) / graph.straight_unit
-        graph = replace(graph, barrier=barrier)
+        limit = options.weights.crease_limit(size.radius)
+        graph = replace(graph, crease_limit=limit / graph.straight_unit)
     result, borders = _cluster(graph, plan, options, timings)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
