@@ -38,7 +38,7 @@ from .cells.named_features import features_of
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
-from .clustering.levels import coarsened, has_small_regions
+from .clustering.coarsening import coarsened, has_small_regions
 from .clustering.parts import (
     FAR_STEPS,
     PART_CREASE_SCALE,
@@ -448,7 +448,7 @@ class _Work:
     unit: float = 0.0  # weight that corresponds to an integer length of 1
     arcs: Any = None  # `ArcLengths` of the cells inside the mask
     ordered: Any = None  # `OrderedGraph` of the cells inside the mask
-    levels: Any = None  # `Levels`: graphs of coarse cells, which are groups of cells
+    coarsening: Any = None  # `Coarsening`: graphs of coarse cells, which are groups of cells
     of_machine_part: bool = False  # see `Weighed.of_machine_part`
     parts: PartPrices | None = None
     result: Any = None  # `Segmentation` of the cells inside the mask; at the end, of all cells
@@ -636,8 +636,8 @@ def _order(work: _Work) -> _Work:
 
 def _coarsen(work: _Work) -> _Work:
     """Group cells into coarse cells, on which most iterations of the loop run."""
-    levels = coarsened(work.ordered, work.plan, work.options.loop, work.timings)
-    return replace(work, levels=levels)
+    coarsening = coarsened(work.ordered, work.plan, work.options.loop, work.timings)
+    return replace(work, coarsening=coarsening)
 
 
 def _add_parts(work: _Work) -> _Work:
@@ -646,30 +646,30 @@ def _add_parts(work: _Work) -> _Work:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
     with work.timed("weights", begins=False):
-        parts = price_parts(work.ordered, work.levels, options, size, n_threads)
+        parts = price_parts(work.ordered, work.coarsening, options, size, n_threads)
     return replace(work, parts=parts)
 
 
 def price_parts(
-    graph: Any, levels: Any, options: WeightOptions, size: RegionSize, n_threads: int
+    graph: Any, coarsening: Any, options: WeightOptions, size: RegionSize, n_threads: int
 ) -> PartPrices:
     """Add costs between parts of the shape, and far arcs, to the graphs on which the loop runs.
 
     Far arcs join faces that are two or more arcs apart. `graph` must be in memory if
-    ``levels.on_all`` is true; otherwise, it may be on disk.
+    ``coarsening.on_all`` is true; otherwise, it may be on disk.
     """
     factors = (options.params["gamma"], options.crease_price(size.radius))
-    if levels.on_all:
+    if coarsening.on_all:
         groups = groups_to_embed(graph, n_threads)
         parts = PartPrices.of(graph, groups, factors, n_threads)
         far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
-        if levels.is_short or groups:
+        if coarsening.is_short or groups:
             far_steps = min(far_steps, SHORT_STEPS)
-        parts.add_to_all(graph, levels.coarse, n_threads, far_steps=far_steps)
+        parts.add_to_all(graph, coarsening.graphs, n_threads, far_steps=far_steps)
     else:
-        groups = levels.coarse[: levels.n_finer + 1]
+        groups = coarsening.graphs[: coarsening.n_finer + 1]
         parts = PartPrices.of(graph, groups, factors, n_threads)
-        parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
+        parts.add_to_coarse(coarsening.graphs[coarsening.n_finer :], n_threads)
     return parts
 
 
@@ -686,10 +686,10 @@ def _cluster(work: _Work) -> _Work:
         join_pieces = partial(join, *arcs, n_threads=options.loop.n_threads)
     balancer = None
     if work.sizes is not None:
-        balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)
+        balancer = Balancer.of(work.sizes, work.coarsening.graphs, work.plan, options.loop)
     result = segment_cells(
         work.ordered,
-        work.levels,
+        work.coarsening,
         work.surface.bounds,
         work.plan,
         options.loop,
@@ -697,7 +697,7 @@ def _cluster(work: _Work) -> _Work:
         balancer,
     )
     warn_of_islands(replace(result, params=options.params(result)), 6)
-    work = replace(work, ordered=None, levels=None, arcs=None, sizes=None)
+    work = replace(work, ordered=None, coarsening=None, arcs=None, sizes=None)
     return replace(work, balancer=balancer, result=result)
 
 

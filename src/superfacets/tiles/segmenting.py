@@ -22,7 +22,7 @@ from ..cells.cell_graph import box_diagonal
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
-from ..clustering.levels import AnyGraph, can_be_coarse, coarsened, has_small_regions
+from ..clustering.coarsening import AnyGraph, can_be_coarse, coarsened, has_small_regions
 from ..clustering.parts import PART_CREASE_SCALE, SPARE
 from ..clustering.plan import Plan
 from ..clustering.result import Segmentation
@@ -353,23 +353,23 @@ def _cluster(
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
     if not graph.straight_unit:
-        levels = coarsened(graph, plan, loop, timings)
-        return segment_cells(graph, levels, bounds, plan, loop), borders
+        coarsening = coarsened(graph, plan, loop, timings)
+        return segment_cells(graph, coarsening, bounds, plan, loop), borders
     # If the loop runs on all cells, it needs additional long arcs, which tiles do not store.
     is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
     is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
     cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)
-    levels = coarsened(cells, plan, loop, timings)
-    if cells is graph and levels.on_all:
+    coarsening = coarsened(cells, plan, loop, timings)
+    if cells is graph and coarsening.on_all:
         cells = graph.gathered(loop.n_threads)
     with timed(timings, "weights"):
-        parts = price_parts(cells, levels, options.weights, size, loop.n_threads)
-    finest = next(iter(levels.coarse), None)
+        parts = price_parts(cells, coarsening, options.weights, size, loop.n_threads)
+    finest = next(iter(coarsening.graphs), None)
     borders = replace(
         borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, parts=parts,
         firsts=finest.firsts if isinstance(finest, TiledCoarseGraph) else None,
     )  # fmt: skip
-    return segment_cells(cells, levels, bounds, plan, loop, graph.join_loose_pieces), borders
+    return segment_cells(cells, coarsening, bounds, plan, loop, graph.join_loose_pieces), borders
 
 
 def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:
