@@ -44,7 +44,7 @@ from .clustering.parts import (
     PART_CREASE_SCALE,
     SHORT_STEPS,
     SPARE,
-    PartPrices,
+    PartCosts,
     groups_to_embed,
 )
 from .clustering.plan import Plan, Start
@@ -450,7 +450,7 @@ class _Work:
     ordered: Any = None  # `OrderedGraph` of the cells inside the mask
     coarsening: Any = None  # `Coarsening`: graphs of coarse cells, which are groups of cells
     of_machine_part: bool = False  # see `Weighed.of_machine_part`
-    parts: PartPrices | None = None
+    part_costs: PartCosts | None = None
     result: Any = None  # `Segmentation` of the cells inside the mask; at the end, of all cells
     timings: dict[str, float] = field(default_factory=dict)  # wall time in seconds, keyed by stage
 
@@ -646,31 +646,31 @@ def _add_parts(work: _Work) -> _Work:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
     with work.timed("weights", begins=False):
-        parts = price_parts(work.ordered, work.coarsening, options, size, n_threads)
-    return replace(work, parts=parts)
+        part_costs = add_part_costs(work.ordered, work.coarsening, options, size, n_threads)
+    return replace(work, part_costs=part_costs)
 
 
-def price_parts(
+def add_part_costs(
     graph: Any, coarsening: Any, options: WeightOptions, size: RegionSize, n_threads: int
-) -> PartPrices:
+) -> PartCosts:
     """Add costs between parts of the shape, and far arcs, to the graphs on which the loop runs.
 
     Far arcs join faces that are two or more arcs apart. `graph` must be in memory if
     ``coarsening.on_all`` is true; otherwise, it may be on disk.
     """
-    factors = (options.params["gamma"], options.crease_price(size.radius))
+    factors = (options.params["gamma"], options.crease_cost(size.radius))
     if coarsening.on_all:
         groups = groups_to_embed(graph, n_threads)
-        parts = PartPrices.of(graph, groups, factors, n_threads)
+        costs = PartCosts.of(graph, groups, factors, n_threads)
         far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
         if coarsening.is_short or groups:
             far_steps = min(far_steps, SHORT_STEPS)
-        parts.add_to_all(graph, coarsening.graphs, n_threads, far_steps=far_steps)
+        costs.add_to_all(graph, coarsening.graphs, n_threads, far_steps=far_steps)
     else:
         groups = coarsening.graphs[: coarsening.n_finer + 1]
-        parts = PartPrices.of(graph, groups, factors, n_threads)
-        parts.add_to_coarse(coarsening.graphs[coarsening.n_finer :], n_threads)
-    return parts
+        costs = PartCosts.of(graph, groups, factors, n_threads)
+        costs.add_to_coarse(coarsening.graphs[coarsening.n_finer :], n_threads)
+    return costs
 
 
 def _cluster(work: _Work) -> _Work:
@@ -709,11 +709,11 @@ def _clean(work: _Work) -> _Work:
     with work.timed("regions"):
         costs = _border_costs(work)
         costs = costs if plan.cut is None else costs.of_part(plan.cut)
-        if work.parts is not None:
+        if work.part_costs is not None:
             arcs, lengths = costs.surface.arcs, costs.lengths
-            lengths = work.parts.border_lengths(arcs, lengths, n_threads)
+            lengths = work.part_costs.border_lengths(arcs, lengths, n_threads)
             costs = replace(costs, lengths=lengths, crease_scale=PART_CREASE_SCALE)
-        smoothing = SmoothOptions() if work.parts is None else OF_PARTS
+        smoothing = SmoothOptions() if work.part_costs is None else OF_PARTS
         cleanup, goals = options.cleanup, None
         if work.balancer is not None:
             labels = work.result.labels

@@ -60,9 +60,9 @@ void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
   coarse.add_far_arcs(team);
 }
 
-void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double factor,
-                       ThreadTeam& team) {
-  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}, {}}, factor, team);
+void add_costs_to_coarse(CoarseGraph& coarse, const Table<float>& vectors, double factor,
+                         ThreadTeam& team) {
+  coarse.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}, {}}, factor, team);
 }
 
 using Lengths = std::span<const PathLength>;
@@ -150,7 +150,7 @@ void bind_clustering(nb::module_& module) {
       .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
       .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "group_of"_a,
            "n_threads"_a)
-      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_coarse_arcs),
+      .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to_coarse),
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
            nb::kw_only(), "needs_lengths"_a = true)

@@ -88,7 +88,7 @@ are 0.2 % to 0.4 % more compact, but 5 % longer on regular grids."""
 
 
 @dataclass(frozen=True, eq=False)
-class PartPrices:
+class PartCosts:
     """Costs of arcs between parts of a shape, proportional to distances in a spectral embedding."""
 
     vectors: Singles
@@ -102,7 +102,7 @@ class PartPrices:
     def of(
         cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
-    ) -> PartPrices:  # fmt: skip
+    ) -> PartCosts:  # fmt: skip
         """Compute the spectral embedding of a graph, and the factor of the costs.
 
         `groups` are successively coarser graphs. The cells of the last graph are embedded, or the
@@ -111,9 +111,9 @@ class PartPrices:
         ends in the embedding, scaled so that the sum of all distances equals the sum of the lengths
         of all arcs.
         """
-        gamma, crease_price = factors
+        gamma, crease_cost = factors
         embedded = groups[-1].graph if groups else graph
-        base = _conducting_graph(embedded, crease_price, n_threads)
+        base = _conducting_graph(embedded, crease_cost, n_threads)
         vectors = _embedding(base, embedded, n_threads)
         strength = (base.hindered_share - LEAST_HINDERED) / (ENOUGH_HINDERED - LEAST_HINDERED)
         gamma *= min(max(strength, 0.0), 1.0)
@@ -135,7 +135,7 @@ class PartPrices:
         that only coarse graphs get far arcs.
         """
         graph.add_far_arcs(n_threads, far_steps)
-        graph.add_part_prices(self.group_of, self.vectors, self.factor, n_threads)
+        graph.add_part_costs(self.group_of, self.vectors, self.factor, n_threads)
         rows, group_of = self.vectors, self.group_of
         for level in coarse:
             rows = self._add_to(level, _means(level, rows, group_of, n_threads), n_threads)
@@ -150,13 +150,13 @@ class PartPrices:
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
         """Add far arcs and costs to a coarse graph; return `rows`, the vectors of its cells."""
         level.add_far_arcs(n_threads)
-        level.add_part_prices(rows, self.factor, n_threads)
+        level.add_part_costs(rows, self.factor, n_threads)
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
         """Return the given lengths plus costs between parts, for the costs of region borders."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
-        return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
+        return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: int) -> Singles:
@@ -254,7 +254,7 @@ def spectral_embedding(
     placed = _core.PlacedCells(graph.positions, graph.measures, threads)
     unit *= surface.weight_unit
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, threads, True, unit)
-    base = _conducting_graph(ordered, options.crease_price(radius), threads)
+    base = _conducting_graph(ordered, options.crease_cost(radius), threads)
     vectors = _embedding(base, ordered, threads, n_vectors)
     table = np.zeros((surface.n_cells, n_vectors))
     n_there = min(n_vectors, vectors.shape[1])
@@ -274,11 +274,11 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
 
 
 def _conducting_graph(
-    graph: _core.OrderedGraph, crease_price: float, n_threads: int
+    graph: _core.OrderedGraph, crease_cost: float, n_threads: int
 ) -> _ConductingGraph:
-    """Return the conductances of a graph; `crease_price` is the cost of a crease of angle pi."""
+    """Return the conductances of a graph; `crease_cost` is the cost of a crease of angle pi."""
     offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
-        graph, crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
+        graph, crease_cost / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
     arcs = (offsets, neighbors)
     return _ConductingGraph(arcs, steps, conductances, graph.measures(), hindered_share=share)

@@ -32,7 +32,7 @@ from ..export.label_files import label_files, ranges_of, save_labels
 from ..io.atomic import StrPath
 from ..io.readers.pieces import Pieces
 from ..mesh.denoising import Denoise, checked_denoise
-from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
+from ..pipeline import Options, add_part_costs, sliver_advice, stages_in_order, warn_of_islands
 from ..regions.smooth import OF_PARTS
 from ..workers.scratch import Scratch, check_room, scratch_folder
 from .borders import BorderRule, straighten_tiled
@@ -338,9 +338,9 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
     """Run stages 1 and 2: write the arcs of all tiles, and the lengths of arcs."""
-    has_prices = options.cleanup.smooth and options.weights.has_other_unit
+    has_border_weights = options.cleanup.smooth and options.weights.has_other_unit
     spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
-    rule = WeightRule(plan.size.radius, options.weights, has_prices, graph.n_threads, spare)
+    rule = WeightRule(plan.size.radius, options.weights, has_border_weights, graph.n_threads, spare)
     with timed(timings, "weights", options.loop.on_stage):
         return find_arcs(graph.store, rule, graph.run)
 
@@ -363,10 +363,10 @@ def _cluster(
     if cells is graph and coarsening.on_all:
         cells = graph.gathered(loop.n_threads)
     with timed(timings, "weights"):
-        parts = price_parts(cells, coarsening, options.weights, size, loop.n_threads)
+        part_costs = add_part_costs(cells, coarsening, options.weights, size, loop.n_threads)
     finest = next(iter(coarsening.graphs), None)
     borders = replace(
-        borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, parts=parts,
+        borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, part_costs=part_costs,
         firsts=finest.firsts if isinstance(finest, TiledCoarseGraph) else None,
     )  # fmt: skip
     return segment_cells(cells, coarsening, bounds, plan, loop, graph.join_loose_pieces), borders

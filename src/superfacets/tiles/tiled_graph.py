@@ -154,9 +154,9 @@ class TiledCoarseGraph:
         """Add long arcs between coarse cells, as `_core.OrderedGraph.add_far_arcs` does."""
         self.graph.add_far_arcs(n_threads)
 
-    def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
-        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_prices` does."""
-        self.graph.add_part_prices(NO_GROUPS, rows, factor, n_threads)
+    def add_part_costs(self, rows: Singles, factor: float, n_threads: int) -> None:
+        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_costs` does."""
+        self.graph.add_part_costs(NO_GROUPS, rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
         """Return the numbers of all coarse cells; `spread` extends their labels to all cells."""
