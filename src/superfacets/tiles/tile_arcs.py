@@ -13,7 +13,7 @@ from .._types import Array, Floats, Ints, Longs
 from ..batches.mapping import Run
 from ..cells.cell_graph import box_diagonal
 from ..cells.kinds import kind_of
-from ..cells.size import area_of_slivers
+from ..cells.size import sliver_area_for_radius
 from ..cells.surface import Surface, enclosed, is_negative
 from ..cells.weights import (
     NO_SUMS,
@@ -149,7 +149,7 @@ def _weigh_faces(
         is_inconsistent=bool(graph.same_turn[arcs].any()),
         edges=edges,
         volume=signed_volume(of_tile, origin, rule.n_threads),
-        sliver_area=area_of_slivers(of_tile, rule.radius, rule.n_threads),
+        sliver_area=sliver_area_for_radius(of_tile, rule.radius, rule.n_threads),
     )
 
 
