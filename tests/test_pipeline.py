@@ -297,7 +297,7 @@ def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
     from superfacets import _core
 
     calls = {
-        "mesh": "check_mesh", "face_graph": "build_face_graph", "weights": "triangle_weights",
+        "mesh": "check_mesh", "face_graph": "build_triangle_graph", "weights": "triangle_weights",
         "order": "OrderedGraph", "seeding": "geodesic_seeds", "classify": "Clustering",
         "regions": "smooth_borders",
     }  # fmt: skip

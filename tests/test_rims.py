@@ -167,8 +167,8 @@ def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
         steps = np.linalg.norm(ends[1] - ends[0], axis=1)
         diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
         prices = weights * diagonal - steps
-        barrier = WeightOptions.checked("parts", None, None).rim_price(0.3)
-        assert np.array_equal(prices >= barrier, is_rim)
+        limit = WeightOptions.checked("parts", None, None).crease_limit(0.3)
+        assert np.array_equal(prices >= limit, is_rim)
 
 
 def test_sharp_edges_of_other_shapes_are_not():

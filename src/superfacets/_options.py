@@ -35,10 +35,6 @@ Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
 """Whether components without a seed, and small regions without a neighbor, are kept or joined."""
 
-Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
-CLIPS: tuple[str, ...] = get_args(Clip)
-"""Names of the half-spaces that `render` can cut away to show the inside of a volume."""
-
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Indices of seed faces. `ArrayLike` would also accept a misspelled name of a seeding method."""
 

@@ -38,13 +38,13 @@ from .cells.named_features import features_of
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
-from .clustering.levels import coarsened, has_small_regions
+from .clustering.coarsening import coarsened, has_small_regions
 from .clustering.parts import (
     FAR_STEPS,
     PART_CREASE_SCALE,
     SHORT_STEPS,
     SPARE,
-    PartPrices,
+    PartCosts,
     groups_to_embed,
 )
 from .clustering.plan import Plan, Start
@@ -448,9 +448,9 @@ class _Work:
     unit: float = 0.0  # weight that corresponds to an integer length of 1
     arcs: Any = None  # `ArcLengths` of the cells inside the mask
     ordered: Any = None  # `OrderedGraph` of the cells inside the mask
-    levels: Any = None  # `Levels`: graphs of coarse cells, which are groups of cells
+    coarsening: Any = None  # `Coarsening`: graphs of coarse cells, which are groups of cells
     of_machine_part: bool = False  # see `Weighed.of_machine_part`
-    parts: PartPrices | None = None
+    part_costs: PartCosts | None = None
     result: Any = None  # `Segmentation` of the cells inside the mask; at the end, of all cells
     timings: dict[str, float] = field(default_factory=dict)  # wall time in seconds, keyed by stage
 
@@ -629,14 +629,15 @@ def _order(work: _Work) -> _Work:
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
         )
         if work.of_machine_part:
-            ordered.barrier = work.options.weights.rim_price(work.plan.size.radius) / straight_unit
+            limit = work.options.weights.crease_limit(work.plan.size.radius)
+            ordered.crease_limit = limit / straight_unit
     return replace(work, ordered=ordered)
 
 
 def _coarsen(work: _Work) -> _Work:
     """Group cells into coarse cells, on which most iterations of the loop run."""
-    levels = coarsened(work.ordered, work.plan, work.options.loop, work.timings)
-    return replace(work, levels=levels)
+    coarsening = coarsened(work.ordered, work.plan, work.options.loop, work.timings)
+    return replace(work, coarsening=coarsening)
 
 
 def _add_parts(work: _Work) -> _Work:
@@ -645,31 +646,31 @@ def _add_parts(work: _Work) -> _Work:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
     with work.timed("weights", begins=False):
-        parts = price_parts(work.ordered, work.levels, options, size, n_threads)
-    return replace(work, parts=parts)
+        part_costs = add_part_costs(work.ordered, work.coarsening, options, size, n_threads)
+    return replace(work, part_costs=part_costs)
 
 
-def price_parts(
-    graph: Any, levels: Any, options: WeightOptions, size: RegionSize, n_threads: int
-) -> PartPrices:
+def add_part_costs(
+    graph: Any, coarsening: Any, options: WeightOptions, size: RegionSize, n_threads: int
+) -> PartCosts:
     """Add costs between parts of the shape, and far arcs, to the graphs on which the loop runs.
 
     Far arcs join faces that are two or more arcs apart. `graph` must be in memory if
-    ``levels.on_all`` is true; otherwise, it may be on disk.
+    ``coarsening.on_all`` is true; otherwise, it may be on disk.
     """
-    factors = (options.params["gamma"], options.crease_price(size.radius))
-    if levels.on_all:
+    factors = (options.params["gamma"], options.crease_cost(size.radius))
+    if coarsening.on_all:
         groups = groups_to_embed(graph, n_threads)
-        parts = PartPrices.of(graph, groups, factors, n_threads)
+        costs = PartCosts.of(graph, groups, factors, n_threads)
         far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
-        if levels.is_short or groups:
+        if coarsening.is_short or groups:
             far_steps = min(far_steps, SHORT_STEPS)
-        parts.add_to_all(graph, levels.coarse, n_threads, far_steps=far_steps)
+        costs.add_to_all(graph, coarsening.graphs, n_threads, far_steps=far_steps)
     else:
-        groups = levels.coarse[: levels.n_finer + 1]
-        parts = PartPrices.of(graph, groups, factors, n_threads)
-        parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
-    return parts
+        groups = coarsening.graphs[: coarsening.n_finer + 1]
+        costs = PartCosts.of(graph, groups, factors, n_threads)
+        costs.add_to_coarse(coarsening.graphs[coarsening.n_finer :], n_threads)
+    return costs
 
 
 def _cluster(work: _Work) -> _Work:
@@ -680,15 +681,15 @@ def _cluster(work: _Work) -> _Work:
         warnings.warn(note, SliverWarning, stacklevel=5)
     join_pieces = None
     if work.has_parts:
-        arcs = (*work.arcs, work.ordered.barrier)
+        arcs = (*work.arcs, work.ordered.crease_limit)
         join: Any = _core.join_loose_pieces
         join_pieces = partial(join, *arcs, n_threads=options.loop.n_threads)
     balancer = None
     if work.sizes is not None:
-        balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)
+        balancer = Balancer.of(work.sizes, work.coarsening.graphs, work.plan, options.loop)
     result = segment_cells(
         work.ordered,
-        work.levels,
+        work.coarsening,
         work.surface.bounds,
         work.plan,
         options.loop,
@@ -696,7 +697,7 @@ def _cluster(work: _Work) -> _Work:
         balancer,
     )
     warn_of_islands(replace(result, params=options.params(result)), 6)
-    work = replace(work, ordered=None, levels=None, arcs=None, sizes=None)
+    work = replace(work, ordered=None, coarsening=None, arcs=None, sizes=None)
     return replace(work, balancer=balancer, result=result)
 
 
@@ -708,11 +709,11 @@ def _clean(work: _Work) -> _Work:
     with work.timed("regions"):
         costs = _border_costs(work)
         costs = costs if plan.cut is None else costs.of_part(plan.cut)
-        if work.parts is not None:
+        if work.part_costs is not None:
             arcs, lengths = costs.surface.arcs, costs.lengths
-            lengths = work.parts.border_lengths(arcs, lengths, n_threads)
+            lengths = work.part_costs.border_lengths(arcs, lengths, n_threads)
             costs = replace(costs, lengths=lengths, crease_scale=PART_CREASE_SCALE)
-        smoothing = SmoothOptions() if work.parts is None else OF_PARTS
+        smoothing = SmoothOptions() if work.part_costs is None else OF_PARTS
         cleanup, goals = options.cleanup, None
         if work.balancer is not None:
             labels = work.result.labels

@@ -37,9 +37,9 @@ def test_concave_creases_conduct_less():
     valley, ridge = shapes.fold(90), shapes.fold(-90)
     found = {}
     for name, mesh in (("valley", valley), ("ridge", ridge)):
-        graph, ordered, crease_price = straight_graph(mesh, 10)
+        graph, ordered, crease_cost = straight_graph(mesh, 10)
         offsets, neighbors, steps, conductances, hindered = _core.conducting_arcs(
-            ordered, crease_price, 20.0, 1
+            ordered, crease_cost, 20.0, 1
         )
         assert offsets.tolist() == [0, 1, 2]
         assert neighbors.tolist() == [1, 0]

@@ -8,10 +8,10 @@ import superfacets as sf
 from superfacets import _core
 
 
-def joined(graph, labels, centers, barrier=np.inf):
+def joined(graph, labels, centers, crease_limit=np.inf):
     labels, centers = np.asarray(labels, np.int32), np.asarray(centers, np.int32)
     arcs = (graph.offsets, graph.neighbors, graph.lengths)
-    found = _core.join_loose_pieces(*arcs, barrier, labels, centers, 2)
+    found = _core.join_loose_pieces(*arcs, crease_limit, labels, centers, 2)
     return found.tolist()
 
 
@@ -34,7 +34,7 @@ def test_the_shorter_arc_wins_and_the_lower_label_among_equals():
         assert joined(line, [0, 2, 1, 2], [0, 2, 3]) == [0, expected, 1, 2]
 
 
-def test_arcs_behind_the_barrier_wait_for_all_others():
+def test_arcs_above_the_crease_limit_wait_for_all_others():
     """Cells 2 and 3 are a loose piece; only cell 3 has a short way out, in two rounds."""
     line = shapes.line_graph([1.0, 9.0, 1.0, 1.0, 1.0])
     labels, centers = [0, 0, 1, 1, 2, 1], [0, 5, 4]
@@ -86,7 +86,7 @@ def random_case(seed):
     return graph, labels.astype(np.int32), centers.astype(np.int32)
 
 
-def twin(graph, labels, centers, barrier):
+def twin(graph, labels, centers, crease_limit):
     """Round after round, as the contract says."""
     arcs = list(zip(graph.sources.tolist(), graph.neighbors.tolist(), graph.lengths.tolist(),
                     strict=True))  # fmt: skip
@@ -100,7 +100,7 @@ def twin(graph, labels, centers, barrier):
         offers = {}
         for a, b, length in arcs:
             if found[a] >= 0 and a not in settled and b in settled:
-                offer = (length >= barrier, length, found[b])
+                offer = (length >= crease_limit, length, found[b])
                 offers[a] = min(offers.get(a, (True, np.inf, 0)), offer)
         if not offers:
             return found
@@ -114,9 +114,9 @@ def twin(graph, labels, centers, barrier):
 @pytest.mark.parametrize("seed", range(40))
 def test_results_equal_the_twin_and_regions_are_one_piece_where_they_can_be(seed):
     graph, labels, centers = random_case(seed)
-    barrier = np.inf if seed % 4 < 2 else np.median(graph.lengths)
-    found = np.array(joined(graph, labels, centers, barrier))
-    assert found.tolist() == twin(graph, labels, centers, barrier)
+    crease_limit = np.inf if seed % 4 < 2 else np.median(graph.lengths)
+    found = np.array(joined(graph, labels, centers, crease_limit))
+    assert found.tolist() == twin(graph, labels, centers, crease_limit)
     assert np.array_equal(found < 0, labels < 0)
     assert np.array_equal(found[centers], np.arange(len(centers)))
     pieces, _ = _core.find_components(graph.offsets, graph.neighbors, labels)

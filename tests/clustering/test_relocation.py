@@ -13,10 +13,10 @@ from superfacets.clustering.loop import ITERATIONS_PER_ROUND, RELOCATED_FRACTION
 KEEP = _core.Islands.KEEP
 
 
-def relocated(graph, centers, n_moves, n_threads=1, barrier=math.inf):
+def relocated(graph, centers, n_moves, n_threads=1, crease_limit=math.inf):
     """The centers with those of orphans, before and after."""
     cells = graph.ordered(n_threads)
-    cells.barrier = barrier
+    cells.crease_limit = crease_limit
     clustering = _core.Clustering(cells, np.asarray(centers, np.int32), math.inf, n_threads, KEEP)
     return clustering.centers().tolist(), clustering.relocate(n_moves, n_threads).tolist()
 
@@ -36,11 +36,13 @@ def random_case(seed):
 @pytest.mark.parametrize("seed", range(60))
 def test_moves_on_random_graphs_equal_their_twin(seed):
     graph, seeds = random_case(seed)
-    has_barriers = seed % 2 == 1
+    has_crease_limit = seed % 2 == 1
     for n_moves in (1, 3, len(seeds)):
-        before, after = relocated(graph, seeds, n_moves, barrier=9.0 if has_barriers else math.inf)
+        before, after = relocated(
+            graph, seeds, n_moves, crease_limit=9.0 if has_crease_limit else math.inf
+        )
         order = graph.ordered(1).order()
-        assert after == reference.relocate_centers(graph, order, before, n_moves, has_barriers)
+        assert after == reference.relocate_centers(graph, order, before, n_moves, has_crease_limit)
         assert sum(a != b for a, b in zip(after, before, strict=True)) <= n_moves
 
 

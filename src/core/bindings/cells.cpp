@@ -7,7 +7,7 @@
 #include "cells/far_arcs.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
-#include "cells/part_prices.hpp"
+#include "cells/part_costs.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
@@ -159,10 +159,10 @@ void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
   on_team(graph.n_cells(), n_threads, work, kMinSlowPerThread);
 }
 
-void price_arcs(OrderedGraph& graph, Integers group_of, const Table<float>& vectors, double factor,
-                ThreadTeam& team) {
-  graph.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}, group_of}, factor,
-                        team);
+void add_costs_to(OrderedGraph& graph, Integers group_of, const Table<float>& vectors,
+                  double factor, ThreadTeam& team) {
+  graph.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}, group_of}, factor,
+                       team);
 }
 
 Components components(Offsets offsets, Integers neighbors, Integers labels) {
@@ -254,11 +254,11 @@ Buffer<double> stk02_of_polygons(const PolygonSurface& surface, double alpha, Th
   return weights;
 }
 
-Buffer<float> with_part_prices(Offsets offsets, Integers neighbors, Floats lengths,
-                               Integers group_of, const Table<float>& vectors, double factor,
-                               ThreadTeam& team) {
+Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats lengths,
+                              Integers group_of, const Table<float>& vectors, double factor,
+                              ThreadTeam& team) {
   const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}, group_of};
-  return add_part_prices({offsets, neighbors}, lengths, psi, factor, team);
+  return add_part_costs({offsets, neighbors}, lengths, psi, factor, team);
 }
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
@@ -336,8 +336,8 @@ void bind_graphs(nb::module_& module) {
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
-      .def_rw("barrier", &OrderedGraph::barrier)
-      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "group_of"_a,
+      .def_rw("crease_limit", &OrderedGraph::crease_limit)
+      .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "group_of"_a,
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
       .def("measures", serial(&measures_of))
@@ -387,8 +387,8 @@ void bind_weights(nb::module_& module) {
              "n_threads"_a);
   module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("add_part_prices", threaded(&with_part_prices), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
+  module.def("add_part_costs", threaded(&with_part_costs), "offsets"_a, "neighbors"_a, "lengths"_a,
+             "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);

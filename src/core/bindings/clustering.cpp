@@ -60,9 +60,9 @@ void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
   coarse.add_far_arcs(team);
 }
 
-void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double factor,
-                       ThreadTeam& team) {
-  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}, {}}, factor, team);
+void add_costs_to_coarse(CoarseGraph& coarse, const Table<float>& vectors, double factor,
+                         ThreadTeam& team) {
+  coarse.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}, {}}, factor, team);
 }
 
 using Lengths = std::span<const PathLength>;
@@ -80,14 +80,14 @@ auto spread_without_offsets(CoarseGraph& coarse, Lengths lengths, Integers label
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
-                                   double barrier, Integers labels, Integers centers,
+                                   double crease_limit, Integers labels, Integers centers,
                                    ThreadTeam& team) {
-  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, barrier, team);
+  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, crease_limit, team);
 }
 
 Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats lengths,
-                                  double barrier, Integers labels, Integers loose) {
-  return join_loose_cells({offsets, neighbors}, lengths, labels, loose, barrier);
+                                  double crease_limit, Integers labels, Integers loose) {
+  return join_loose_cells({offsets, neighbors}, lengths, labels, loose, crease_limit);
 }
 
 // The positions are only used if straight_unit is positive.
@@ -150,7 +150,7 @@ void bind_clustering(nb::module_& module) {
       .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
       .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "group_of"_a,
            "n_threads"_a)
-      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_coarse_arcs),
+      .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to_coarse),
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
            nb::kw_only(), "needs_lengths"_a = true)
@@ -161,9 +161,9 @@ void bind_clustering(nb::module_& module) {
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),
            "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_pieces", threaded(&without_loose_pieces), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "barrier"_a, "labels"_a, "centers"_a, "n_threads"_a);
+             "lengths"_a, "crease_limit"_a, "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_cells", serial(&without_loose_cells), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "barrier"_a, "labels"_a, "loose"_a);
+             "lengths"_a, "crease_limit"_a, "labels"_a, "loose"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
   module.def("divide_tile", threaded(&divide_tile), "tile"_a, "n_own"_a, "cell_size"_a,

@@ -15,7 +15,7 @@ std::int64_t block_size(const OrderedGraph& graph) {
 
 // Crease cost of each arc (see OrderedGraph::crease_cost), in the order of graph.arcs. Costs are
 // rounded to whole numbers, so that sums do not depend on the order of the terms.
-Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
+Buffer<float> crease_costs(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> costs(graph.arcs.size());
   team.for_each_slow(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
@@ -163,7 +163,7 @@ void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
   const int n_steps = std::min(steps_of(graph), most_steps);
   if (n_steps == 1) return;
-  const Buffer<float> prices = prices_of(graph, team);
+  const Buffer<float> costs = crease_costs(graph, team);
   const std::int64_t size = block_size(graph);
   std::vector<std::vector<Arc>> found(std::size_t{8} * team.size());
   PerThread<ArcFinder> finders(team.size());
@@ -179,7 +179,7 @@ void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
       return static_cast<Place>(std::min<std::int64_t>(first + (block + 1) * size, last));
     };
     team.for_each(n_blocks, [&](std::int64_t block, int thread) {
-      ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
+      ArcFinder& finder = finders.get(thread, graph, costs.span(), n_steps);
       for (auto place = static_cast<Place>(first + block * size); place < end_of(block); ++place) {
         offsets[place + 1] = finder.find(place);
       }

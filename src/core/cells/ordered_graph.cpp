@@ -157,7 +157,7 @@ std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std:
   return next - first;
 }
 
-void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
+void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
   SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == cells.size());
   SUPERFACETS_ASSERT(!vectors.groups.empty() ||
                      vectors.rows.size() == vectors.width * cells.size());
@@ -169,7 +169,7 @@ void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, Th
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
       const Cell there = groups[arc.to];
       if (there == here) continue;  // arcs within a group and padding arcs do not change
-      arc.length = with_price(arc.length, factor, vectors.distance(here, there));
+      arc.length = with_cost(arc.length, factor, vectors.distance(here, there));
     }
   });
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/prefetch.hpp"
-#include "cells/part_prices.hpp"
+#include "cells/part_costs.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {
@@ -87,8 +87,8 @@ class OrderedGraph : public PlacedCells {
   }
 
   // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is the
-  // vector of cell i in `vectors` (see part_prices.hpp).
-  void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
+  // vector of cell i in `vectors` (see part_costs.hpp).
+  void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
@@ -103,7 +103,7 @@ class OrderedGraph : public PlacedCells {
   double straight_unit = 0.0;
   // Coarse cells do not extend across arcs whose crease cost is at least this value (see
   // coarse_graph.hpp).
-  double barrier = HUGE_VAL;
+  double crease_limit = HUGE_VAL;
 
  private:
   std::size_t first_arc(Place place) const {

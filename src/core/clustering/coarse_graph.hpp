@@ -23,7 +23,8 @@ struct SpreadPaths {
 // straight_unit. The length of a coarse arc is then the straight distance between the positions of
 // its cells, plus the lowest crease cost of a path from center to center that crosses their border
 // once. So the length of a shortest path hardly depends on its direction relative to the pattern of
-// the fine cells. No coarse cell extends across an arc whose crease cost is at least fine.barrier.
+// the fine cells. No coarse cell extends across an arc whose crease cost is at least
+// fine.crease_limit.
 class CoarseGraph {
  public:
   // Builds coarse cells of about `cell_size` fine cells each. The fine graph must be symmetric, and
@@ -36,11 +37,11 @@ class CoarseGraph {
 
   // For each coarse cell, the measure-weighted mean of the vectors of its fine cells.
   Buffer<float> means_of(const PartVectors& vectors, ThreadTeam& team) const;
-  // add_far_arcs and add_part_prices change the arcs of the coarse graph; see far_arcs.hpp and
+  // add_far_arcs and add_part_costs change the arcs of the coarse graph; see far_arcs.hpp and
   // OrderedGraph.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
-  void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
-    graph_.add_part_prices(vectors, factor, team);
+  void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
+    graph_.add_part_costs(vectors, factor, team);
   }
 
   // The fine cells are divided into ranges of consecutive cells. No coarse cell extends beyond a

@@ -8,9 +8,10 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
-// Value of kGain for graphs with barriers (see OrderedGraph::barrier). This value is lower than
-// kGain, because one region per side of a machine part matters more than regions of equal size.
-constexpr double kGainWithBarriers = 0.25;
+// Value of kGain for graphs with a crease limit (see OrderedGraph::crease_limit). This value is
+// lower than kGain, because one region per side of a machine part matters more than regions of
+// equal size.
+constexpr double kGainWithCreaseLimit = 0.25;
 
 struct Need {
   // Cost of removing the center; infinite if a cell has no second-nearest center.
@@ -75,7 +76,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
 
   std::vector<Place> moved(centers.begin(), centers.end());
   std::vector<Role> roles(centers.size(), Role::kNone);
-  const double gain = std::isinf(graph.barrier) ? kGain : kGainWithBarriers;
+  const double gain = std::isinf(graph.crease_limit) ? kGain : kGainWithCreaseLimit;
   auto next = receiving.begin();
   for (const Label label : leaving) {
     if (roles[label] != Role::kNone) continue;

@@ -21,7 +21,7 @@ from ..cells.named_features import features_of
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
-from ..cells.texels import texture_of_parts
+from ..cells.texels import subdivided_texture
 from ..clustering.result import Segmentation
 from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
@@ -245,7 +245,7 @@ def attributes_of_parts(
     texture = attributes.texture
     if texture is not None:
         face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
-        texture = texture_of_parts(texture, as_mesh(source), parts.mesh, parts.sources)
+        texture = subdivided_texture(texture, as_mesh(source), parts.mesh, parts.sources)
         if texture is None:
             left_out.append("the texture, because subdivision replaces polygons by triangles")
     return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),

@@ -14,7 +14,7 @@ from ..mesh.faces import area_vectors
 from .features import FeatureTable
 from .kinds import kind_of
 from .point_graph import estimate_normals
-from .texels import FaceTexels, check_texture, colors_of_texture
+from .texels import FaceTexels, check_texture, face_texels
 
 _COLORS = ("red", "green", "blue")
 
@@ -68,7 +68,7 @@ def _texels_of(
         raise MeshError(f"features {name}: the mesh has no texture{why}")
     check_texture(attributes.texture, cells)
     try:
-        return colors_of_texture(cells, attributes.texture, n_threads)
+        return face_texels(cells, attributes.texture, n_threads)
     except MeshError as error:
         raise MeshError(f"features {name}: {error}") from None
 

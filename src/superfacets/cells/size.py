@@ -119,7 +119,7 @@ def sliver_share(
     return min(area / total, 1.0)
 
 
-def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
+def sliver_area_for_radius(mesh: FaceMesh, radius: float, n_threads: int) -> float:
     """Return the total area of the faces longer than 2 r and thinner than r / 2."""
     _, areas, _, longest = measure_shapes(mesh, n_threads)
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)

@@ -111,7 +111,7 @@ def texture_colors(
     if texture is None:
         raise MeshError("the mesh has no texture: pass a texture, or the path of a file with one")
     check_texture(texture, cells)
-    return colors_of_texture(cells, texture, checked_threads(n_threads))
+    return face_texels(cells, texture, checked_threads(n_threads))
 
 
 def check_texture(texture: Texture, mesh: FaceMesh) -> None:
@@ -126,7 +126,7 @@ def check_texture(texture: Texture, mesh: FaceMesh) -> None:
         )
 
 
-def colors_of_texture(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
+def face_texels(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
     """Return the color of each face of a mesh, given a checked texture."""
     triangles, sources = corner_triangles(mesh)
     faces = np.arange(mesh.n_faces, dtype=np.int32) if sources is None else sources
@@ -224,7 +224,7 @@ def ids_in_layout(
     return painted.reshape(height, width)
 
 
-def texture_of_parts(
+def subdivided_texture(
     texture: Texture, mesh: FaceMesh, parts: FaceMesh, sources: Ints
 ) -> Texture | None:
     """Return a texture for `parts`, a mesh whose triangles are parts of the triangles of `mesh`.

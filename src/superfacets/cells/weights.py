@@ -62,11 +62,11 @@ MOST_SOFT = 2
 benchmark, the ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have
 sharp edges."""
 
-RIM_FACTOR = 2.0
+MACHINE_PART_FACTOR = 2.0
 """Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
 2 % of the ridges are not borders of regions."""
 
-RIM_TURN = 59 / 180
+CREASE_LIMIT_TURN = 59 / 180
 """Minimum angle, divided by pi, of the ridges of machine parts that coarse cells must not cross. If
 coarse cells crossed ridges, sides narrower than a coarse cell would get no region. The angle is
 just below 60 degrees, the angle of the edges of a hexagonal prism."""
@@ -109,7 +109,7 @@ class EdgeFactors(NamedTuple):
 
     def of_machine_part(self) -> EdgeFactors:
         """Return the factors for machine parts, on which all sharp convex edges are ridges."""
-        return self._replace(all_sharp=True, ridges=RIM_FACTOR * self.ridges)
+        return self._replace(all_sharp=True, ridges=MACHINE_PART_FACTOR * self.ridges)
 
 
 class EdgeSums(NamedTuple):
@@ -396,7 +396,7 @@ class Weight:
     fractions: tuple[str, ...] = ()
     """Names of parameters that must be 0 to 1. All other parameters must be >= 0."""
     has_parts: bool = False
-    """Whether `PartPrices` adds costs of arcs between parts of the shape to the weights."""
+    """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
     has_other_unit: bool = False
     """Whether the weights have another unit than ``"creases"``. In this case, the costs of borders
     are recomputed for the clean-up, and cells without angles cannot use the formula."""
@@ -496,13 +496,14 @@ class WeightOptions:
         """Value of `Weight.has_other_unit`; False if the caller gave weights."""
         return self.weight is not None and self.weight.has_other_unit
 
-    def crease_price(self, radius: float) -> float:
+    def crease_cost(self, radius: float) -> float:
         """Return the length that a concave crease with angle pi adds to an arc."""
         return float(self.params["alpha"]) * radius
 
-    def rim_price(self, radius: float) -> float:
-        """Return the length that a ridge of a machine part with angle `RIM_TURN` adds to an arc."""
-        return RIM_TURN * RIM_FACTOR * float(self.params["ridges"]) * self.crease_price(radius)
+    def crease_limit(self, radius: float) -> float:
+        """Return the crease cost of the arcs that no coarse cell crosses on machine parts."""
+        ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
+        return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
 
 
 def arc_weights(
@@ -604,15 +605,15 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
         return Weighed(weights_of(surface, cells, factors))
     is_closed = surface.volume > 0.0
     weights, sums = weights_and_sums(surface, cells, factors, ALL_COUNT if is_closed else None)
-    of_part = factors.is_straight and sums.are_of_machine_part
-    adapted = factors.of_machine_part() if of_part else factors
+    of_machine_part = factors.is_straight and sums.are_of_machine_part
+    adapted = factors.of_machine_part() if of_machine_part else factors
     if is_closed:
         area = _core.sum_of(cells[1], surface.n_threads)
         evened = evened_share(sums.turn, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(evened=evened)
     if adapted != factors:
         weights, _ = weights_and_sums(surface, cells, adapted, None)
-    return Weighed(weights, of_part)
+    return Weighed(weights, of_machine_part)
 
 
 def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads: int) -> Floats:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .._options import CLIPS
 from .._types import Array
 from ..batches.files import seen_from
 from ..cells.named_features import property_of
@@ -16,15 +15,14 @@ from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
 from ..pictures.animation import MOVING_ENDINGS
-from ..pictures.camera import VIEW_NAMES, View
+from ..pictures.camera import CLIPS, VIEW_NAMES, View
 from . import options as opts
 from .failures import print_note
 from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
 from .options import FILE, FLAG, option, options
 
 if TYPE_CHECKING:
-    from .._options import Clip
-    from ..pictures.camera import Up
+    from ..pictures.camera import Clip, Up
 
 _MAX_SIDE = 8192
 

@@ -14,7 +14,7 @@ from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
 from .balance import Balancer
-from .levels import AnyGraph, Assignment, CoarseCells, Levels, assignment_of, is_straight
+from .coarsening import AnyGraph, Assignment, CoarseCells, Coarsening, assignment_of, is_straight
 from .parts import LEAST_GROUPED
 from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
@@ -45,14 +45,14 @@ class Loop:
     levels: list[Level] = field(default_factory=list)  # one record per finished level
     is_cancelled: bool = False  # whether the callback `progress` has returned False
     balancer: Balancer | None = None  # balances sizes of regions; None if sizes do not matter
-    is_short: bool = False  # whether there are only a few iterations; see `Levels.is_short`
+    is_short: bool = False  # whether there are only a few iterations; see `Coarsening.is_short`
 
     @property
     def stop_reason(self) -> StopReason:
         """Reason why the loop stopped on the last finished level."""
         return self.levels[-1].stop_reason
 
-    def run(self, levels: Levels, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
+    def run(self, coarsening: Coarsening, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest, and then on all cells.
 
         `centers` are the initial centers, as cells of the coarsest graph. Returns the label of each
@@ -60,17 +60,17 @@ class Loop:
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
-        coarse = levels.coarse
-        while len(coarse) > levels.n_finer:
+        coarse = coarsening.graphs
+        while len(coarse) > coarsening.n_finer:
             level = coarse.pop()
             clustering = self._run_level(level.graph, centers)
-            if len(coarse) == levels.n_finer and not levels.on_all:
-                clustering = self._balanced(level.graph, clustering, levels.n_finer + 1)
+            if len(coarse) == coarsening.n_finer and not coarsening.on_all:
+                clustering = self._balanced(level.graph, clustering, coarsening.n_finer + 1)
             with timed(self.timings, "update"):
                 labels, centers = _labels_and_centers(clustering)
                 centers = level.refine(labels, centers, self.options.n_threads)
-        if levels.on_all or not is_straight(graph):
-            must_stay = not levels.on_all
+        if coarsening.on_all or not is_straight(graph):
+            must_stay = not coarsening.on_all
             clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
             return _labels_and_centers(clustering)

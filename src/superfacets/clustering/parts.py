@@ -58,8 +58,8 @@ is the angle between the normals; eta is the weight of the crease, for example 0
 
 LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
 """Costs between parts increase from 0 to their full value between these two values of
-`_Level.hindered_share`. This value is 0 for surfaces without concave creases, such as convex
-bodies, which have no parts. It is at least 0.037 for all benchmark models."""
+`_ConductingGraph.hindered_share`. This value is 0 for surfaces without concave creases, such as
+convex bodies, which have no parts. It is at least 0.037 for all benchmark models."""
 
 LEAST_CONDUCTANCE = 1e-6
 """Minimum conductance, so that neighboring cells stay connected. `_core` uses the same value."""
@@ -88,7 +88,7 @@ are 0.2 % to 0.4 % more compact, but 5 % longer on regular grids."""
 
 
 @dataclass(frozen=True, eq=False)
-class PartPrices:
+class PartCosts:
     """Costs of arcs between parts of a shape, proportional to distances in a spectral embedding."""
 
     vectors: Singles
@@ -102,7 +102,7 @@ class PartPrices:
     def of(
         cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
-    ) -> PartPrices:  # fmt: skip
+    ) -> PartCosts:  # fmt: skip
         """Compute the spectral embedding of a graph, and the factor of the costs.
 
         `groups` are successively coarser graphs. The cells of the last graph are embedded, or the
@@ -111,9 +111,9 @@ class PartPrices:
         ends in the embedding, scaled so that the sum of all distances equals the sum of the lengths
         of all arcs.
         """
-        gamma, crease_price = factors
+        gamma, crease_cost = factors
         embedded = groups[-1].graph if groups else graph
-        base = _level_of(embedded, crease_price, n_threads)
+        base = _conducting_graph(embedded, crease_cost, n_threads)
         vectors = _embedding(base, embedded, n_threads)
         strength = (base.hindered_share - LEAST_HINDERED) / (ENOUGH_HINDERED - LEAST_HINDERED)
         gamma *= min(max(strength, 0.0), 1.0)
@@ -135,7 +135,7 @@ class PartPrices:
         that only coarse graphs get far arcs.
         """
         graph.add_far_arcs(n_threads, far_steps)
-        graph.add_part_prices(self.group_of, self.vectors, self.factor, n_threads)
+        graph.add_part_costs(self.group_of, self.vectors, self.factor, n_threads)
         rows, group_of = self.vectors, self.group_of
         for level in coarse:
             rows = self._add_to(level, _means(level, rows, group_of, n_threads), n_threads)
@@ -150,13 +150,13 @@ class PartPrices:
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
         """Add far arcs and costs to a coarse graph; return `rows`, the vectors of its cells."""
         level.add_far_arcs(n_threads)
-        level.add_part_prices(rows, self.factor, n_threads)
+        level.add_part_costs(rows, self.factor, n_threads)
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
         """Return the given lengths plus costs between parts, for the costs of region borders."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
-        return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
+        return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: int) -> Singles:
@@ -174,7 +174,7 @@ def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
     return found
 
 
-class _Level(NamedTuple):
+class _ConductingGraph(NamedTuple):
     """Graph of the cells on one level, which are the finest cells or groups of finer cells."""
 
     arcs: ArcLists
@@ -254,7 +254,7 @@ def spectral_embedding(
     placed = _core.PlacedCells(graph.positions, graph.measures, threads)
     unit *= surface.weight_unit
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, threads, True, unit)
-    base = _level_of(ordered, options.crease_price(radius), threads)
+    base = _conducting_graph(ordered, options.crease_cost(radius), threads)
     vectors = _embedding(base, ordered, threads, n_vectors)
     table = np.zeros((surface.n_cells, n_vectors))
     n_there = min(n_vectors, vectors.shape[1])
@@ -273,16 +273,18 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
     return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []
 
 
-def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) -> _Level:
-    """Return the level of a graph; `crease_price` is the cost of a crease of angle pi."""
+def _conducting_graph(
+    graph: _core.OrderedGraph, crease_cost: float, n_threads: int
+) -> _ConductingGraph:
+    """Return the conductances of a graph; `crease_cost` is the cost of a crease of angle pi."""
     offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
-        graph, crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
+        graph, crease_cost / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
     arcs = (offsets, neighbors)
-    return _Level(arcs, steps, conductances, graph.measures(), hindered_share=share)
+    return _ConductingGraph(arcs, steps, conductances, graph.measures(), hindered_share=share)
 
 
-def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
+def _scale(level: _ConductingGraph, vectors: Singles, n_threads: int) -> float:
     """Return total arc length divided by total arc length in the embedding; 0 if undefined."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
@@ -291,7 +293,7 @@ def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
 
 
 def _embedding(
-    base: _Level, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
+    base: _ConductingGraph, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
     """Return the coordinates of the cells of `graph` in the embedding; `base` is their level."""
     levels = _coarser(base, graph, n_threads)
@@ -300,9 +302,11 @@ def _embedding(
     return _prolonged(levels, _eigenvectors(levels[-1], n_vectors), n_threads)
 
 
-def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_Level]:
+def _coarser(
+    level: _ConductingGraph, graph: _core.OrderedGraph, n_threads: int
+) -> list[_ConductingGraph]:
     """Return a list of the given level, which is the level of `graph`, and coarser levels."""
-    levels: list[_Level] = []
+    levels: list[_ConductingGraph] = []
     coarse: list[_core.CoarseGraph] = []  # keeps the objects alive that own the graphs
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
@@ -314,7 +318,7 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
         offsets, neighbors, _ = coarse[-1].arcs()
         steps = _core.straight_steps(graph, n_threads)
         conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
-        level = _Level((offsets, neighbors), steps, conductances, graph.measures())
+        level = _ConductingGraph((offsets, neighbors), steps, conductances, graph.measures())
     return [*levels, level]
 
 
@@ -324,14 +328,14 @@ def _cell_size(ratio: float) -> int:
     return round(math.pow(ratio, 1 / n_levels))
 
 
-def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floats:
+def _crossing_conductances(level: _ConductingGraph, arcs: ArcLists, steps: Floats) -> Floats:
     """Return the conductance of each arc between coarse cells, summed over the arcs of `level`."""
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
 
 
-def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
+def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
     """Return the coordinates of the coarsest cells in the embedding, (C, Q)."""
     n_cells = len(level.measures)
     mean = float(level.measures.mean()) or 1.0
@@ -358,7 +362,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
     return next((last for last in range(wanted, len(values)) if is_end(last)), wanted)
 
 
-def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
+def _prolonged(levels: list[_ConductingGraph], values: Floats, n_threads: int) -> Singles:
     """Interpolate `values`, one row per coarsest cell, to the finest cells, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
@@ -367,7 +371,7 @@ def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
     return rows if rows.size else np.zeros((len(levels[0].measures), values.shape[1]), np.float32)
 
 
-def _relaxed(rows: Singles, coarse_of: Ints, level: _Level, n_threads: int) -> Singles:
+def _relaxed(rows: Singles, coarse_of: Ints, level: _ConductingGraph, n_threads: int) -> Singles:
     """Copy the row of each coarse cell to its finer cells, and smooth the copies by relaxation."""
     n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
     copied = np.take(rows, coarse_of, axis=0)

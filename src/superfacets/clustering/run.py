@@ -16,7 +16,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
-from .levels import AnyGraph, Levels, coarsened, in_memory, join_islands
+from .coarsening import AnyGraph, Coarsening, coarsened, in_memory, join_islands
 from .loop import Loop
 from .plan import Plan, Start
 from .result import Segmentation
@@ -104,8 +104,8 @@ def segment_graph(
         placed, arcs = plan.placed_cells(graph, graph.lengths, loop.n_threads)
         ordered = _core.OrderedGraph(placed, *arcs, loop.n_threads)
     timings: dict[str, float] = {}
-    levels = coarsened(ordered, plan, loop, timings)
-    result = plan.whole(segment_cells(ordered, levels, graph.bounds, plan, loop))
+    coarsening = coarsened(ordered, plan, loop, timings)
+    result = plan.whole(segment_cells(ordered, coarsening, graph.bounds, plan, loop))
     params = {**result.params, **feature_options.params, **constraints.params}
     return replace(result, timings=timings | result.timings, params=params, cells=given)
 
@@ -125,7 +125,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 def segment_cells(
     graph: AnyGraph,
-    levels: Levels,
+    coarsening: Coarsening,
     bounds: Floats,
     plan: Plan,
     loop: LoopOptions,
@@ -134,23 +134,23 @@ def segment_cells(
 ) -> Segmentation:
     """Place seeds and run the loop on a checked graph of the cells inside the mask.
 
-    `levels` is the result of `coarsened`; its graphs are removed after their last use.
+    `coarsening` is the result of `coarsened`; its graphs are removed after their last use.
     `join_pieces` is a function of labels and centers that returns labels of connected regions.
     `balancer` changes the sizes of regions to their target sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
     if init is None:
-        init = "curve" if levels.is_short else "geodesic"
+        init = "curve" if coarsening.is_short else "geodesic"
     timings: dict[str, float] = {}
     with timed(timings, "seeding", loop.on_stage):
-        coarse = levels.coarse
+        coarse = coarsening.graphs
         first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # this reference would keep the graph in memory during the loop
-    is_short = levels.is_short and bool(loop.relocate)
+    is_short = coarsening.is_short and bool(loop.relocate)
     run = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
-    labels, centers = run.run(levels, graph, seeds)
+    labels, centers = run.run(coarsening, graph, seeds)
     n_unreached = max(0, len(centers) - len(seeds))  # negative if the balancer removed centers
     if join_pieces is not None and loop.radius_factor is None:
         with timed(timings, "classify"):

@@ -264,7 +264,7 @@ class Samples(NamedTuple):
     areas: Floats  # (S,) area of the part of the face around each sample point
 
 
-def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
+def sample_surface(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     """Return about `n_samples` points, spread evenly over the surface, at least one per face.
 
     Each triangle is cut into n^2 equal triangles, where n is 1 to `MAX_STEPS`. The samples are the
@@ -274,9 +274,9 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     --------
     >>> from superfacets import Mesh
     >>> triangle = Mesh([[0, 0, 0], [6, 0, 0], [0, 6, 0]], [[0, 1, 2]])
-    >>> sample_faces(triangle, 1, 1).points.tolist()
+    >>> sample_surface(triangle, 1, 1).points.tolist()
     [[2.0, 2.0, 0.0]]
-    >>> sample_faces(triangle, 4, 1).points[:, :2].tolist()
+    >>> sample_surface(triangle, 4, 1).points[:, :2].tolist()
     [[1.0, 1.0], [1.0, 4.0], [4.0, 1.0], [2.0, 2.0]]
     """
     triangles, sources = cut_into_triangles(mesh)

@@ -11,6 +11,10 @@ import numpy as np
 from .._types import Floats
 from .._validate import checked_choice, checked_number
 
+Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
+CLIPS: tuple[str, ...] = get_args(Clip)
+"""Names of the half-spaces that `render` can cut away to show the inside of a volume."""
+
 # Half of the vertical field of view, in degrees. A narrow field of view causes little distortion.
 _HALF_VIEW_ANGLE = 10.0
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._options import Clip
 from .._types import Array, Floats
 from .._validate import checked_choice, checked_count, checked_flag, compact_partial_labels
 from ..adapters.convert import CloudLike, MeshLike, as_cells
@@ -22,7 +21,7 @@ from ..mesh.base import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk
-from .camera import View, place_camera, turned_cameras
+from .camera import Clip, View, place_camera, turned_cameras
 from .colors import Scale, checked_values, scale_of
 from .rendering import (
     Style,

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._options import CLIPS, Clip
 from .._types import Bools, Ints
 from .._validate import (
     checked_choice,
@@ -28,7 +27,7 @@ from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh
 from .backend import ensure_gl, import_pillow, import_vtk
-from .camera import Camera, View, place_camera
+from .camera import CLIPS, Camera, Clip, View, place_camera
 from .colors import face_colors
 from .drawing import MAX_SIDE, draw
 from .scene import (

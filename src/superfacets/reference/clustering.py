@@ -142,14 +142,14 @@ def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]
 
 def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
-    has_barriers: bool = False,
+    has_crease_limit: bool = False,
 ) -> list[int]:  # fmt: skip
     """Move up to `n_moves` centers of cheap regions into costly regions, and return all centers.
 
     Sums over cells are computed in the order of `order`.
     """
     paths = second_nearest(graph, centers)
-    gain = 0.25 if has_barriers else 0.5
+    gain = 0.25 if has_crease_limit else 0.5
     costs = [0.0] * len(centers)
     distortions = [0.0] * len(centers)
     regions: list[list[int]] = [[] for _ in centers]

@@ -16,7 +16,7 @@ from ..cells.kinds import as_known, kind_of
 from ..cells.nearest import checked_distance, query_points
 from ..cells.sums import weighted_majority
 from ..errors import MismatchWarning
-from ..mesh.faces import sample_faces
+from ..mesh.faces import sample_surface
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""
@@ -102,7 +102,9 @@ def transfer(
     goal = _as_target(target)
     limit += _ROUNDING * float(np.abs(source.bounds).max())
 
-    samples = None if isinstance(goal, np.ndarray) else sample_faces(goal, source.n_cells, threads)
+    samples = (
+        None if isinstance(goal, np.ndarray) else sample_surface(goal, source.n_cells, threads)
+    )
     points: Floats = goal if samples is None else samples.points
     nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
     if max_distance is None and not _are_points(target):

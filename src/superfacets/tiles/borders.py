@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Array, Bools, Bytes, Floats, Ints, Longs
 from ..batches.mapping import Run
-from ..clustering.parts import PartPrices
+from ..clustering.parts import PartCosts
 from ..regions.edit import CREASE_SCALE, BorderCosts
 from ..regions.smooth import SmoothOptions
 from .arrays import is_among, rows
@@ -47,20 +47,20 @@ class BorderRule:
     n_threads: int
     crease_scale: float = CREASE_SCALE
     smoothing: SmoothOptions = field(default_factory=SmoothOptions)
-    parts: PartPrices | None = None  # part costs of cells or, with `firsts`, of coarse cells
+    part_costs: PartCosts | None = None  # part costs of cells or, with `firsts`, of coarse cells
     firsts: Longs | None = None  # (T,) index of the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
         """Return the border costs of a part, and remove its ``lengths`` to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
-        if (parts := self.parts) is not None:
+        if (costs := self.part_costs) is not None:
             cells = part.columns["cells" if self.firsts is None else "coarse"]
-            if len(parts.group_of):
-                parts = replace(parts, group_of=parts.group_of[cells])
+            if len(costs.group_of):
+                costs = replace(costs, group_of=costs.group_of[cells])
             else:
-                parts = replace(parts, vectors=parts.vectors[cells])
-            lengths = parts.border_lengths(surface.arcs, lengths, self.n_threads)
+                costs = replace(costs, vectors=costs.vectors[cells])
+            lengths = costs.border_lengths(surface.arcs, lengths, self.n_threads)
         return BorderCosts(surface, lengths, self.unit, self.scale, self.crease_scale)
 
 

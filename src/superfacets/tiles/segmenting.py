@@ -22,7 +22,7 @@ from ..cells.cell_graph import box_diagonal
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
-from ..clustering.levels import AnyGraph, can_be_coarse, coarsened, has_small_regions
+from ..clustering.coarsening import AnyGraph, can_be_coarse, coarsened, has_small_regions
 from ..clustering.parts import PART_CREASE_SCALE, SPARE
 from ..clustering.plan import Plan
 from ..clustering.result import Segmentation
@@ -32,7 +32,7 @@ from ..export.label_files import label_files, ranges_of, save_labels
 from ..io.atomic import StrPath
 from ..io.readers.pieces import Pieces
 from ..mesh.denoising import Denoise, checked_denoise
-from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
+from ..pipeline import Options, add_part_costs, sliver_advice, stages_in_order, warn_of_islands
 from ..regions.smooth import OF_PARTS
 from ..workers.scratch import Scratch, check_room, scratch_folder
 from .borders import BorderRule, straighten_tiled
@@ -320,8 +320,8 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
     if has_parts:
         graph = replace(graph, straight_unit=facts.unit * diagonal)
     if facts.of_machine_part:
-        barrier = options.weights.rim_price(size.radius) / graph.straight_unit
-        graph = replace(graph, barrier=barrier)
+        limit = options.weights.crease_limit(size.radius)
+        graph = replace(graph, crease_limit=limit / graph.straight_unit)
     result, borders = _cluster(graph, plan, options, timings)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
@@ -338,9 +338,9 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
     """Run stages 1 and 2: write the arcs of all tiles, and the lengths of arcs."""
-    has_prices = options.cleanup.smooth and options.weights.has_other_unit
+    has_border_weights = options.cleanup.smooth and options.weights.has_other_unit
     spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
-    rule = WeightRule(plan.size.radius, options.weights, has_prices, graph.n_threads, spare)
+    rule = WeightRule(plan.size.radius, options.weights, has_border_weights, graph.n_threads, spare)
     with timed(timings, "weights", options.loop.on_stage):
         return find_arcs(graph.store, rule, graph.run)
 
@@ -353,23 +353,23 @@ def _cluster(
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
     if not graph.straight_unit:
-        levels = coarsened(graph, plan, loop, timings)
-        return segment_cells(graph, levels, bounds, plan, loop), borders
+        coarsening = coarsened(graph, plan, loop, timings)
+        return segment_cells(graph, coarsening, bounds, plan, loop), borders
     # If the loop runs on all cells, it needs additional long arcs, which tiles do not store.
     is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
     is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
     cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)
-    levels = coarsened(cells, plan, loop, timings)
-    if cells is graph and levels.on_all:
+    coarsening = coarsened(cells, plan, loop, timings)
+    if cells is graph and coarsening.on_all:
         cells = graph.gathered(loop.n_threads)
     with timed(timings, "weights"):
-        parts = price_parts(cells, levels, options.weights, size, loop.n_threads)
-    finest = next(iter(levels.coarse), None)
+        part_costs = add_part_costs(cells, coarsening, options.weights, size, loop.n_threads)
+    finest = next(iter(coarsening.graphs), None)
     borders = replace(
-        borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, parts=parts,
+        borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, part_costs=part_costs,
         firsts=finest.firsts if isinstance(finest, TiledCoarseGraph) else None,
     )  # fmt: skip
-    return segment_cells(cells, levels, bounds, plan, loop, graph.join_loose_pieces), borders
+    return segment_cells(cells, coarsening, bounds, plan, loop, graph.join_loose_pieces), borders
 
 
 def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:

@@ -13,7 +13,7 @@ from .._types import Array, Floats, Ints, Longs
 from ..batches.mapping import Run
 from ..cells.cell_graph import box_diagonal
 from ..cells.kinds import kind_of
-from ..cells.size import area_of_slivers
+from ..cells.size import sliver_area_for_radius
 from ..cells.surface import Surface, enclosed, is_negative
 from ..cells.weights import (
     NO_SUMS,
@@ -40,7 +40,7 @@ class WeightRule:
 
     radius: float  # expected radius of a region
     options: WeightOptions
-    has_prices: bool  # whether default weights are computed, too, for border costs
+    has_border_weights: bool  # whether default weights are computed, too, for border costs
     n_threads: int
     spare: float = 1.0  # factor for the unit of lengths, relative to the default unit
     is_turned: bool = False  # whether normals point inward, so that they must be flipped
@@ -68,7 +68,7 @@ class _TileSums:
     """Sums of weights over the arcs of a tile, and properties of its faces."""
 
     weights: float
-    prices: float
+    border_weights: float
     has_boundary: bool = True
     is_inconsistent: bool = False  # whether some neighboring faces differ in orientation
     edges: EdgeSums = NO_SUMS
@@ -82,7 +82,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     Each tile gets the CSR lists ``arcs``. In a tile of n cells, a target t < n is row t of the
     cells, and other targets are row t - n of ``ghosts``, the ascending curve indices of neighbors
     in other tiles. ``ghost_cells`` contains the cell numbers of ghosts. Arcs have ``lengths``, and
-    also ``border_lengths`` if `has_prices` is true, and ``sides`` if the cells are faces.
+    also ``border_lengths`` if `has_border_weights` is true, and ``sides`` if the cells are faces.
     """
     halos = find_halos(store, run) if store.halos is None else store.halos
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
@@ -106,7 +106,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         adapted = replace(adapted, of_machine_part=True)
     sums = weighed(adapted) if adapted != rule else sums
     unit = rule.spare * _core.unit_of_lengths(sum(some.weights for some in sums))
-    border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
+    border_unit = _core.unit_of_lengths(sum(some.border_weights for some in sums))
     run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
     sliver_area = sum(some.sliver_area for some in sums)
     return ArcFacts(unit, border_unit, sliver_area, adapted.of_machine_part)
@@ -149,7 +149,7 @@ def _weigh_faces(
         is_inconsistent=bool(graph.same_turn[arcs].any()),
         edges=edges,
         volume=signed_volume(of_tile, origin, rule.n_threads),
-        sliver_area=area_of_slivers(of_tile, rule.radius, rule.n_threads),
+        sliver_area=sliver_area_for_radius(of_tile, rule.radius, rule.n_threads),
     )
 
 
@@ -193,19 +193,19 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the arc weights of a tile, and default weights if `has_prices` is true; return sums."""
+    """Write the arc weights of a tile, and default weights if requested; return their sums."""
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
-    if rule.has_prices:
-        columns["prices"] = creases_of(surface, rule.radius, ridges=0.0)[arcs]
+    if rule.has_border_weights:
+        columns["border_weights"] = creases_of(surface, rule.radius, ridges=0.0)[arcs]
     Part(columns).save(store.scratch, f"tile{tile}/arcs")
     sums = [_core.sum_of(column, rule.n_threads) for column in columns.values()]
-    return _TileSums(sums[0], sums[1] if rule.has_prices else 0.0)
+    return _TileSums(sums[0], sums[1] if rule.has_border_weights else 0.0)
 
 
 def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threads: int) -> None:
     """Quantize the weights of a tile to ``lengths``, and default weights to ``border_lengths``."""
-    names = (("weights", "lengths"), ("prices", "border_lengths"))
+    names = (("weights", "lengths"), ("border_weights", "border_lengths"))
     for (name, rounded), unit in zip(names, units, strict=True):
         if store.has(tile, f"arcs/{name}"):
             weights = store.read(tile, f"arcs/{name}")

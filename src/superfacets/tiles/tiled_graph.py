@@ -25,7 +25,7 @@ class TiledGraph:
     n_threads: int  # number of threads used for each tile
     is_parallel: bool = False  # whether several tiles are processed simultaneously
     straight_unit: float = 0.0  # same as in `_core.OrderedGraph`
-    barrier: float = np.inf  # same as in `_core.OrderedGraph`
+    crease_limit: float = np.inf  # same as in `_core.OrderedGraph`
 
     is_symmetric = True
     """Whether the arcs a -> b and b -> a always have the same length."""
@@ -38,7 +38,7 @@ class TiledGraph:
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
         """Divide each tile into coarse cells, and return the graph of coarse cells."""
         store, run, unit = self.store, self.run, self.straight_unit
-        steps = (unit, self.barrier)
+        steps = (unit, self.crease_limit)
         found = run.all(_divide, store, store.n_tiles, cell_size, steps, self.n_threads)
         positions, measures = map(list, zip(*found, strict=True))
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
@@ -49,7 +49,7 @@ class TiledGraph:
             _in_a_row(positions), _in_a_row(measures), np.append(0, np.cumsum(_in_a_row(counts))),
             _in_a_row(targets), _in_a_row(lengths), unit, n_threads,
         )  # fmt: skip
-        graph.barrier = self.barrier
+        graph.crease_limit = self.crease_limit
         return TiledCoarseGraph(graph, self, firsts)
 
     def assignment(
@@ -111,8 +111,8 @@ class TiledGraph:
         neighbors = order[np.searchsorted(cells, entries["neighbors"], sorter=order)]
         offsets = np.append(arcs.lists["arcs"].offsets, np.full(len(around), len(neighbors)))
         joined = _core.join_loose_cells(
-            offsets, neighbors.astype(np.int32), entries["lengths"], self.barrier, labels[cells],
-            np.arange(len(loose), dtype=np.int32),
+            offsets, neighbors.astype(np.int32), entries["lengths"], self.crease_limit,
+            labels[cells], np.arange(len(loose), dtype=np.int32),
         )  # fmt: skip
         labels = labels.copy()
         labels[loose] = joined[: len(loose)]
@@ -138,7 +138,7 @@ class TiledGraph:
         graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, True, self.straight_unit
         )
-        graph.barrier = self.barrier
+        graph.crease_limit = self.crease_limit
         return graph
 
 
@@ -154,9 +154,9 @@ class TiledCoarseGraph:
         """Add long arcs between coarse cells, as `_core.OrderedGraph.add_far_arcs` does."""
         self.graph.add_far_arcs(n_threads)
 
-    def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
-        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_prices` does."""
-        self.graph.add_part_prices(NO_GROUPS, rows, factor, n_threads)
+    def add_part_costs(self, rows: Singles, factor: float, n_threads: int) -> None:
+        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_costs` does."""
+        self.graph.add_part_costs(NO_GROUPS, rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
         """Return the numbers of all coarse cells; `spread` extends their labels to all cells."""
@@ -211,10 +211,10 @@ def _divide(
 ) -> tuple[Floats, Floats]:
     """Divide a tile into coarse cells, and write them; return their positions and areas.
 
-    `steps` contains `straight_unit` and `barrier` of `TiledGraph`. In the graph, ghosts follow the
-    cells of the tile. Ghosts have no arcs, and their positions are not used.
+    `steps` contains `straight_unit` and `crease_limit` of `TiledGraph`. In the graph, ghosts
+    follow the cells of the tile. Ghosts have no arcs, and their positions are not used.
     """
-    straight_unit, barrier = steps
+    straight_unit, crease_limit = steps
     n_ghosts = len(store.read(tile, "ghosts"))
     offsets, targets, lengths = store.arcs(tile)
     graph = _core.graph_in_place(
@@ -223,7 +223,7 @@ def _divide(
         np.concatenate([offsets, np.full(n_ghosts, offsets[-1])]),
         targets, lengths, straight_unit, n_threads,
     )  # fmt: skip
-    graph.barrier = barrier
+    graph.crease_limit = crease_limit
     centers, positions, measures, coarse, lengths = _core.divide_tile(
         graph, store.size(tile), cell_size, n_threads
     )

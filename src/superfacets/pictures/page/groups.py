@@ -21,7 +21,7 @@ NO_VALUE = 65535
 
 
 @runtime_checkable
-class Levels(Protocol):
+class HasLevels(Protocol):
     """Interface of a `Hierarchy`, a class that cannot be imported here because of the layering."""
 
     @property
@@ -29,7 +29,7 @@ class Levels(Protocol):
         """Labels of each level, one array per level."""
 
 
-LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
+LabelsLike = npt.ArrayLike | HasLevels | Sequence[npt.ArrayLike]
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def checked_levels(
     """Check labels of one or several levels; return a list, which is empty for None."""
     if labels is None:
         return []
-    given: Any = labels.levels if isinstance(labels, Levels) else labels
+    given: Any = labels.levels if isinstance(labels, HasLevels) else labels
     refuse_mask(given, "labels")
     if isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 1:
         return [checked_labeling(level, n_cells, n_vertices) for level in given]

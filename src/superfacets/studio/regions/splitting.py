@@ -16,7 +16,7 @@ SHARPNESS = 12.5
 """Rate at which creases reduce the cost of a border. In a crease with angle t, the cost is
 multiplied by exp(-12.5 t / pi), so by 0.002 for a right angle. `hierarchy` uses a similar rate."""
 
-RIDGE = 0.5  # factor for angles of convex creases; angles of concave creases have 1
+CONVEX = 0.5  # factor for angles of convex creases; angles of concave creases have 1
 NEARNESS = 6.0
 """Attraction of cells to the nearer stroke. Without attraction, the border would be the shortest
 closed curve around the smaller stroke. On a flat square with strokes of a tenth of its side, a
@@ -95,7 +95,7 @@ def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
     cut = Cut(surface.n_cells, cells.astype(np.int32), arcs, offsets, targets, NO_GROUPS)
     part = cut.surface_of(surface)
     borders, steps, angles, _, _ = part.handle.arc_measures(part.n_threads)
-    turns = np.where(angles > 0, angles, -RIDGE * angles)
+    turns = np.where(angles > 0, angles, -CONVEX * angles)
     costs = borders * np.exp(-SHARPNESS / np.pi * turns)
     return _Part(part.measures, sources, targets, costs, steps)
 

@@ -44,14 +44,14 @@ struct PartVectors {
 };
 
 // An arc length plus factor |psi_i - psi_j|, rounded to a whole number.
-inline float with_price(float length, double factor, double distance) {
+inline float with_cost(float length, double factor, double distance) {
   return static_cast<float>(round_to_whole(double{length} + factor * distance));
 }
 
 // Adds factor |psi_i - psi_j| to the length of each arc, where i and j are the groups of the arc's
 // two cells. The result is rounded to a whole number. An arc and its reverse arc get the same bits.
-Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
-                              const PartVectors& vectors, double factor, ThreadTeam& team);
+Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
+                             const PartVectors& vectors, double factor, ThreadTeam& team);
 
 // Returns given[a] + factor |f_i - f_j| for each arc a, where f_i and f_j are the features of the
 // arc's two cells. `features` has n_features numbers per cell. If an arc and its reverse arc have

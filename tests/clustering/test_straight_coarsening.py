@@ -138,14 +138,14 @@ def test_prices_of_parts_are_added_to_all_arcs(width, far):
         ordered = graph.ordered(n_threads)
         if far:
             ordered.add_far_arcs(n_threads)
-        ordered.add_part_prices(NO_GROUPS, rows, 123.4, n_threads)
+        ordered.add_part_costs(NO_GROUPS, rows, 123.4, n_threads)
         expected = all_paths(graph.n_cells, priced(arcs, rows, 123.4))
         assert np.array_equal(distances(ordered), expected)
         fine = graph.ordered(n_threads)
         coarse = _core.CoarseGraph(fine, 4, n_threads)
         before, coarse_rows = arcs_of(coarse), rows[coarse.centers()]
         if not far:
-            coarse.add_part_prices(coarse_rows, 123.4, n_threads)
+            coarse.add_part_costs(coarse_rows, 123.4, n_threads)
             assert arcs_of(coarse) == priced(before, coarse_rows, 123.4)
 
 
@@ -164,7 +164,7 @@ def test_within_a_group_steps_cost_nothing():
     group_of = rng.integers(0, 9, graph.n_cells).astype(np.int32)
     rows = rng.normal(size=(9, 3)).astype(np.float32)
     arcs = (graph.offsets, graph.neighbors, graph.lengths)
-    ours = _core.add_part_prices(*arcs, group_of, rows, 50.0, 2)
+    ours = _core.add_part_costs(*arcs, group_of, rows, 50.0, 2)
     differences = rows[group_of[graph.sources]] - rows[group_of[graph.neighbors]].astype(float)
     true = np.rint(graph.lengths + 50.0 * np.linalg.norm(differences, axis=1))
     assert np.array_equal(ours, true.astype(np.float32))

@@ -1,8 +1,8 @@
-#include "cells/part_prices.hpp"
+#include "cells/part_costs.hpp"
 
 namespace superfacets {
-Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
-                              const PartVectors& vectors, double factor, ThreadTeam& team) {
+Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
+                             const PartVectors& vectors, double factor, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   Buffer<float> sums(lengths.size());
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
@@ -10,7 +10,7 @@ Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const Cell there = vectors.group_of(neighbor);
       sums[arc] = here == there ? lengths[arc]
-                                : with_price(lengths[arc], factor, vectors.distance(here, there));
+                                : with_cost(lengths[arc], factor, vectors.distance(here, there));
     }
   });
   return sums;

@@ -24,12 +24,12 @@ def test_lengths_grow_with_distances_between_groups_and_stay_whole(n_vectors, n_
     distances = np.linalg.norm(vectors[one].astype(float) - vectors[other], axis=1)
     true = np.rint(lengths + 700.5 * distances).astype(np.float32)
     for n_threads in (1, 3):
-        ours = _core.add_part_prices(*ARCS, lengths, given, vectors, 700.5, n_threads)
+        ours = _core.add_part_costs(*ARCS, lengths, given, vectors, 700.5, n_threads)
         assert np.array_equal(ours, true)
 
 
 def test_within_a_group_steps_cost_nothing():
     lengths = np.full(GRAPH.n_arcs, 5.0, np.float32)
     one_group = np.zeros(GRAPH.n_cells, np.int32)
-    ours = _core.add_part_prices(*ARCS, lengths, one_group, np.ones((1, 3), np.float32), 9.0, 1)
+    ours = _core.add_part_costs(*ARCS, lengths, one_group, np.ones((1, 3), np.float32), 9.0, 1)
     assert np.array_equal(ours, lengths)

@@ -95,9 +95,9 @@ COARSEST_PER_REGION = 12
 """Value that replaces CELLS_PER_REGION on coarser levels of a graph if `is_straight(graph)`."""
 
 MANY_REGIONS = 10_000
-"""Minimum number of small regions for a short loop; see `Levels.is_short`. On 14 meshes of 43,000
-to 420,000 faces, with 17 or 40 faces per region, the short loop raises the undersegmentation error
-from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
+"""Minimum number of small regions for a short loop; see `Coarsening.is_short`. On 14 meshes of
+43,000 to 420,000 faces, with 17 or 40 faces per region, the short loop raises the undersegmentation
+error from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
 """Minimum number of coarse cells in components with seeds, relative to the required number."""
@@ -150,13 +150,13 @@ def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
 
 
 @dataclass
-class Levels:
+class Coarsening:
     """The graphs of coarse cells on which the loop runs before it runs on all cells."""
 
-    coarse: list[CoarseCells]
+    graphs: list[CoarseCells]
     """Coarse graphs, from finest to coarsest. The loop removes each graph after its last use."""
     n_finer: int = 0
-    """Number of graphs at the start of `coarse` on which the loop does not run. After the loop,
+    """Number of graphs at the start of `graphs` on which the loop does not run. After the loop,
     paths are extended from coarser cells to the cells of these graphs."""
     on_all: bool = True
     """Whether the loop also runs on all cells. If False, all cells are labeled once at the end."""
@@ -165,7 +165,7 @@ class Levels:
     case, the default seeding method is ``"curve"``."""
 
     @classmethod
-    def of(cls, graph: AnyGraph, plan: Plan, n_threads: int) -> Levels:
+    def of(cls, graph: AnyGraph, plan: Plan, n_threads: int) -> Coarsening:
         """Build successively coarser graphs, as long as regions have enough coarse cells."""
         n_segments = plan.size.n_segments
         if not is_straight(graph):
@@ -183,12 +183,14 @@ class Levels:
         return cls(coarse, max(n_fine - 1, 0), on_all=not coarse)
 
 
-def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
+def coarsened(
+    graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]
+) -> Coarsening:
     """Build the coarse graphs for the loop, and record the run time in `timings`."""
     if not can_be_coarse(graph.is_symmetric, plan, loop):
-        return Levels([])
+        return Coarsening([])
     with timed(timings, "coarsen", loop.on_stage):
-        return Levels.of(graph, plan, loop.n_threads)
+        return Coarsening.of(graph, plan, loop.n_threads)
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
