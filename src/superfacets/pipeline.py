@@ -482,21 +482,22 @@ class _Work:
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
     """Run all stages. The `stacklevel` of warnings in stages counts calls up to `segment`.
 
+    Each comment below gives the numbers of stages in docs/pipeline.md, and their timing keys.
     `_coarsen` runs before `_add_parts`, because costs of parts are also added to coarse graphs.
     """
     works = [_Work(options, mesh)]
     for stage in (
-        _prepare,
-        _plan,
-        _weigh,
-        _add_features,
-        _quantize,
-        _order,
-        _coarsen,
-        _add_parts,
-        _cluster,
-        _clean,
-        _finish,
+        _prepare,  # 0 mesh, 1 face_graph
+        _plan,  # 1 face_graph
+        _weigh,  # 2 weights
+        _add_features,  # 2 weights
+        _quantize,  # 2 weights
+        _order,  # order
+        _coarsen,  # coarsen
+        _add_parts,  # 2 weights
+        _cluster,  # 3 seeding, 4a classify, 4b update, balance
+        _clean,  # 5 regions
+        _finish,  # not timed
     ):
         works.append(stage(works.pop()))  # keeps no other reference, so a stage can free memory
     result: Segmentation = works[0].result
