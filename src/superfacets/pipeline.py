@@ -38,7 +38,7 @@ from .cells.named_features import features_of
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
-from .clustering.levels import coarsened, has_small_regions
+from .clustering.coarsening import coarsened, has_small_regions
 from .clustering.parts import (
     FAR_STEPS,
     PART_CREASE_SCALE,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from superfacets import enforce_connectivity, sample_mesh, segment
-from superfacets.clustering import levels
+from superfacets.clustering import coarsening
 from superfacets.metrics import compactness
 from superfacets.tiles.segmenting import segment_tiled
 
@@ -13,7 +13,7 @@ K = 200
 
 @pytest.fixture(autouse=True)
 def few_are_many(monkeypatch):
-    monkeypatch.setattr(levels, "MANY_REGIONS", K)
+    monkeypatch.setattr(coarsening, "MANY_REGIONS", K)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_the_long_loop_runs_otherwise(bear, k, options, monkeypatch):
     result = segment(bear, k, **options)
     assert result.params["init"] == "geodesic"
     assert np.array_equal(result.labels, expected.labels)
-    monkeypatch.setattr(levels, "MANY_REGIONS", 10**9)
+    monkeypatch.setattr(coarsening, "MANY_REGIONS", 10**9)
     assert np.array_equal(segment(bear, k, **options).labels, expected.labels)
 
 

@@ -25,7 +25,7 @@ from .._validate import exact_array
 from ..cells.constraints import Cut, in_order
 from ..cells.sums import sums_by_label
 from ..errors import MeshError
-from .levels import CoarseCells
+from .coarsening import CoarseCells
 from .plan import Plan
 from .seeding import CORE_ISLANDS
 

@@ -14,7 +14,7 @@ from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
 from .balance import Balancer
-from .levels import AnyGraph, Assignment, CoarseCells, Levels, assignment_of, is_straight
+from .coarsening import AnyGraph, Assignment, CoarseCells, Levels, assignment_of, is_straight
 from .parts import LEAST_GROUPED
 from .result import Level, StopReason
 from .seeding import CORE_ISLANDS

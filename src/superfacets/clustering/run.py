@@ -16,7 +16,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
-from .levels import AnyGraph, Levels, coarsened, in_memory, join_islands
+from .coarsening import AnyGraph, Levels, coarsened, in_memory, join_islands
 from .loop import Loop
 from .plan import Plan, Start
 from .result import Segmentation

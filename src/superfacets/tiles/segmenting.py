@@ -22,7 +22,7 @@ from ..cells.cell_graph import box_diagonal
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
-from ..clustering.levels import AnyGraph, can_be_coarse, coarsened, has_small_regions
+from ..clustering.coarsening import AnyGraph, can_be_coarse, coarsened, has_small_regions
 from ..clustering.parts import PART_CREASE_SCALE, SPARE
 from ..clustering.plan import Plan
 from ..clustering.result import Segmentation
