@@ -518,7 +518,7 @@ def _prepare(work: _Work) -> _Work:
         prepared = mesh
     else:
         with work.timed("mesh"):
-            source, options = _with_named_features(mesh, options)
+            source, options = _read(mesh, options)
         with work.timed("face_graph"):
             prepared = Prepared.of(
                 source, weld=options.weld, n_threads=options.loop.n_threads,
@@ -535,7 +535,7 @@ def _prepare(work: _Work) -> _Work:
     )
 
 
-def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
+def _read(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
     """Read the mesh or cloud, and replace names of features by a table of their values."""
     names = options.features.names
     if not names:
