@@ -619,7 +619,11 @@ def _quantize(work: _Work) -> _Work:
 
 
 def _order(work: _Work) -> _Work:
-    """Sort cells along a space-filling curve, so that neighbors are close together in memory."""
+    """Place the cells for the loop, so that neighbors are close together in memory.
+
+    Cells inside the mask are sorted along a space-filling curve. `_prepare` may already have sorted
+    the cells of the mesh; the labels of the loop are in the order from `_prepare`.
+    """
     with work.timed("order"):
         n_threads = work.surface.n_threads
         placed, arcs = work.plan.placed_cells(work.prepared.graph, work.lengths, n_threads)
