@@ -19,7 +19,7 @@ from starlette.types import ASGIApp
 
 from ...errors import RenderError
 from ..documents.document import Document
-from ..documents.folder import Files
+from ..documents.files import Files
 from ..regions.revisions import Partition
 from ..regions.segmenting import Cancelled, Turn, checked_parameters
 from .messages import Body, JsonReply, answered, body_of, failure, message_of
