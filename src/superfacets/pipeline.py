@@ -126,7 +126,7 @@ class Prepared:
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
-    smooth: Cells  # `source` with smoothed positions, or `source` itself if it was not smoothed
+    denoised: Cells  # `source` with smoothed positions, or `source` itself if it was not smoothed
     n_steps: int | None  # number of smoothing steps; None if cells are not faces
     slack: float  # angle in radians below which edges are treated as flat after smoothing
     kind: Kind
@@ -150,8 +150,8 @@ class Prepared:
             return found
 
         def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
-            smooth = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
-            return smooth, ordered(smooth, False)
+            denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
+            return denoised, ordered(denoised, False)
 
         if not kind.has_faces:
             if denoise not in (None, 0, "auto"):
@@ -161,14 +161,14 @@ class Prepared:
             return cls(source, source, None, 0.0, kind, *ordered(source, weld))
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        smooth, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
+        denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
         if is_auto or n_steps >= STEPS_WITH_SLACK:
             roughness = Roughness.of_mesh(made.cells, made.graph, made.order, n_threads)
             if is_auto and roughness.n_steps > 0:
                 n_steps = roughness.n_steps
-                smooth, made = smoothed_in(n_steps)
+                denoised, made = smoothed_in(n_steps)
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
-        return cls(source, smooth, n_steps, slack, kind, *made)
+        return cls(source, denoised, n_steps, slack, kind, *made)
 
     def given_measures(self, n_threads: int) -> Floats:
         """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
@@ -558,7 +558,7 @@ def _plan(work: _Work) -> _Work:
     options, prepared, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            prepared.smooth,
+            prepared.denoised,
             prepared.graph,
             weld=options.weld,
             n_threads=n_threads,
@@ -713,7 +713,7 @@ def _clean(work: _Work) -> _Work:
         return work
     with work.timed("regions"):
         costs = _border_costs(work)
-        costs = costs if plan.cut is None else costs.of_part(plan.cut)
+        costs = costs if plan.cut is None else costs.of_cut(plan.cut)
         if work.parts is not None:
             arcs, lengths = costs.surface.arcs, costs.lengths
             lengths = work.parts.border_lengths(arcs, lengths, n_threads)
