@@ -1,7 +1,9 @@
-"""Classes for the options of `segment`, one class for each stage of the computation.
+"""Classes for options of `segment`, one class for each stage of the computation.
 
 The method ``checked`` validates arguments before any work is done. The property ``params`` returns
-the entries of `Segmentation.params`.
+the entries of `Segmentation.params`. Other classes of options are next to the code that uses them:
+`WeightOptions`, `FeatureOptions` and `ConstraintOptions` in `cells`, and `pipeline.Options`, which
+contains all options.
 """
 
 from __future__ import annotations

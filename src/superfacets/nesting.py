@@ -160,7 +160,7 @@ def hierarchy(
         cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
         if cut is not None:
             _check_sides(regions, cut.groups)
-            costs = costs.of_part(cut)
+            costs = costs.of_cut(cut)
         tree = merge_neighbors(costs, regions, n_regions, table, islands)
     for count in wanted:
         checked_cut(count, "each number in counts", tree)

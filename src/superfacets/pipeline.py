@@ -125,7 +125,7 @@ class Prepared:
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
-    smooth: Cells  # `source` with smoothed positions, or `source` itself if it was not smoothed
+    denoised: Cells  # `source` with smoothed positions, or `source` itself if it was not smoothed
     n_steps: int | None  # number of smoothing steps; None if cells are not faces
     slack: float  # angle in radians below which edges are treated as flat after smoothing
     kind: Kind
@@ -149,8 +149,8 @@ class Prepared:
             return found
 
         def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
-            smooth = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
-            return smooth, ordered(smooth, False)
+            denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
+            return denoised, ordered(denoised, False)
 
         if not kind.has_faces:
             if denoise not in (None, 0, "auto"):
@@ -160,14 +160,14 @@ class Prepared:
             return cls(source, source, None, 0.0, kind, *ordered(source, weld))
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        smooth, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
+        denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
         if is_auto or n_steps >= STEPS_WITH_SLACK:
             roughness = Roughness.of_mesh(made.cells, made.graph, made.order, n_threads)
             if is_auto and roughness.n_steps > 0:
                 n_steps = roughness.n_steps
-                smooth, made = smoothed_in(n_steps)
+                denoised, made = smoothed_in(n_steps)
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
-        return cls(source, smooth, n_steps, slack, kind, *made)
+        return cls(source, denoised, n_steps, slack, kind, *made)
 
     def given_measures(self, n_threads: int) -> Floats:
         """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
@@ -481,21 +481,22 @@ class _Work:
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
     """Run all stages. The `stacklevel` of warnings in stages counts calls up to `segment`.
 
+    Each comment below gives the numbers of stages in docs/pipeline.md, and their timing keys.
     `_coarsen` runs before `_add_parts`, because costs of parts are also added to coarse graphs.
     """
     works = [_Work(options, mesh)]
     for stage in (
-        _prepare,
-        _plan,
-        _weigh,
-        _add_features,
-        _quantize,
-        _order,
-        _coarsen,
-        _add_parts,
-        _cluster,
-        _clean,
-        _finish,
+        _prepare,  # 0 mesh, 1 face_graph
+        _plan,  # 1 face_graph
+        _weigh,  # 2 weights
+        _add_features,  # 2 weights
+        _quantize,  # 2 weights
+        _order,  # order
+        _coarsen,  # coarsen
+        _add_parts,  # 2 weights
+        _cluster,  # 3 seeding, 4a classify, 4b update, balance
+        _clean,  # 5 regions
+        _finish,  # not timed
     ):
         works.append(stage(works.pop()))  # keeps no other reference, so a stage can free memory
     result: Segmentation = works[0].result
@@ -516,7 +517,7 @@ def _prepare(work: _Work) -> _Work:
         prepared = mesh
     else:
         with work.timed("mesh"):
-            source, options = _with_named_features(mesh, options)
+            source, options = _read(mesh, options)
         with work.timed("face_graph"):
             prepared = Prepared.of(
                 source, weld=options.weld, n_threads=options.loop.n_threads,
@@ -533,7 +534,7 @@ def _prepare(work: _Work) -> _Work:
     )
 
 
-def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
+def _read(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
     """Read the mesh or cloud, and replace names of features by a table of their values."""
     names = options.features.names
     if not names:
@@ -556,7 +557,7 @@ def _plan(work: _Work) -> _Work:
     options, prepared, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            prepared.smooth,
+            prepared.denoised,
             prepared.graph,
             weld=options.weld,
             n_threads=n_threads,
@@ -617,7 +618,11 @@ def _quantize(work: _Work) -> _Work:
 
 
 def _order(work: _Work) -> _Work:
-    """Sort cells along a space-filling curve, so that neighbors are close together in memory."""
+    """Place the cells for the loop, so that neighbors are close together in memory.
+
+    Cells inside the mask are sorted along a space-filling curve. `_prepare` may already have sorted
+    the cells of the mesh; the labels of the loop are in the order from `_prepare`.
+    """
     with work.timed("order"):
         n_threads = work.surface.n_threads
         placed, arcs = work.plan.placed_cells(work.prepared.graph, work.lengths, n_threads)
@@ -708,7 +713,7 @@ def _clean(work: _Work) -> _Work:
         return work
     with work.timed("regions"):
         costs = _border_costs(work)
-        costs = costs if plan.cut is None else costs.of_part(plan.cut)
+        costs = costs if plan.cut is None else costs.of_cut(plan.cut)
         if work.part_costs is not None:
             arcs, lengths = costs.surface.arcs, costs.lengths
             lengths = work.part_costs.border_lengths(arcs, lengths, n_threads)

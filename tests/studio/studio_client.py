@@ -12,7 +12,7 @@ import httpx
 import numpy as np
 from front_end_arrays import decode_arrays
 
-from superfacets.studio.documents.folder import Files
+from superfacets.studio.documents.files import Files
 from superfacets.studio.web.app import Studio, studio_app
 
 TOKEN, PORT = "a-token-of-the-tests", 8765

@@ -11,7 +11,7 @@ import httpx
 import pytest
 from studio_client import TOKEN, Server
 
-from superfacets.studio.documents.folder import Files
+from superfacets.studio.documents.files import Files
 from superfacets.studio.web.address import TOKEN_VARIABLE, open_again
 from superfacets.studio.web.server import MAX_CONNECTIONS, serve
 

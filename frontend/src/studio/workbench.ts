@@ -1,4 +1,5 @@
-// State shared by tools, keys and panels: open file, selection, and current class.
+// State shared by tools, keys and panels: open file, selection, and current class. Also shows regions and painted
+// cells in the drawing.
 
 import { counted, element } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";

@@ -1,5 +1,5 @@
-// The interface of cells for stages 2 and 5 to 7: cells, arcs, and measures of the borders that
-// arcs cross.
+// The interface of cells for stage 2 (weights), stage 5 (regions), metrics and exports: cells,
+// arcs, and measures of the borders that arcs cross.
 #pragma once
 
 #include <utility>

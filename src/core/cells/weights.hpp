@@ -1,6 +1,7 @@
-// Stage 2: weights of arcs. Equations are numbered as in Simari, Picciau and De Floriani, "Fast and
-// Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term of a weight, eq. 2 the angular term,
-// and eq. 3 the normalized sum of both.
+// Stage 2: the formula of arc weights, and its kernel for triangles. The kernel for cells of any
+// kind is in surface_weights.hpp. Equations are numbered as in Simari, Picciau and De Floriani,
+// "Fast and Scalable Mesh Superfacets", 2014: eq. 1 is the geodesic term of a weight, eq. 2 the
+// angular term, and eq. 3 the normalized sum of both.
 #pragma once
 
 #include <numbers>

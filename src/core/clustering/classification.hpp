@@ -1,4 +1,5 @@
-// Stage 4a: computes labels from centers.
+// Stage 4a: computes labels from centers, on each graph on which the loop runs. After the loop on
+// coarse graphs, CoarseGraph::spread labels the cells of finer graphs.
 #pragma once
 
 #include "clustering/islands.hpp"

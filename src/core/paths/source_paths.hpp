@@ -1,4 +1,5 @@
-// Shortest paths from a single cell, limited by a condition that the caller defines.
+// Shortest paths from a single cell, limited by a condition that the caller defines. For shortest
+// paths from all centers at once, see expansion.hpp.
 #pragma once
 
 #include "paths/expansion.hpp"

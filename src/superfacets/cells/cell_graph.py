@@ -114,7 +114,7 @@ class CsrArcs:
         return np.repeat(np.arange(self.n_cells, dtype=np.int32), np.diff(self.offsets))
 
 
-class Arcs(CsrArcs):
+class BaseGraph(CsrArcs):
     """Base class of graphs of cells, which have positions, measures and arcs."""
 
     positions: Floats  # (N, 3) representative point of each cell
@@ -135,7 +135,7 @@ class Arcs(CsrArcs):
 
 
 @dataclass(frozen=True, eq=False)
-class CellGraph(Arcs):
+class CellGraph(BaseGraph):
     """Cells and weighted arcs in CSR form: the input of seeding and clustering.
 
     Cells are elements of any kind. `FaceGraph.with_weights` makes a `CellGraph` from the faces of a
@@ -227,7 +227,7 @@ class CellGraph(Arcs):
     @classmethod
     def _of_arcs(
         cls,
-        arcs: Arcs,
+        arcs: BaseGraph,
         weights: npt.ArrayLike,
         n_threads: int | None,
         arc_measures: ArcMeasures | None = None,

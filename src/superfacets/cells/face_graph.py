@@ -27,7 +27,7 @@ from ..errors import MeshError
 from ..mesh.faces import FaceMesh, corners_of, measure_faces, measure_shapes
 from ..mesh.triangle_mesh import Mesh
 from ..mesh.weld import lowest_vertices
-from .cell_graph import Arcs, CellGraph
+from .cell_graph import BaseGraph, CellGraph
 
 
 class EdgeCounts(NamedTuple):
@@ -44,7 +44,7 @@ class EdgeCounts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FaceGraph(Arcs):
+class FaceGraph(BaseGraph):
     """Graph of the faces of a mesh, with arcs between faces that share an edge.
 
     Attributes

@@ -17,7 +17,7 @@ from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh, count_degenerate
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh, signed_volumes
-from .cell_graph import Arcs
+from .cell_graph import BaseGraph
 from .face_graph import FaceGraph, graph_and_shapes
 from .kinds import kind_of
 from .point_graph import find_point_graph
@@ -269,7 +269,7 @@ def _count_positions(points: Floats) -> int:
     return len(np.unique(_core.weld_vertices(points, checked_threads(None))))
 
 
-def _count_components(graph: Arcs) -> int:
+def _count_components(graph: BaseGraph) -> int:
     same_label = np.zeros(graph.n_cells, np.int32)
     _, n_components = _core.find_components(graph.offsets, graph.neighbors, same_label)
     return n_components

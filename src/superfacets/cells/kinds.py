@@ -88,7 +88,7 @@ class Kind:
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
         """Return the graph of the cells, and additional measures for the computation of weights.
 
-        The graph is an `Arcs` object. The second result is None if weights need no other measures.
+        The graph is a `BaseGraph`. The second result is None if weights need no other measures.
         """
         return cells, None
 

@@ -19,7 +19,7 @@ from .._validate import (
 )
 from ..adapters.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
-from .cell_graph import ArcMeasures, Arcs, CellGraph
+from .cell_graph import ArcMeasures, BaseGraph, CellGraph
 from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
@@ -43,7 +43,7 @@ because some estimated normals are wrong."""
 
 
 @dataclass(frozen=True, eq=False)
-class PointGraph(Arcs):
+class PointGraph(BaseGraph):
     """Graph of the points of a cloud, with arcs between near points. Arrays are not checked."""
 
     positions: Floats  # (N, 3) position of each point

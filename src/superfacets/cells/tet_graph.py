@@ -14,7 +14,7 @@ from ..adapters.convert import MeshLike, as_tets
 from ..errors import MeshError
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.weld import lowest_vertices
-from .cell_graph import ArcMeasures, Arcs, CellGraph
+from .cell_graph import ArcMeasures, BaseGraph, CellGraph
 from .surface import Surface
 
 
@@ -30,7 +30,7 @@ class TriangleCounts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TetGraph(Arcs):
+class TetGraph(BaseGraph):
     """Graph of the tetrahedra of a mesh, with arcs across shared triangles.
 
     Attributes

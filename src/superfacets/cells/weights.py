@@ -14,7 +14,7 @@ from .. import _core
 from .._types import Bytes, Floats
 from .._validate import checked_choice, checked_fraction, checked_number, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
-from .cell_graph import Arcs
+from .cell_graph import BaseGraph
 from .face_graph import FaceGraph
 from .surface import Surface, face_surface
 
@@ -508,7 +508,7 @@ class WeightOptions:
 
 def arc_weights(
     surface: Surface,
-    faces: Arcs | Surface,
+    faces: BaseGraph | Surface,
     radius: float,
     options: WeightOptions,
     normals: Floats | None = None,
@@ -556,7 +556,7 @@ def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Flo
 
 def creases_and_sums(
     surface: Surface,
-    faces: Arcs,
+    faces: BaseGraph,
     radius: float,
     options: WeightOptions,
     normals: Floats | None,

@@ -41,7 +41,7 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
-    from ..studio.documents.folder import Files
+    from ..studio.documents.files import Files
     from ..studio.labels.classes import read_classes
     from ..studio.web.address import address_file, kept_address, open_again, redirection
     from ..studio.web.server import serve

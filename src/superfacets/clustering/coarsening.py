@@ -1,4 +1,4 @@
-"""Graphs on which the clustering loop runs: all cells, in memory or on disk, and coarse cells."""
+"""Group cells into coarse cells, and define the graphs on which the clustering loop runs."""
 
 from __future__ import annotations
 

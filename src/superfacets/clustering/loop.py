@@ -94,8 +94,9 @@ class Loop:
     ) -> tuple[Ints, Ints]:
         """Label all cells by extending `paths`, on the last graph in `coarse`, to finer cells.
 
-        Extended paths give rounder regions than paths on all cells. `centers` are cells of the next
-        finer graph. The list `coarse` is emptied to free memory.
+        After coarse levels, `CoarseGraph.spread` labels the cells instead of `Clustering`. Extended
+        paths give rounder regions than paths on all cells. `centers` are cells of the next finer
+        graph. The list `coarse` is emptied to free memory.
         """
         while coarse:
             start = time.perf_counter()

@@ -1,1 +1,1 @@
-"""Stage 7: colors of regions, pictures, and HTML pages."""
+"""Colors of regions, pictures, and HTML pages."""

@@ -1,4 +1,4 @@
-"""Stage 7: draw pictures of meshes and their regions, without a display."""
+"""Draw pictures of meshes and their regions, without a display."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 5: move cells to change the sizes of regions. Stage 7: sort the cells of each region."""
+"""Stage 5: move cells to change the sizes of regions, and sort the cells of each region."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class BorderCosts:
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
 
-    def of_part(self, cut: Cut) -> BorderCosts:
+    def of_cut(self, cut: Cut) -> BorderCosts:
         """Return the costs restricted to the cells that a cut keeps."""
         return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
@@ -118,7 +118,7 @@ class LabeledPart:
         sources = surface.sources
         keeps_arc = is_kept[sources] & is_kept[surface.neighbors]
         cut = Cut.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)
-        return cls(costs.of_part(cut), array[is_kept], n_regions, array, cut)
+        return cls(costs.of_cut(cut), array[is_kept], n_regions, array, cut)
 
     def numbers_of(self, cells: Ints) -> Ints:
         """Convert indices of cells to indices of labeled cells; cells labeled -1 are left out."""

@@ -9,7 +9,7 @@ import urllib.request
 
 import numpy as np
 
-from superfacets.studio.documents.folder import Files
+from superfacets.studio.documents.files import Files
 from superfacets.studio.web.address import open_again
 from superfacets.studio.web.server import serve
 

@@ -1,4 +1,4 @@
-// Types of the requests to the studio server and of its responses.
+// Types of the responses of the studio server. The parameters of a `segment` request also have a type.
 
 export interface Parameters {
   n_segments: number;

@@ -43,7 +43,7 @@ from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
 from .history import History
 from .journal import Journal, Line
-from .lines import line_of
+from .journal_lines import line_of
 from .source import Source
 
 

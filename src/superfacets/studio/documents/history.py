@@ -9,7 +9,7 @@ from ...io.guards import shortened
 from ..labels.classes import ClassList
 from .changes import Change, State
 from .journal import Journal, JournalError, Line
-from .lines import change_of, first_state
+from .journal_lines import change_of, first_state
 
 
 class NothingError(LookupError):

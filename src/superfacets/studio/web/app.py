@@ -19,11 +19,11 @@ from starlette.types import ASGIApp
 
 from ...errors import RenderError
 from ..documents.document import Document
-from ..documents.folder import Files
+from ..documents.files import Files
 from ..regions.revisions import Partition
 from ..regions.segmenting import Cancelled, Turn, checked_parameters
 from .messages import Body, JsonReply, answered, body_of, failure, message_of
-from .operations import OPERATIONS, READS, Operation, counts_of
+from .operations import OPERATIONS, READS, Operation, progress_of
 from .security import Guard
 from .thumbnails import Thumbnails
 
@@ -172,7 +172,7 @@ def _segment(document: Document, parameters: Body, turn: Turn, is_preview: bool)
         revision = document.set_base(parameters, base)
     seconds = round(time.perf_counter() - start, 3)
     found = {"revision": revision.number, "n_regions": revision.n_regions, "seconds": seconds}
-    return {**found, "parameters": parameters, "notes": list(base.notes), **counts_of(document)}
+    return {**found, "parameters": parameters, "notes": list(base.notes), **progress_of(document)}
 
 
 def _line(fact: Body) -> str:

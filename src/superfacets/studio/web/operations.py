@@ -51,11 +51,11 @@ def _state(document: Document, query: Body) -> Body:
         "exports": names_of_exports(document),
         "work": str(document.journal.path),
         "notes": [*document.notes, *document.base.notes],
-        **counts_of(document),
+        **progress_of(document),
     }
 
 
-def counts_of(document: Document) -> Body:
+def progress_of(document: Document) -> Body:
     """Return the part of the state that every operation sends to the client."""
     with document.lock:
         return {
@@ -83,7 +83,7 @@ def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
         "kind": kinds[0] if kinds else "paint",
         "cells": base64_of(cells.astype(np.uint32)),
         "paint": base64_of(document.state.paint[cells]),
-        **counts_of(document),
+        **progress_of(document),
     }
 
 
@@ -171,7 +171,7 @@ def _paint(document: Document, body: Body) -> Body:
         raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
     cells = cells_from(body.get("cells"), document.n_cells)
     change = document.paint(cells, class_id, stroke, objects=object_id)
-    return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
+    return {"changed": 0 if change is None else change.after.n, **progress_of(document)}
 
 
 def _similar(document: Document, body: Body) -> Body:
@@ -183,13 +183,13 @@ def _similar(document: Document, body: Body) -> Body:
 
 def _split_object(document: Document, body: Body) -> Body:
     class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-    return {"objects": document.split_object(class_id, object_id), **counts_of(document)}
+    return {"objects": document.split_object(class_id, object_id), **progress_of(document)}
 
 
 def _name_object(document: Document, body: Body) -> Body:
     class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
     document.name_object(class_id, object_id, body.get("name"))
-    return counts_of(document)
+    return progress_of(document)
 
 
 def _compare(document: Document, body: Body) -> Body:
@@ -211,24 +211,24 @@ def _accept(document: Document, body: Body) -> Body:
 
 def _compared(document: Document) -> Body:
     if document.theirs is None:
-        return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
+        return {"agreement": None, "differs": "", "bare": "", **progress_of(document)}
     is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
     return {
         "agreement": document.agreement(),
         "differs": base64_of(document.differing()),
         "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
-        **counts_of(document),
+        **progress_of(document),
     }
 
 
 def _review(document: Document, body: Body) -> Body:
     document.review(checked_flag(body.get("reviewed"), "reviewed"))
-    return counts_of(document)
+    return progress_of(document)
 
 
 def _set_classes(document: Document, body: Body) -> Body:
     document.set_classes(body.get("classes"))
-    return {"classes": list(document.class_list), **counts_of(document)}
+    return {"classes": list(document.class_list), **progress_of(document)}
 
 
 def _split(document: Document, body: Body) -> Body:
@@ -246,7 +246,7 @@ def _split(document: Document, body: Body) -> Body:
     cells = document.split(region, body.get("revision"), *strokes)
     revision = document.revision
     found = {"revision": revision.number, "n_regions": revision.n_regions}
-    return {**found, "cells": base64_of(cells), **counts_of(document)}
+    return {**found, "cells": base64_of(cells), **progress_of(document)}
 
 
 def _export(document: Document, body: Body) -> Body:
@@ -258,10 +258,10 @@ def _export(document: Document, body: Body) -> Body:
 def _import(document: Document, body: Body) -> Body:
     imported = read_import(_files(body), document.cells, document.class_list)
     if checked_flag(body.get("as_suggestions", False), "as_suggestions"):
-        return {"suggested": document.suggest(imported), **counts_of(document)}
+        return {"suggested": document.suggest(imported), **progress_of(document)}
     change = document.take(imported)
     changed = 0 if change is None else change.after.n
-    return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+    return {"changed": changed, "classes": list(document.class_list), **progress_of(document)}
 
 
 def _settle(document: Document, body: Body) -> Body:

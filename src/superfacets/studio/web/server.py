@@ -10,7 +10,7 @@ from collections.abc import Callable
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from ..documents.folder import Files
+from ..documents.files import Files
 from .address import Address, address_file, keep
 from .app import Studio, studio_app
 

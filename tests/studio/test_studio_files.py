@@ -12,7 +12,7 @@ import shapes
 from studio_client import encoded
 
 from superfacets import write_mesh
-from superfacets.studio.documents.folder import MAX_OPEN, Files
+from superfacets.studio.documents.files import MAX_OPEN, Files
 from superfacets.studio.documents.journal import _coded
 from superfacets.studio.labels.classes import (
     CLASSES_FILE,
