@@ -157,8 +157,9 @@ def rounded_slab(n_arc):
 
 
 @pytest.mark.parametrize("n_arc", [4, 8, 40])
-def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc):
+def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_path, monkeypatch):
     pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
     code = next(
         block.code for block in python_blocks(DOCS / "howto" / "cad.md") if "is_flat" in block.code
     )
@@ -170,6 +171,7 @@ def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc):
     normals = np.cross(*np.diff(part.vertices[part.faces], axis=1).transpose(1, 0, 2))
     is_flat = (np.abs(normals) > 1e-9).sum(axis=1) == 1
     assert np.array_equal(names["is_flat_face"], is_flat)
+    assert np.array_equal(sf.read_labels("labels.npy"), names["labels"])
 
 
 def test_the_first_example_runs_where_there_are_no_files(tmp_path, monkeypatch):

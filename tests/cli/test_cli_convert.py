@@ -153,6 +153,15 @@ def test_regions_are_split(run, folder):
     status, printed, _ = run("convert", "own.ply", "--split", "halves", "-o", "b.seg")
     assert (status, printed) == (0, "wrote b.seg (a label per face)\nwrote 2 files in halves\n")
     assert read_mesh("halves/region_1.ply").n_faces == 36
+    assert run("convert", "own.ply", "--split", "halves")[0] == 0  # replaces the files
+    write_labels("many.npy", np.arange(72) // 6)
+    status, printed, err = run("convert", "a.ply", "many.npy", "--split", "halves", "-o", "c.obj")
+    assert (status, printed, err) == (
+        1, "", "superfacets: error: halves already contains other region files, such as"
+        " region_0.ply: give a new or empty folder\n",
+    )  # fmt: skip
+    assert files_in(folder / "halves") == ["region_0.ply", "region_1.ply"]
+    assert not (folder / "c.obj").exists()
     status, _, err = run("convert", "a.ply", "--split", "none")
     assert (status, err) == (1, NO_LABELS.format("split it by"))
     assert not (folder / "none").exists()

@@ -700,6 +700,25 @@ class TestRegions:
         assert_array_equal(part.points, cloud.points[[1, 3]])
         assert_array_equal(part.normals, normals[:2])
 
+    def test_leading_zeros_sort_the_files_by_region(self, tmp_path):
+        labels = [0, 2, 10, -1, 100]
+        names = [path.name for path in write_regions(tmp_path, PointCloud(VERTICES), labels)]
+        assert names == [f"region_{digits}.ply" for digits in ("000", "002", "010", "100")]
+
+    def test_files_of_other_regions_are_never_mixed_with_the_new_files(self, tmp_path, house):
+        for name in ("region_1.obj", "region_of_interest.ply", "region_1.ply.bak"):
+            (tmp_path / name).write_text("another file")
+        write_regions(tmp_path, house, [0, 1])
+        (path,) = write_regions(tmp_path / "one", house, [0, 0])
+        assert write_regions(tmp_path / "one", house, [0, -1]) == [path]  # replaces the file
+        assert read_mesh(path).n_faces == 1
+        before = {path: path.read_bytes() for path in tmp_path.glob("*.*")}
+        with pytest.raises(FileExistsError, match=r"such as region_1\.ply: give a new or empty"):
+            write_regions(tmp_path, house, [0, 0])
+        with pytest.raises(FileExistsError, match=r"already contains .*, such as region_0\.ply:"):
+            write_regions(tmp_path, house, [1, 12])
+        assert {path: path.read_bytes() for path in tmp_path.glob("*.*")} == before
+
     def test_either_all_are_written_or_none(self, tmp_path, house, monkeypatch):
         (tmp_path / "region_0.ply").write_text("old")
         calls = []

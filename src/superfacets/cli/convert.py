@@ -41,7 +41,9 @@ from .report import notes_on_numbers, notes_on_written
         "Output file in any format that segment -o writes, a folder (results/), or - for standard"
         " output; may be given several times."),
     option("--split folder DIR", opts.FOLDER,
-           "Write each region to a separate file in this folder, such as DIR/region_17.ply."),
+           "Write each region to a separate file in this folder, such as DIR/region_17.ply."
+           " Existing files with these names are replaced. DIR must not contain other region files"
+           " of the same format."),
     to_option("Format of outputs whose file name is not given"),
     option("--segments FILE", FILE,
            "The .segs.json that belongs to IN, if IN is an .aggregation.json.  [default: the file"
@@ -143,15 +145,15 @@ class _Run:
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
                 " give a label file as LABELS, or the name of the labels with --labels-named"
             )
-        n_lost = job.write(
-            cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
-        )
         parts: list[str] = []
         if self.folder is not None and labels is not None:
             paths = write_regions(
                 self.folder, cells, labels, ending=self.ending, ascii=self.form.ascii
             )
             parts = [str(path) for path in paths]
+        n_lost = job.write(
+            cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
+        )
         if not self.is_quiet:
             replaces = self.labels is not None  # otherwise the labels come from the input itself
             print_notes(

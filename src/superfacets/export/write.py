@@ -226,7 +226,8 @@ def write_regions(
     ----------
     folder : path-like
         Folder for the files, which is created if it is missing. Files are named after the labels,
-        for example ``region_17.ply``.
+        for example ``region_17.ply``. All labels in file names have as many digits as the largest
+        label, with leading zeros. Existing files with these names are replaced.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
@@ -247,13 +248,15 @@ def write_regions(
     ValueError
         If the ending or a label is wrong, if all labels are -1, or if all vertices of a region are
         at one point.
+    FileExistsError
+        If the folder already contains other region files with this ending.
     OSError
         If a file cannot be written.
 
     Notes
     -----
     Cells keep their order. A file contains only the vertices of its cells, in the order of the
-    mesh. Files of previous calls are not removed.
+    mesh.
 
     Examples
     --------
@@ -272,20 +275,36 @@ def write_regions(
         raise MeshError("no cell is in a region: all labels are -1")
     starts = np.flatnonzero(np.diff(cell_labels[order], prepend=-1))
     members = np.split(order, starts[1:])
-    names = [f"region_{cell_labels[cells_of[0]]}{ending}" for cells_of in members]
+    values = [int(cell_labels[cells_of[0]]) for cells_of in members]
+    n_digits = len(str(values[-1]))
     options = FormatOptions(ascii=ascii)
     CellWriter(cells, None, None, None, options).checked([ending])
-    paths = [Path(folder, name) for name in names]
+    paths = [Path(folder, f"region_{value:0{n_digits}}{ending}") for value in values]
+    _check_no_other_regions(Path(folder), paths, ending)
     splitter = Splitter(cells)
     with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
-        for temporary, cells_of in zip(temporaries, members, strict=True):
-            value = int(cell_labels[cells_of[0]])
+        for temporary, cells_of, value in zip(temporaries, members, values, strict=True):
             part = splitter.named_part(cells_of, value)
             with temporary.open("wb") as file:
                 is_named = ascii and ending == ".stl"
                 named = np.full(len(cells_of), value, np.int32) if is_named else None
                 CellWriter(part.mesh, named, None, None, options).write(file, ending)
     return paths
+
+
+def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) -> None:
+    """Raise a FileExistsError if region files that are not in `paths` would remain in the folder.
+
+    A program that reads the folder would mix these files with the new files.
+    """
+    others = {*folder.glob(f"region_*{ending}")}.difference(paths)
+    names = [path.name.removesuffix(ending).removeprefix("region_") for path in others]
+    numbers = [name for name in names if name.isdecimal()]
+    if numbers:
+        raise FileExistsError(
+            f"{folder} already contains other region files, such as region_{min(numbers)}{ending}:"
+            " give a new or empty folder"
+        )
 
 
 def write_outputs(
