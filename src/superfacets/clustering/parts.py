@@ -83,8 +83,8 @@ eigenvalues are used, or none of them, because their basis is arbitrary."""
 FAR_STEPS, SHORT_STEPS = 3, 2
 """Maximum distance, counted in arcs, between two faces that are joined by a far arc, which is an
 additional arc between faces that are not neighbors. SHORT_STEPS is used in a short loop (see
-`Coarsening`) and in graphs with groups. It gives 9 instead of 20 far arcs per face, and regions that
-are 0.2 % to 0.4 % more compact, but 5 % longer on regular grids."""
+`Coarsening`) and in graphs with groups. It gives 9 instead of 20 far arcs per face, and regions
+that are 0.2 % to 0.4 % more compact, but 5 % longer on regular grids."""
 
 
 @dataclass(frozen=True, eq=False)
