@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from types import MappingProxyType, SimpleNamespace
 from typing import Any, cast
 
@@ -49,7 +48,7 @@ from .clustering.parts import (
 )
 from .clustering.plan import Plan, Start
 from .clustering.result import Segmentation
-from .clustering.run import segment_cells
+from .clustering.run import joiner_of, segment_cells
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.readers.read import read_cells_and_attributes
 from .mesh.base import Cells
@@ -686,9 +685,7 @@ def _cluster(work: _Work) -> _Work:
         warnings.warn(note, SliverWarning, stacklevel=5)
     join_pieces = None
     if work.has_parts:
-        arcs = (*work.arcs, work.ordered.crease_limit)
-        join: Any = _core.join_loose_pieces
-        join_pieces = partial(join, *arcs, n_threads=options.loop.n_threads)
+        join_pieces = joiner_of(work.arcs, work.ordered.crease_limit, options.loop.n_threads)
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.coarsening.graphs, work.plan, options.loop)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
 from .coarsening import AnyGraph, Coarsening, coarsened, in_memory, join_islands
 from .loop import Loop
-from .plan import Plan, Start
+from .plan import ArcLengths, Plan, Start
 from .result import Segmentation
 from .seeding import run_seeding
 
@@ -123,19 +124,35 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
     )
 
 
+JoinPieces: TypeAlias = Callable[[Ints, Ints], Ints]
+"""Function of labels and centers that returns labels of connected regions."""
+
+
+def joiner_of(arcs: ArcLengths, crease_limit: float, n_threads: int) -> JoinPieces:
+    """Return a function that joins pieces of regions without the center to neighboring regions.
+
+    Arcs of length `crease_limit` or more are only used for pieces without shorter arcs to a region.
+    """
+
+    def join_pieces(labels: Ints, centers: Ints) -> Ints:
+        return _core.join_loose_pieces(*arcs, crease_limit, labels, centers, n_threads)
+
+    return join_pieces
+
+
 def segment_cells(
     graph: AnyGraph,
     coarsening: Coarsening,
     bounds: Floats,
     plan: Plan,
     loop: LoopOptions,
-    join_pieces: Callable[[Ints, Ints], Ints] | None = None,
+    join_pieces: JoinPieces | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
     """Place seeds and run the loop on a checked graph of the cells inside the mask.
 
     `coarsening` is the result of `coarsened`; its graphs are removed after their last use.
-    `join_pieces` is a function of labels and centers that returns labels of connected regions.
+    `join_pieces` makes regions connected after the loop; it is None if this is not necessary.
     `balancer` changes the sizes of regions to their target sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
