@@ -151,14 +151,14 @@ class _Run:
                 self.folder, cells, labels, ending=self.ending, ascii=self.form.ascii
             )
             parts = [str(path) for path in paths]
-        n_lost = job.write(
+        sizes = job.write(
             cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
         )
         if not self.is_quiet:
             replaces = self.labels is not None  # otherwise the labels come from the input itself
             print_notes(
-                notes_on_written(cells, attributes, job.endings, n_lost, are_replaced=replaces)
-                + notes_on_numbers(labels, job.endings, n_lost)
+                notes_on_written(cells, attributes, job.endings, sizes, are_replaced=replaces)
+                + notes_on_numbers(labels, job.endings, sizes)
             )
         if self.as_json:
             n_labels = None if given is None else len(np.unique(given.labels[given.labels >= 0]))

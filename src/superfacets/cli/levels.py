@@ -113,7 +113,7 @@ def levels_command(
     cells, attributes, nested = run_in_background(compute)
     _write(job, named, cells, attributes, nested)
     if not is_quiet:
-        print_notes(notes_on_written(cells, attributes, job.endings, 0))
+        print_notes(notes_on_written(cells, attributes, job.endings, np.zeros(0, np.int64)))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip

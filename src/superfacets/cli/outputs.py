@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from .._types import Ints
+from .._types import Ints, Longs
 from ..batches.sources import output_names
 from ..export.cells import ATTRIBUTE_OUTPUTS, CLOUD_OUTPUTS, MESH_OUTPUTS, FormatOptions
 from ..export.ids import CORTEX_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS
@@ -129,7 +129,7 @@ class Job:
         files = [f"{path}{_labeled(path, noun)}" for path in self.files]
         return files if self.stream is None else [*files, "standard output"]
 
-    def write(self, cells: Cells, labels: Ints | None, **options: Any) -> int:
+    def write(self, cells: Cells, labels: Ints | None, **options: Any) -> Longs:
         """Write all outputs; see `write_outputs` for the options and the return value."""
         streams = {self.stream: sys.stdout.buffer} if self.stream else {}
         return write_outputs(self.files, cells, labels, streams=streams, **options)
@@ -186,10 +186,10 @@ class OneRun:
     ) -> None:  # fmt: skip
         """Write the outputs; print `notes`, and notes on data that the outputs do not store."""
         options = replace(self.form, **form)
-        n_lost = self.job.write(cells, labels, attributes=attributes, options=options)
+        sizes = self.job.write(cells, labels, attributes=attributes, options=options)
         if not self.is_quiet:
-            lacking = notes_on_written(cells, attributes, self.job.endings, n_lost)
-            numbers = notes_on_numbers(labels, self.job.endings, n_lost)
+            lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
+            numbers = notes_on_numbers(labels, self.job.endings, sizes)
             print_notes([*notes, *lacking, *numbers])
 
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:

@@ -20,14 +20,15 @@ from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
 from ..pipeline import SCANS, barriers_note, fewer_note
+from ..regions.vertices import LEAST_IN_FILES
 
 
 def notes_of(
-    outcome: Outcome, asked: int | None, endings: Collection[str], n_lost: int, holds_labels: bool
+    outcome: Outcome, asked: int | None, endings: Collection[str], sizes: Longs, holds_labels: bool
 ) -> list[str]:
     """Return notes on unexpected results of `segment`.
 
-    `asked` is the number of regions given with -n. `n_lost` is explained in `notes_on_written`.
+    `asked` is the number of regions given with -n. `sizes` is explained in `notes_on_written`.
     `holds_labels` is True if some output stores labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
@@ -49,7 +50,7 @@ def notes_of(
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
-    return notes + notes_on_written(mesh, outcome.attributes, endings, n_lost)
+    return notes + notes_on_written(mesh, outcome.attributes, endings, sizes)
 
 
 def notes_on_result(result: Segmentation) -> list[str]:
@@ -130,20 +131,22 @@ def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
 
 
 def notes_on_written(
-    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int, *,
+    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], sizes: Longs, *,
     are_replaced: bool = True,
 ) -> list[str]:  # fmt: skip
     """Return notes on data that outputs with these file endings do not store.
 
-    `n_lost` is the number of regions without a vertex in files with vertex labels. `are_replaced`
-    is False if the labels come from the input, so that no property of the input is replaced.
+    `sizes` are the numbers of vertices of regions that `write_outputs` returns. `are_replaced` is
+    False if the labels come from the input, so that no property of the input is replaced.
     """
     notes = []
-    if n_lost:
-        named = sorted({*endings} & {*VERTEX_OUTPUTS})
+    files = " and ".join(sorted({*endings} & {*VERTEX_OUTPUTS}))
+    if n_lost := int(np.count_nonzero(sizes == 0)):
         lost = counted(n_lost, "region")
-        files = " and ".join(named)
         notes.append(f"{lost} lost in {files}: all vertices have labels of other regions")
+    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < LEAST_IN_FILES))):
+        small = f"{counted(n_small, 'region')} with fewer than {LEAST_IN_FILES} vertices"
+        notes.append(f"{small} in {files}: no neighbor has vertices to spare")
     if attributes is None:
         return notes
     of_points = kind_of(cells).are_points
@@ -163,13 +166,13 @@ def notes_on_written(
     return notes
 
 
-def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int) -> list[str]:
-    """Return a note if output formats renumber labels; `n_lost` is as for `notes_on_written`."""
+def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs) -> list[str]:
+    """Return a note if output formats renumber labels; `sizes` is as for `notes_on_written`."""
     renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
     if labels is None or not renumbered:
         return []
     given = np.unique(labels)
-    if not n_lost and given[-1] == len(given) - 1:
+    if sizes.all() and given[-1] == len(given) - 1:
         return []
     shown = ", ".join(map(str, given[:3])) + (", ..." if len(given) > 3 else "")
     files = " and ".join(renumbered)

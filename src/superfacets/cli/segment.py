@@ -133,7 +133,7 @@ class _Run:
         with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
-                n_lost = job.write(
+                sizes = job.write(
                     outcome.mesh, outcome.result.labels, attributes=outcome.attributes,
                     options=self.form, listed=outcome.listed, listed_mesh=outcome.listed_mesh,
                 )  # fmt: skip
@@ -141,7 +141,7 @@ class _Run:
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
-            print_notes(notes_of(outcome, asked, job.endings, n_lost, job.holds_labels))
+            print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
         n_left_out = int(np.count_nonzero(result.labels < 0))
         if self.has_mask and not n_left_out and not self.is_quiet:
             print_note(f"the mask leaves out no {noun}")

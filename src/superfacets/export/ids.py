@@ -106,10 +106,11 @@ class IdWriter:
         write_cortex(file, ending, of_vertices, face_colors(self.cells, self.labels)[shown])
 
     @property
-    def n_lost(self) -> int:
-        """Number of regions without a vertex, which files of vertex labels therefore omit."""
+    def region_sizes(self) -> Longs:
+        """Number of vertices of each region in files of vertex labels, in ascending label order."""
         assert self.labels is not None
-        return len(np.setdiff1d(self.labels, self._vertex_ids))
+        regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
+        return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
 
     @cached_property
     def _vertex_ids(self) -> Longs:

@@ -10,7 +10,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Ints
+from .._types import Ints, Longs
 from ..adapters.convert import as_cells
 from ..cells.kinds import kind_of
 from ..errors import MeshError
@@ -318,7 +318,7 @@ def write_outputs(
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
     of_vertices: Ints | None = None,
-) -> int:
+) -> Longs:
     """Write several files in the formats of their endings: either all files, or none.
 
     Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
@@ -326,9 +326,10 @@ def write_outputs(
     complete. If writing to a stream fails, no file appears at `paths`. If label files belong to
     another mesh, such as the mesh before subdivision, pass it as `listed_mesh`, and its labels as
     `listed`. Formats with one label per vertex store `of_vertices`, or else convert `labels`.
-    Returns the number of regions that are missing in files of vertex labels, because these regions
-    contain no vertex. Raises the errors of `write_mesh`, and a ValueError if a path is given twice,
-    or if a format needs labels but there are none.
+    If labels of cells were converted to labels of vertices, returns the number of vertices of each
+    region, in ascending order of the labels, and otherwise an empty array. Raises the errors of
+    `write_mesh`, and a ValueError if a path is given twice, or if a format needs labels but there
+    are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -350,7 +351,10 @@ def write_outputs(
         for ending, stream in streams.items():
             writers[ending](stream, ending, None)
             stream.flush()
-    return 0 if all_endings.isdisjoint(VERTEX_OUTPUTS) else ids.n_lost
+    is_unchanged = of_vertices is not None or kind_of(cells).are_points
+    if is_unchanged or all_endings.isdisjoint(VERTEX_OUTPUTS):
+        return np.zeros(0, np.int64)
+    return ids.region_sizes
 
 
 def _writers(
