@@ -54,6 +54,7 @@ PYTHON_LAYERS = [
 
 CORE_LAYERS = [
     "base",
+    "text",
     "mesh",
     "spatial",
     "cells",
@@ -61,7 +62,6 @@ CORE_LAYERS = [
     "paths",
     "clustering",
     "regions",
-    "text",
     "study",
     "bindings",
 ]
@@ -69,6 +69,7 @@ CORE_LAYERS = [
 # Highest folder of the core whose functions a Python folder may call. All others may call any.
 HIGHEST_CORE_LAYERS = {
     "_validate": "mesh",
+    "io": "mesh",
     "mesh": "mesh",
     "adapters": "mesh",
     "cells": "spectral",

@@ -565,6 +565,22 @@ def test_the_coordinate_reference_system_goes_back_into_las(
     assert not made.vlrs.get_by_id("someone else")
 
 
+@pytest.mark.parametrize("is_standard", [False, True])
+def test_the_source_and_the_meaning_of_times_go_back_into_las(laspy, tmp_path, is_standard):
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.file_source_id = 4242
+    if is_standard:
+        header.global_encoding.gps_time_type = laspy.header.GpsTimeType.STANDARD
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = POINTS.T
+    las.write(tmp_path / "in.laz")
+    cloud, attributes = read_cloud(tmp_path / "in.laz"), read_attributes(tmp_path / "in.laz")
+    write_mesh(tmp_path / "out.laz", cloud, LABELS, attributes=attributes)
+    made = laspy.read(tmp_path / "out.laz").header
+    assert made.file_source_id == 4242
+    assert made.global_encoding.gps_time_type == header.global_encoding.gps_time_type
+
+
 def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):
     frame = LasFrame(2, 4, (1e-9, 1e-9, 1e-9), (0.0, 0.0, 0.0))
     cloud = PointCloud(POINTS * 1e3)

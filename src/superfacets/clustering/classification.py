@@ -1,4 +1,7 @@
-"""Classification, which labels each cell with its nearest center."""
+"""Stage 4a as a function: label each cell with its nearest center.
+
+The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Update of centers: each region gets the cell nearest to its centroid as its center."""
+"""Stage 4b as a function: the center of each region becomes the cell nearest to its centroid.
+
+The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
+"""
 
 from __future__ import annotations
 

@@ -52,8 +52,11 @@ def write_las(file: IO[bytes], content: Content) -> None:
     frame = _frame_of(cloud, None if attributes is None else attributes.las)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
     header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
+    header.file_source_id = frame.source_id
     if frame.is_wkt:  # laspy 2.5 also sets this flag if the assigned value is False
         header.global_encoding.wkt = True
+    if frame.has_standard_time:
+        header.global_encoding.gps_time_type = laspy.header.GpsTimeType.STANDARD
     las = laspy.LasData(header)
     for number, record in frame.projection:
         vlr = laspy.VLR(PROJECTION, number, record_data=record)

@@ -81,6 +81,10 @@ class LasFrame(NamedTuple):
     """Whether the header declares that the reference system is WKT."""
     extra: tuple[LasDimension, ...] = ()
     """Extra dimensions that are attributes of the points."""
+    source_id: int = 0
+    """File source id, for example the number of the flight line."""
+    has_standard_time: bool = False
+    """Whether GPS times are adjusted standard times. Otherwise they are seconds of a week."""
 
     @property
     def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:

@@ -89,6 +89,8 @@ class _Header(NamedTuple):
     offsets: tuple[float, float, float]
     records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
     projection: tuple[tuple[int, bytes], ...]  # as in `LasFrame`
+    source_id: int  # as in `LasFrame`
+    has_standard_time: bool  # as in `LasFrame`
 
 
 class LasContent(NamedTuple):
@@ -131,6 +133,8 @@ def read_las(data: Content) -> LasContent:
         header.projection,
         header.is_wkt,
         extra,
+        header.source_id,
+        header.has_standard_time,
     )
     return LasContent(points, columns, frame, left_out)
 
@@ -164,7 +168,8 @@ def _header_of(data: Content) -> _Header:
         projection = _extended_projection(data) | projection
     return _Header(
         minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
-        numbers[3:], records, tuple(projection.items()),
+        numbers[3:], records, tuple(projection.items()), int.from_bytes(data[4:6], "little"),
+        bool(data[6] & 1),
     )  # fmt: skip
 
 
