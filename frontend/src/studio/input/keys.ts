@@ -58,9 +58,9 @@ export class Keys {
         { names: ["j"], what: "next suggestion, in order of decreasing score", run: () => suggestions.next() },
       ],
       "Comparison of two works": [
-        { names: ["d"], what: "next difference", run: () => comparison.next() },
+        { names: ["d"], what: "next difference", run: () => void comparison.next() },
         { names: [], shown: "T", what: "in the region: take the labels of the other file", run: () => undefined },
-        { names: ["y"], what: "in the region: keep your labels", run: () => comparison.settle("mine") },
+        { names: ["y"], what: "in the region: keep your labels", run: () => void comparison.settle("mine") },
       ],
       Files: [
         { names: ["Ctrl+s"], what: "show when the labels were saved", run: () => this.saySaved() },
@@ -181,8 +181,12 @@ export class Keys {
   }
 
   private textureKey(comparison: Comparison): Key {
-    const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.workbench.drawing.blend.toggle());
-    return { names: ["t"], what: "show only the texture; again: hide the texture", run };
+    const { blend } = this.workbench.drawing;
+    const run = (): void => {
+      if (comparison.isOpen) void comparison.settle("theirs");
+      else if (!blend.toggle()) this.workbench.say("This file has no texture or colors.");
+    };
+    return { names: ["t"], what: "show only the texture or colors; again: hide them", run };
   }
 
   private leave(): void {
