@@ -347,7 +347,7 @@ def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(stud
     tab.settled()
     tab.press("f")
     tab.wait_for_status(f"{n} similar regions: class 2 #1. Unlabeled regions: {n} before, 0 now.")
-    tab.evaluate("studio.workbench.tolerance = 0.15")
+    tab.evaluate("studio.workbench.tolerance = 0.05")
 
 
 def test_hidden_regions_are_not_seen_and_come_back(studio):
