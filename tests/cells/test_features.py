@@ -5,8 +5,9 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import Mesh, segment, segment_graph
+from superfacets import Mesh, MeshAttributes, PointCloud, segment, segment_graph
 from superfacets.cells.features import FeatureOptions
+from superfacets.cells.named_features import stored_colors
 
 
 def plane(n):
@@ -40,6 +41,24 @@ def test_borders_follow_colors_and_ignore_them_at_weight_0():
     assert impurity(followed.labels, colors) < 0.01
     assert followed.params["feature_weight"] == 5.0
     assert "feature_weight" not in plain.params
+
+
+def test_stored_colors_are_bytes_of_each_cell_whatever_the_type_in_the_file():
+    mesh = plane(1)
+    for dtype, top in (("u1", 255), ("u2", 65535), ("f4", 1)):
+        red = np.full(mesh.n_vertices, top, dtype)
+        shades = {"red": red, "green": 0 * red, "blue": 0 * red}
+        for attributes in (
+            MeshAttributes(vertex=shades),
+            MeshAttributes(face={name: values[: mesh.n_faces] for name, values in shades.items()}),
+        ):
+            found = stored_colors(mesh, attributes)
+            assert found.dtype == np.uint8
+            assert found.tolist() == [[255, 0, 0]] * mesh.n_faces
+    black = PointCloud(mesh.vertices, colors=np.zeros((mesh.n_vertices, 3), np.uint8))
+    assert stored_colors(black, None) is None
+    assert stored_colors(mesh, MeshAttributes(vertex={"heat": [1.0] * mesh.n_vertices})) is None
+    assert stored_colors(mesh, None) is None
 
 
 def test_clouds_and_graphs_have_features_too():

@@ -288,7 +288,7 @@ def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, mess
             "points",
             10**8,
             "the header declares 100000000 points of 50 bytes, more than 1000 times the"
-            " size of the file, 2855 bytes",
+            r" size of the file, \d+ bytes",
         ),
         ("points", 51, "chunks of the file do not add up to 51 points|cannot be read"),
         ("format", 128 + 7, "the description of the compressed points does not match their format"),

@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from textured_meshes import grid, save_png
 import superfacets
 from superfacets.io.readers.labels import read_labels
 from superfacets.regions.vertices import vertex_labels
+from superfacets.studio.documents.document import Document
 from superfacets.studio.export.write import export, export_bytes
 from superfacets.studio.labels.imports import read_import
 
@@ -33,6 +35,30 @@ def test_classes_of_cells_are_read_back(painted, format):
     path = export(painted, "cells", format)
     assert path.name == f"sheet.classes.{format}"
     assert np.array_equal(read_labels(path), painted.state.classes)
+
+
+@pytest.mark.parametrize(
+    ("work", "stem"),
+    [("ann2.studio.jsonl", "ann2"), ("ann2.jsonl", "ann2"), ("sheet.studio.jsonl", "sheet.studio")],
+)
+def test_exports_of_another_work_file_replace_none_of_the_default_one(painted, work, stem):
+    first = export(painted, "cells", "npy")
+    content = first.read_bytes()
+    other = Document.open(painted.path, painted.path.with_name(work), n_segments=20)
+    assert export(other, "cells", "npy").name == f"{stem}.classes.npy"
+    assert export(other, "regions", "npy").name == f"{stem}.superfacets.npy"
+    name, _ = export_bytes(other, "objects", "aggregation.json")
+    assert name == f"{stem}.objects.scannet.zip"
+    other.close()
+    assert first.read_bytes() == content
+
+
+def test_the_default_work_file_may_be_named_on_the_command_line(painted):
+    painted.close()
+    work = os.path.relpath(painted.journal.path)
+    again = Document.open(painted.path, Path(work))
+    assert export(again, "cells", "npy").name == "sheet.classes.npy"
+    again.close()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")

@@ -97,9 +97,13 @@ export class Blend {
     this.set(hasTexture ? opacity : 0);
   }
 
-  /** Make the texture fully opaque, or hide the texture if it is already fully opaque. */
-  toggle(): void {
+  /**
+   * Make the texture fully opaque, or hide the texture if it is already fully opaque. Returns false if there is no
+   * texture.
+   */
+  toggle(): boolean {
     if (!this.row.hidden) this.set(this.opacity === 1 ? 0 : 1);
+    return !this.row.hidden;
   }
 }
 

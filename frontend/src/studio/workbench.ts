@@ -33,7 +33,7 @@ export class Workbench {
   private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
   cursor = -1; // region selected by keyboard; -1 if there is none
   hoveredCell = -1;
-  tolerance = 0.15; // largest difference between the shapes of regions that `fillSimilar` paints, 0 to 1
+  tolerance = 0.05; // largest difference between the shapes of regions that `fillSimilar` paints, 0 to 1
   readonly selection = new Set<number>();
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
   private isPainted = false; // whether the selected regions were selected by painting them
@@ -329,14 +329,22 @@ export class Workbench {
     this.say(`Shrunk by ${counted(ring.length, "region")}.`);
   }
 
+  /** Paint the active region, and all similar unlabeled regions that are connected to it through such regions. */
   async fillSimilar(): Promise<void> {
     const { session, activeRegion } = this;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
     const like = await session.similar(activeRegion, this.tolerance);
     const { regions, paints } = session;
-    const bare = like.filter((region) => paints.mainPaint(regions.cellsOf(region)) === 0);
-    this.paintRegions(new Set([activeRegion, ...bare]), this.currentPaint);
-    this.say(`${counted(bare.length + 1, "similar region")}: ${this.paintName(this.currentPaint)}.`);
+    const isBare = (region: number): boolean => paints.mainPaint(regions.cellsOf(region)) === 0;
+    const similar = new Set(like.filter(isBare));
+    const filled = new Set<number>();
+    for (let ring = [activeRegion]; ring.length; ring = regions.neighbors.ringAround(filled).filter((region) => similar.has(region))) {
+      for (const region of ring) filled.add(region);
+    }
+    const countBare = (): number => [...regions.areas.keys()].filter(isBare).length;
+    const before = countBare();
+    this.paintRegions(filled, this.currentPaint);
+    this.say(`${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`);
   }
 
   private isRegionHidden(region: number): boolean {

@@ -80,6 +80,23 @@ def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
     return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
 
 
+def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
+    """Return red, green and blue of each cell, 0 to 255, or None if the file has no colors.
+
+    Files of point clouds store black for missing colors, so None is also returned if all colors are
+    black. Colors of vertices are averaged over the corners of each cell. The largest stored value
+    determines whether colors are in the range 0 to 1, 0 to 255, or 0 to 65535.
+    """
+    if not _has_color(cells, attributes):
+        return None
+    colors = np.nan_to_num(_columns_of("color", cells, attributes, 1))
+    most = float(colors.max(initial=0.0))
+    if most <= 0.0:
+        return None
+    top = next((top for top in (1.0, 255.0, 65535.0) if most <= top), most)
+    return np.rint(np.clip(colors[:, :3], 0.0, None) * (255.0 / top)).astype(np.uint8)
+
+
 def _columns_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> npt.NDArray[np.float64]:

@@ -286,6 +286,70 @@ def test_lasso_and_brush_paint_what_is_seen(studio):
     assert 0 < (tab.classes() == 3).sum() < cells.sum() + 100
 
 
+def test_the_lasso_leaves_regions_of_which_only_a_sliver_is_seen(studio):
+    _, tab = studio
+    (sliver, *_), (whole, *_) = tab.spots(2)
+    box = tab.locator("#canvas").bounding_box()
+    right, bottom = box["width"] - 2, box["height"] - 2
+    around = ((2, 2), (right, 2), (right, bottom), (2, bottom))
+    n_seen = tab.evaluate(
+        """region => {
+            const { workbench } = studio;
+            const drawn = new Set(workbench.drawing.cellsSeen().cells);
+            const cells = workbench.session.regions.cellsOf(region);
+            const seen = cells.filter((cell) => drawn.has(cell));
+            const kept = new Set(seen.slice(0, cells.length / 10));
+            workbench.hide(cells.filter((cell) => !kept.has(cell)), "Most of a region");
+            return kept.size;
+        }""",
+        sliver,
+    )
+    assert n_seen > 5
+    tab.press("l", "1")
+    tab.drag(*around)
+    tab.wait_for_status("regions: ")
+    painted = set(tab.labels()[tab.classes() == 1])
+    assert whole in painted
+    assert sliver not in painted
+    tab.press("u")
+    tab.drag(*around)
+    tab.settled()
+    assert sliver in set(tab.labels()[tab.classes() == 1])
+
+
+def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(studio):
+    _, tab = studio
+    region, x, y = tab.spots(1)[0]
+    n = tab.evaluate("studio.nRegions")
+    ring = tab.evaluate(
+        "region => studio.workbench.session.regions.neighbors.ringAround(new Set([region]))", region
+    )
+    tab.evaluate(
+        """ring => {
+            const { session, currentPaint } = studio.workbench;
+            session.paint(session.regions.cellsOfAll(ring), currentPaint);
+        }""",
+        ring,
+    )
+    tab.settled()
+    tab.evaluate("studio.workbench.tolerance = 1")  # all regions are similar
+    tab.press("2")
+    tab.page.mouse.move(*tab._on_page(x, y))
+    tab.until(f"studio.regionAt({x}, {y}) === {region} && studio.workbench.hoveredCell >= 0")
+    tab.press("f")  # the neighbors have a class: they are a fence
+    tab.wait_for_status(f"Unlabeled regions: {n - len(ring)} before, {n - len(ring) - 1} now.")
+    assert set(tab.labels()[tab.classes() == 2]) == {region}
+    assert "class 2" in tab.locator("#tip").text_content()
+    tab.press("Control+z")
+    tab.wait_for_status("Undone")
+    assert "No class" in tab.locator("#tip").text_content()  # although the pointer has not moved
+    tab.press("Control+z")
+    tab.settled()
+    tab.press("f")
+    tab.wait_for_status(f"{n} similar regions: class 2 #1. Unlabeled regions: {n} before, 0 now.")
+    tab.evaluate("studio.workbench.tolerance = 0.05")
+
+
 def test_hidden_regions_are_not_seen_and_come_back(studio):
     _, tab = studio
     region, x, y = tab.spots(1)[0]

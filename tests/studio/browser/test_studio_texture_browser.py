@@ -1,6 +1,7 @@
 """The studio draws textures, blends them with regions, and says why it does not."""
 
 import numpy as np
+import pytest
 from studio_page import hue
 from textured_meshes import grid, save_png
 
@@ -60,7 +61,35 @@ def test_a_missing_image_is_said_and_nothing_else_fails(serve, open_tab, tmp_pat
     assert tab.locator("#texture-row").is_hidden()
 
 
-def test_a_mesh_without_a_texture_has_no_slider(serve, open_tab, bear):
+def test_a_mesh_without_a_texture_or_colors_has_no_slider(serve, open_tab, bear):
     tab = open_tab(serve(bear, 20).address)
     assert tab.locator("#texture-row").is_hidden()
     tab.press("t")
+    tab.wait_for_status("This file has no texture or colors.")
+
+
+@pytest.mark.parametrize("kind", ["mesh", "cloud"])
+def test_the_colors_of_vertices_and_points_are_shown_after_t(serve, open_tab, tmp_path, kind):
+    mesh, _ = grid(20, 20, 1, 1)
+    is_left = mesh.vertices[:, 0] < mesh.vertices[:, 0].mean()
+    colors = np.where(is_left[:, np.newaxis], [255, 0, 0], [0, 0, 255]).astype(np.uint8)
+    if kind == "mesh":
+        names = ("red", "green", "blue")
+        of_vertices = MeshAttributes(vertex=dict(zip(names, colors.T, strict=True)))
+        sf.write_mesh(tmp_path / "wall.ply", mesh, attributes=of_vertices)
+    else:
+        sf.write_mesh(tmp_path / "wall.ply", sf.PointCloud(mesh.vertices, colors=colors))
+    tab = open_tab(serve(tmp_path / "wall.ply", 16).address)
+    assert tab.locator("#texture").input_value() == "0.5"
+    tab.locator("#borders").uncheck()
+    tab.evaluate("document.activeElement.blur()")
+    tab.press("t")
+    tab.away()
+    corners = mesh.faces if kind == "mesh" else np.arange(mesh.n_vertices)[:, np.newaxis]
+    for is_color, color in ((is_left, "#ff0000"), (~is_left, "#0000ff")):
+        cell = int(is_color[corners].all(axis=1).argmax())
+        place = tab.evaluate("cell => studio.screenOf(cell)", cell)
+        expected = hue(color)
+        np.testing.assert_allclose(tab.hue_at(place["x"], place["y"]), expected, atol=0.05)
+    tab.press("t")
+    assert np.abs(tab.hue_at(place["x"], place["y"]) - expected).max() > 0.2

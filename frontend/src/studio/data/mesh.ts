@@ -30,6 +30,7 @@ export class Mesh {
   readonly texture: TextureFacts | null;
   readonly textureArrays: Arrays;
   readonly textureProblem: string;
+  readonly colors: Uint8Array | null; // red, green and blue of each cell; null if the file has no colors
   readonly nCells: number;
   readonly areas: Float32Array; // area of each cell, or volume if cells are tetrahedra
   readonly measure: "area" | "volume";
@@ -45,6 +46,7 @@ export class Mesh {
     this.texture = header.texture ?? null;
     this.textureArrays = arrays;
     this.textureProblem = header.texture_problem;
+    this.colors = (arrays.colors as Uint8Array | undefined) ?? null;
     this.nCells = header.n_cells;
     this.measure = header.measure;
     this.palette = header.palette;

@@ -58,9 +58,9 @@ export class Keys {
         { names: ["j"], what: "next suggestion, in order of decreasing score", run: () => suggestions.next() },
       ],
       "Comparison of two works": [
-        { names: ["d"], what: "next difference", run: () => comparison.next() },
+        { names: ["d"], what: "next difference", run: () => void comparison.next() },
         { names: [], shown: "T", what: "in the region: take the labels of the other file", run: () => undefined },
-        { names: ["y"], what: "in the region: keep your labels", run: () => comparison.settle("mine") },
+        { names: ["y"], what: "in the region: keep your labels", run: () => void comparison.settle("mine") },
       ],
       Files: [
         { names: ["Ctrl+s"], what: "show when the labels were saved", run: () => this.saySaved() },
@@ -90,7 +90,7 @@ export class Keys {
       },
       { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
       { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
-      { names: ["f"], paints: true, what: "also paint similar unlabeled regions", run: () => void workbench.fillSimilar() },
+      { names: ["f"], paints: true, what: "paint the region, and similar unlabeled regions connected to it", run: () => void workbench.fillSimilar() },
       { names: ["Ctrl+z"], what: "undo", run: () => void workbench.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void workbench.session.redo() },
     ];
@@ -181,8 +181,12 @@ export class Keys {
   }
 
   private textureKey(comparison: Comparison): Key {
-    const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.workbench.drawing.blend.toggle());
-    return { names: ["t"], what: "show only the texture; again: hide the texture", run };
+    const { blend } = this.workbench.drawing;
+    const run = (): void => {
+      if (comparison.isOpen) void comparison.settle("theirs");
+      else if (!blend.toggle()) this.workbench.say("This file has no texture or colors.");
+    };
+    return { names: ["t"], what: "show only the texture or colors; again: hide them", run };
   }
 
   private leave(): void {

@@ -88,6 +88,7 @@ export class Pointer {
     canvas.addEventListener("auxclick", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     workbench.events.on("hover", (cell) => this.showTip(cell));
+    workbench.session.events.on("state", () => this.showTip(workbench.hoveredCell));
     this.watchScheme(element<HTMLSelectElement>("scheme"));
   }
 

@@ -8,6 +8,7 @@ import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "../view/celltable";
 import type { Workbench } from "../workbench";
 import { addTo } from "../data/labeling";
+import type { Seen } from "../view/drawing";
 import { placesBetween } from "../view/picker";
 import { newStrokeId } from "../session/saver";
 
@@ -174,7 +175,10 @@ export class CellBrush extends Brush {
   }
 }
 
-/** Paints the regions that are mostly inside a drawn outline, or the single cells inside the outline. */
+/**
+ * Paints the regions of which at least a quarter is visible, and at least half of the visible part is inside a drawn
+ * outline; or paints the visible cells inside the outline.
+ */
 export class Lasso extends Tool {
   readonly name: string;
   override readonly turnsBeside = false;
@@ -244,17 +248,43 @@ export class Lasso extends Tool {
   private paintRegions(inside: Map<number, number>): void {
     const { workbench } = this;
     const total = new Map<number, number>();
-    for (const cell of workbench.drawing.cellsSeen().cells) {
+    const seen = workbench.drawing.cellsSeen();
+    for (const cell of seen.cells) {
       if (cell !== NONE) addTo(total, workbench.regionOf(cell), 1);
     }
     const enclosed = new Map<number, number>();
     for (const [cell, count] of inside) addTo(enclosed, workbench.regionOf(cell), count);
-    const isChosen = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
-    const chosen = [...enclosed.keys()].filter(isChosen);
+    const isMostlyInside = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
+    const isSeen = this.isSeenIn(seen);
+    const chosen = [...enclosed.keys()].filter(isMostlyInside).filter(isSeen);
     const replaced = new Map<number, number>();
     workbench.noteReplaced(chosen, this.paint, replaced);
     workbench.paintRegions(chosen, this.paint);
     workbench.sayPainted(chosen, this.paint, replaced);
+  }
+
+  /**
+   * Returns a function that tests whether at least a quarter of a region's surface is visible. A cell is visible if it
+   * is drawn, or if the region is drawn at the middle of the cell, because some cells are smaller than a pixel.
+   */
+  private isSeenIn(seen: Seen): (region: number) => boolean {
+    const { picker, session: { regions, mesh } } = this.workbench;
+    const drawn = new Set(seen.cells);
+    const regionAt = ({ x, y }: Place): number => {
+      const row = seen.height - 1 - Math.floor(y * seen.scale);
+      return this.workbench.regionOf(seen.cells[row * seen.width + Math.floor(x * seen.scale)]);
+    };
+    return (region) => {
+      let [all, visible] = [0, 0];
+      for (const cell of regions.cellsOf(region)) {
+        const middle = mesh.middleOf(cell);
+        if (!middle) continue;
+        all += mesh.areas[cell];
+        const place = drawn.has(cell) ? null : picker.placeIn(middle);
+        if (drawn.has(cell) || (place && regionAt(place) === region)) visible += mesh.areas[cell];
+      }
+      return 4 * visible >= all;
+    };
   }
 }
 

@@ -6,15 +6,21 @@ import { MARK_DIFFERS } from "../view/celltable";
 import type { Agreement, CompareReply } from "../data/contract";
 import type { Workbench } from "../workbench";
 
+const PAUSE_MS = 400; // time after the last change of labels until the files are compared again
+
 export class Comparison {
   private differing = new Uint32Array(0); // cells labeled differently in the two files
   private bare = new Uint32Array(0); // cells labeled only in the other file
   private readonly box = element("comparison");
+  private seq = -1; // number of steps of this file when the files were compared
+  private waiting = 0; // timer of the next comparison
 
   constructor(private readonly workbench: Workbench) {
     const files = element<HTMLInputElement>("compare");
     files.addEventListener("change", () => void this.read(files));
-    workbench.session.events.on("file", () => void workbench.session.compare().then((reply) => this.take(reply)));
+    workbench.session.events.on("file", () => void this.refresh());
+    workbench.session.events.on("state", () => this.check());
+    workbench.session.events.on("online", () => this.check());
     const reviewed = element<HTMLInputElement>("reviewed");
     reviewed.addEventListener("change", () => void workbench.session.change("review", { reviewed: reviewed.checked }));
     workbench.session.events.on("state", ({ is_reviewed, is_changed }) => {
@@ -28,13 +34,31 @@ export class Comparison {
     return !this.box.hidden;
   }
 
+  /** Whether the labels have changed since the files were compared. */
+  private get isOutdated(): boolean {
+    const { nWaiting, state } = this.workbench.session;
+    return this.isOpen && (nWaiting > 0 || state.seq > this.seq);
+  }
+
+  /** If the table is outdated, dim the table and, after a pause, compare the files again. */
+  private check(): void {
+    this.box.ariaBusy = String(this.isOutdated);
+    clearTimeout(this.waiting);
+    if (this.isOutdated && this.workbench.session.online) this.waiting = window.setTimeout(() => void this.refresh(), PAUSE_MS);
+  }
+
+  /** Compare again with the file of the last comparison. */
+  private async refresh(): Promise<void> {
+    this.take(await this.workbench.session.compare());
+  }
+
   private async read(field: HTMLInputElement): Promise<void> {
     const [file] = field.files ?? [];
     if (!file) return;
     const data = toBase64(new Uint8Array(await file.arrayBuffer()));
     field.value = "";
     this.take(await this.workbench.session.compare([{ name: file.name, data }]));
-    this.next();
+    await this.next();
   }
 
   private take(reply: CompareReply | null): void {
@@ -47,6 +71,8 @@ export class Comparison {
     drawing.redraw();
     this.box.hidden = reply.agreement === null;
     if (reply.agreement) this.show(reply.agreement);
+    this.seq = reply.seq;
+    this.check();
   }
 
   private show({ name, labeled, share, classes }: Agreement): void {
@@ -61,9 +87,9 @@ export class Comparison {
       make("p", {}, `${name}: both files label ${(100 * labeled).toFixed(1)} % of the area, and agree on ${(100 * share).toFixed(1)} % of this part.`),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
-        this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => this.next()),
-        this.button("Take theirs", "In the region under the pointer or the chosen one (T)", this.differing, () => this.settle("theirs")),
-        this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => this.settle("mine")),
+        this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => void this.next()),
+        this.button("Take theirs", "In the region under the pointer or the chosen one (T)", this.differing, () => void this.settle("theirs")),
+        this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => void this.settle("mine")),
       ),
       make("div", { class: "row" },
         this.button("Add their labels", "Take their labels for all cells that you have not labeled", this.bare, () => void this.accept(this.bare, "theirs")),
@@ -78,7 +104,8 @@ export class Comparison {
   }
 
   /** Go to the region with the largest area of different labels. */
-  next(): void {
+  async next(): Promise<void> {
+    if (this.isOutdated) await this.refresh();
     const { workbench } = this;
     const { mesh } = workbench.session;
     const sums = new Map<number, number>();
@@ -93,11 +120,12 @@ export class Comparison {
   }
 
   /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
-  settle(side: "mine" | "theirs"): void {
+  async settle(side: "mine" | "theirs"): Promise<void> {
     const region = this.workbench.activeRegion;
+    if (this.isOutdated) await this.refresh();
     const cells = this.differing.filter((cell) => this.workbench.regionOf(cell) === region);
     if (!cells.length) return this.workbench.say("There is no difference in this region. D goes to the next difference.");
-    void this.accept(cells, side);
+    await this.accept(cells, side);
   }
 
   private async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<void> {

@@ -46,6 +46,7 @@ export class Drawing {
   private readonly regions: Table; // region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
   private readonly classColors: Table;
+  private readonly cellColors: Table; // color of each cell in the file; used if the mesh has no texture
   private readonly suggestions: Table; // 1-based index of the suggestion of each cell; 0 if the cell has none
   private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
   private hasSuggestions = false;
@@ -68,8 +69,8 @@ export class Drawing {
     this.surface = new Surface(gpu);
     this.texture = new TexturePaint(gpu);
     this.cells = new CellTable(gpu);
-    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
-      Array.from({ length: 5 }, () => new Table(gpu));
+    [this.regions, this.regionColors, this.classColors, this.cellColors, this.suggestions, this.suggestionColors] =
+      Array.from({ length: 6 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
@@ -113,11 +114,14 @@ export class Drawing {
     this.changeView();
   }
 
-  /** Show the texture of a mesh when its image has been decoded. */
+  /** Show the colors of a mesh, or its texture when the image has been decoded. */
   private async showTexture(mesh: Mesh): Promise<void> {
-    const { texture, shape, textureArrays } = mesh;
+    const { texture, shape, textureArrays, colors, nCells } = mesh;
     this.texture.clear();
-    this.blend.begin(texture !== null, 0.5);
+    this.blend.begin(texture !== null || colors !== null, 0.5);
+    const texels = new Uint8Array(colors ? 4 * nCells : 4);
+    if (colors) for (let i = 0; i < nCells; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
+    this.cellColors.fill("rgba8", texels);
     if (texture) await this.texture.show(shape, texture, textureArrays);
     if (this.mesh === mesh) this.changeView();
   }
@@ -280,7 +284,8 @@ export class Drawing {
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasLabels,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.texture.isShown ? this.blend.opacity : 0,
+      blend: this.texture.isShown || this.mesh.colors ? this.blend.opacity : 0,
+      cell_colors: this.cellColors, has_texture: this.texture.isShown,
       is_cloud: this.mesh.isCloud, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);

@@ -54,7 +54,9 @@ uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
 uniform bool has_labels;  // whether any cell has a class
-uniform float blend;  // opacity of the texture, 0 to 1
+uniform float blend;  // opacity of the texture or, without a texture, of the colors in the file, 0 to 1
+uniform bool has_texture;
+uniform sampler2D cell_colors;  // color of each cell in the file
 uniform bool is_cloud;
 uniform vec2 near_far;
 uniform vec3 high;  // background color at the top
@@ -106,7 +108,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     tone = texelFetch(suggestion_colors, place(suggestion), 0);
     base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
   }
-  if (blend > 0.0) base = mix(base, texelFetch(lights, p, 0).gba, blend);
+  if (blend > 0.0) base = mix(base, has_texture ? texelFetch(lights, p, 0).gba : texelFetch(cell_colors, place(cell), 0).rgb, blend);
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
   float light = 1.5 * texelFetch(lights, p, 0).r;

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..._types import Bytes
 from ...cells.kinds import kind_of
+from ...cells.named_features import stored_colors
 from ...errors import MeshError
 from ...io.guards import read_content
 from ...io.readers.read import cell_ending, parse_cells_and_attributes
@@ -30,6 +32,7 @@ class Source:
     digest: str  # SHA-256 hash of the file
     _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
     texture: Texture | None = None
+    colors: Bytes | None = None  # red, green and blue of each cell, or None if there are no colors
 
     @classmethod
     def read(cls, path: Path) -> Source:
@@ -41,7 +44,9 @@ class Source:
         except MeshError as error:
             raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
         texture = None if attributes is None else attributes.texture
-        return cls(path, cells, len(content), hashlib.sha256(content).hexdigest(), seen, texture)
+        colors = stored_colors(cells, attributes)
+        digest = hashlib.sha256(content).hexdigest()
+        return cls(path, cells, len(content), digest, seen, texture, colors)
 
     @property
     def n_cells(self) -> int:

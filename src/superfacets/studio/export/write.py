@@ -23,7 +23,7 @@ from ...export.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ...io.atomic import atomic_outputs, checked_targets
 from ...io.attributes import MeshAttributes
 from ...regions.vertices import vertex_labels
-from ..documents.document import Document
+from ..documents.document import Document, work_file_of
 from ..labels.classes import names_of
 from ..regions.revisions import Revision
 from .objects import FORMATS, PAIRED, vertex_instances, write_objects
@@ -66,7 +66,10 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 
 
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
-    """Return the file name of each kind of export, for each of its formats."""
+    """Return the file name of each kind of export, for each of its formats.
+
+    Names begin with the name of the input, or with the name of a work file given by ``--work``.
+    """
     return {
         what: {format: _name_of(document, what, format) for format in formats}
         for what, formats in formats_of(document.source.kind).items()
@@ -105,7 +108,7 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
             for path in (first, *others):
                 archive.write(path, path.name)
-    return f"{document.path.stem}{MARKS[what]}.scannet.zip", packed.getvalue()
+    return f"{_stem_of(document)}{MARKS[what]}.scannet.zip", packed.getvalue()
 
 
 def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
@@ -123,9 +126,19 @@ def _name_of(document: Document, what: str, format: str) -> str:
     checked_choice(what, "what", tuple(offered))
     checked_choice(format, "format", tuple(offered[what]))
     ending = ENDING_OF_FORMAT.get(format, f".{format}")
+    stem = _stem_of(document)
     if what == "regions":
-        return output_names(document.path.name, (ending,))[0]
-    return f"{document.path.stem}{MARKS[what]}{ending}"
+        return output_names(stem + document.path.suffix, (ending,))[0]
+    return f"{stem}{MARKS[what]}{ending}"
+
+
+def _stem_of(document: Document) -> str:
+    """Return the first part of export names, so that exports of two annotators differ."""
+    work, default = document.journal.path, work_file_of(document.path)
+    if work.resolve() == default.resolve():
+        return document.path.stem
+    stem = work.name.removesuffix(".jsonl").removesuffix(".studio")
+    return f"{stem}.studio" if stem == document.path.stem else stem
 
 
 def _write(document: Document, what: str, format: str, folder: Path) -> list[Path]:

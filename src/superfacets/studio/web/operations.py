@@ -93,6 +93,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
     are merged, and sorted by their first use in a triangle. For polygons and tetrahedra,
     ``sources`` is the cell of each triangle. For point clouds, ``normals`` are packed normals.
+    ``colors`` are red, green and blue of each cell, if the file has colors.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -110,6 +111,8 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
         "texture_problem": "",
     }
     arrays: dict[str, Any] = {"areas": document.areas.astype(np.float32)}
+    if document.source.colors is not None:
+        arrays["colors"] = document.source.colors
     if document.source.texture is not None:
         try:
             header["texture"], parts = texture_parts(
