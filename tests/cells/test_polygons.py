@@ -265,7 +265,7 @@ def test_a_graph_of_another_mesh_is_refused():
         sf.superfacet_weights(triangles, build_face_graph(sheet))
     fans = PolygonMesh.of_faces(sheet.vertices, [[0, 1, 2]] * 5 + [[3, 4, 5]])
     with pytest.raises(
-        ValueError, match="the graph was built for another mesh: its faces have more sides"
+        ValueError, match="the graph was built for another mesh, whose faces have more sides"
     ):
         sf.stk02_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):

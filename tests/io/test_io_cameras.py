@@ -235,7 +235,9 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
     with pytest.raises(sf.MeshError, match=r"image images/c.png: pose must be a rotation"):
         sf.read_cameras(path)
     write_json(path, [CAMERAS[0], CAMERAS[0]])
-    with pytest.raises(sf.MeshError, match="image names must differ, but two images are a 1"):
+    with pytest.raises(
+        sf.MeshError, match="without folder and ending must differ, but two images are named a 1"
+    ):
         sf.read_cameras(path)
     with pytest.raises(sf.MeshError, match="there is no image with one of the given names"):
         sf.read_cameras(path, names=["z"])

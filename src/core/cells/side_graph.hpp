@@ -59,7 +59,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // in which of two directions the cell traverses the side
+  bool ascending;  // direction of traversal; neighbors with the same orientation have other values
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.

@@ -237,8 +237,8 @@ class Linker {
   }
 
  private:
-  // Up to this number of sides at a lower vertex, the faster version of link_pairs is used. On
-  // average, a vertex is the lower vertex of six sides.
+  // The lower vertex of a side is the end with the lower index. The faster version of link_pairs is
+  // used for vertices that are the lower vertex of at most kFew sides. The mean is six sides.
   static constexpr std::size_t kFew = 8;
   static constexpr std::size_t kMany = SidesOfPart::kReadable;
 

@@ -181,7 +181,7 @@ def surface_of_faces(
     if is_of_triangles:
         raise ValueError("the graph was built for triangles, but the mesh has polygons")
     if np.any(arcs.sides >= np.repeat(corners.sizes, np.diff(arcs.offsets))):
-        raise ValueError("the graph was built for another mesh: its faces have more sides")
+        raise ValueError("the graph was built for another mesh, whose faces have more sides")
     return _core.PolygonSurface(
         mesh.vertices, corners.offsets, corners.vertices, *arcs[:4], is_inside_out, n_threads
     )

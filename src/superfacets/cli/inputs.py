@@ -142,7 +142,7 @@ def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
     tolerance = 1e-4 * np.ptp(expected, axis=0).max()
     if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:
         raise MeshError(
-            f"{path}: the faces have another order than in the mesh, so the labels do not fit:"
+            f"{path}: the cells or their order differ from the mesh, so the labels do not fit:"
             f" use {path.name} as the mesh, or give labels as .npy"
         )
 

@@ -213,7 +213,10 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Visit cells by path length; place a seed if a cell is farther than 2 r from all seeds."""
+    """Visit the cells of each component in order of path length from its first cell.
+
+    A cell farther than 2 * `radius` from all seeds becomes a seed.
+    """
     seeds: list[int] = []
     reached: set[int] = set()
     components, seeded = _seeded_components(graph, n_seeds)

@@ -202,7 +202,10 @@ class MovingRegions:
         return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Return whether a region stays connected without a face, tested around its corners."""
+        """Return whether a face may leave its region, so that the region stays connected.
+
+        Only faces around the corners of the face are examined. Faces in `fixed` may not leave.
+        """
         side_of: dict[int, int] = {}  # side of the face toward each neighbor in its region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:

@@ -19,11 +19,11 @@ larger area is set to 0, because the surface is seen at a very small angle."""
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
-    """Return the triangle in each pixel, its area there, and whether each triangle is visible.
+    """Return the triangle seen in each pixel, its area in the pixel, and which triangles are seen.
 
     Pixels without a triangle have the index -1. The ray of each pixel is intersected with each
     triangle. Vertices are mapped to (u d, v d, d), where (u, v) is the pixel and d the depth. This
-    linear map preserves depths, and planes through the camera.
+    map is linear, so triangles stay flat and depths can be interpolated.
     """
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)

@@ -240,8 +240,8 @@ export class Session {
   }
 
   /**
-   * Copy of the current lists, and of the current paint (class and object) of some cells; later steps do not change the
-   * copy.
+   * Copy of the current lists of classes and object names, and of the current paint (class and object) of `cells`. Later
+   * steps do not change the copy.
    */
   private side(cells: Uint32Array): Side {
     const { classes, object_names } = this.state;

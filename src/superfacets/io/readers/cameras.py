@@ -90,7 +90,10 @@ def read_cameras(
         if names is not None and name.stem not in names:
             continue
         if name.stem in cameras:
-            raise MeshError(f"{path}: image names must differ, but two images are {name.stem}")
+            raise MeshError(
+                f"{path}: image names without folder and ending must differ, but two images are"
+                f" named {name.stem}"
+            )
         try:
             make = PinholeCamera.of_opengl if image.is_opengl else PinholeCamera
             cameras[name.stem] = make(image.pose, image.intrinsics, image.size, name.name)

@@ -124,7 +124,7 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """Parse an sRGB color to linear light, or None if the text is not three numbers."""
+    """Return an sRGB color in linear light, or None if the text does not start with 3 numbers."""
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None

@@ -201,7 +201,10 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """Return the initial view, and how to decode positions to a bounding box of diagonal 1."""
+    """Return the view, the point size, and the numbers that decode positions.
+
+    Decoded positions are scaled so that the diagonal of the bounding box is 1.
+    """
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),

@@ -51,12 +51,12 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
     starts = np.concatenate([[0], np.flatnonzero(is_last)[:-1] + 1])
     sizes = np.diff(np.append(starts, len(data)))
     if not is_last[-1] or sizes.max() > _MAX_BYTES:
-        raise ValueError("cells are damaged: a number is incomplete or too long")
+        raise ValueError("the list of cells is damaged: a number is incomplete or too long")
     shifts = 7 * (np.arange(len(data)) - np.repeat(starts, sizes))
     deltas = np.add.reduceat((data & 0x7F).astype(np.int64) << shifts, starts)
     cells = np.cumsum(deltas)
     if cells[-1] >= n_cells or deltas[1:].min(initial=1) < 1:
-        raise ValueError(f"cells are damaged: they must be ascending, from 0 to {n_cells - 1}")
+        raise ValueError(f"cells must be ascending numbers between 0 and {n_cells - 1}")
     return cells.astype(np.uint32)
 
 
