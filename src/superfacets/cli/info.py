@@ -82,7 +82,7 @@ def _facts_of(frame: LasFrame) -> dict[str, str | int]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Return names of properties whose values are all equal, which are useless as `--features`."""
+    """Return the names of constant properties except colors; `--features` cannot use them."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}

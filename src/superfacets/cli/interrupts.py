@@ -18,7 +18,7 @@ _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(si
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
 
 GRACE = 3.0
-"""Time in seconds for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
+"""Seconds allowed for cleaning up after a signal. Ending worker processes takes 0.3 of them."""
 
 
 def hear_signals() -> None:

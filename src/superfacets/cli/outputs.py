@@ -236,7 +236,7 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """Return the folder of an input, or if it is read-only, the current folder, with a note."""
+    """Return an input's folder, or the current folder if the input or its folder is read-only."""
     path = Path(text)
     if not path.exists():  # reading the input will report the error
         return path.parent

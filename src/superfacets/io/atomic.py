@@ -18,7 +18,7 @@ STEM_SIZE = 40
 temporary file. The number is limited because file systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Minimum age, in seconds, of leftover temporary files to remove. Writing takes less time."""
+"""Leftover temporary files are removed at this age, in seconds. Writing a file takes less time."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 

@@ -57,7 +57,7 @@ def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = 
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255; other values are clipped."""
+    """Convert OKLab colors, (N, 3), to sRGB. Results outside of 0 to 255 are clipped."""
     return srgb_of_linear(linear_of_oklab(places))
 
 
@@ -221,7 +221,8 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 def _unused_color(near: list[int], colors: list[int], otherwise: int) -> int:
     """Return the unused color that differs most from all used colors.
 
-    The color differs clearly from the colors `near`. If there is none, `otherwise` is returned.
+    Only colors that differ clearly from the colors `near` are allowed. If there are none, returns
+    `otherwise`.
     """
     from_near = _distances()[:, near].min(axis=1, initial=np.inf)
     from_used = _distances()[:, [color for color in colors if color >= 0]].min(axis=1)

@@ -50,7 +50,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
     Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
     ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
-    and intensities are kept only if all scans have them, and viewpoints if all have poses.
+    and intensities are kept only if all scans have them, and viewpoints only if all have poses.
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)

@@ -205,7 +205,7 @@ class _SourceReader:
     """Replaces the textures of a material by indices into `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # texture coordinates of the color, which other textures must use, too
+    use: _Use  # texture coordinates of the color image, which other images must use, too
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

@@ -31,9 +31,9 @@ class _Block:
     name: str
     lines: list[str] = field(default_factory=list)
     images: list[TextureImage] = field(default_factory=list)
-    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    map: TextureImage | None = None
-    is_clamped: bool = False
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)  # in linear light, from ``Kd``
+    map: TextureImage | None = None  # color image, from ``map_Kd``
+    is_clamped: bool = False  # whether the color image has the option ``-clamp on``
 
     def material(self) -> Material:
         """Return the material; the color of a material with an image is white."""
@@ -124,7 +124,7 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """Parse an sRGB color to linear light, or None if the text is not three numbers."""
+    """Parse an sRGB color and return it in linear light, or None if it is not three numbers."""
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None

@@ -90,7 +90,7 @@ class Feature:
 
     name: str
     values: Floats  # NaN for missing values
-    of: str  # "cell" or "region"
+    of: str  # "cell" for one value per cell, "region" for one value per region
 
     @property
     def range(self) -> tuple[float, float]:
