@@ -119,10 +119,10 @@ def _regroup(
 class _Run:
     """Options of the command that apply to every file."""
 
-    placements: dict[str, Placement | None]  # position in a tileset, by input; None if not in one
+    placements: dict[str, Placement | None]  # keyed by input; None if the input is not in a tileset
     labels: Path | None
     labels_named: str
-    format: str | None  # input format
+    format: str | None  # format of the input; None to use the file ending
     form: FormatOptions
     folder: Path | None  # folder of --split
     ending: str | None  # file ending of --split; None for the default format

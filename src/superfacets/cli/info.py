@@ -82,7 +82,7 @@ def _facts_of(frame: LasFrame) -> dict[str, str | int]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Return the names of constant properties except colors; `--features` cannot use them."""
+    """Return names of properties, except colors, that are constant, and so useless as features."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}

@@ -59,7 +59,7 @@ _GROUPS = {
 
 
 class SegmentCommand(opts.GroupedCommand):
-    """A command with the options of `segment_options`."""
+    """A command whose help lists the options of `segment_options` in groups."""
 
     groups = _GROUPS
 

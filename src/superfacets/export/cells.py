@@ -65,7 +65,7 @@ CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings of outputs for which commands read the attributes of the input file."""
+"""Endings of outputs that use attributes or the texture of the input; commands read these, too."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of formats that store labels in a named array."""

@@ -26,7 +26,7 @@ _MOST_VLR_BYTES = 65535
 as extended variable length records, which LAS 1.4 introduced."""
 
 _MOST_LETTERS = 31
-"""Maximum length of the name and of the description of an extra dimension."""
+"""Maximum length, in characters, of the name and of the description of an extra dimension."""
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:

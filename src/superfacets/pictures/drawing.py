@@ -17,7 +17,7 @@ from .scene import Picture, Scene
 
 MAX_SIDE = 8192
 """Maximum width and height of a picture in pixels. Pictures are drawn at twice their size, and
-graphics drivers support twice this size."""
+graphics drivers support up to 16,384 pixels."""
 
 # Number of samples per pixel in each direction. Samples are averaged for antialiasing.
 _SAMPLES = 2

@@ -100,7 +100,7 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Return the scanner position, (3,), or one per point, (N, 3), or None if a pose is missing."""
+    """Return the scanner position, (3,), or one per point, (N, 3), or None if it is unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
     # Merged clouds often have an identity pose, but the scanner was not at the origin.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):

@@ -18,7 +18,7 @@ _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
 Parts = tuple[Array, ...]
-"""A block of elements: tags, types, physical tags, geometrical tags, and nodes (flat)."""
+"""Elements: tags, types, physical tags, geometrical tags, and the nodes of all elements, flat."""
 
 
 def read_msh(data: Content, name: str) -> Grid:
@@ -53,7 +53,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format, and return section readers, which return False to skip a section."""
+        """Parse the format; return section readers by name, which return False to skip a section."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")

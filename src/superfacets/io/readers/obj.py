@@ -22,7 +22,7 @@ _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """Matches a line that continues on the next line and has no comment."""
 
 _LINE = re.compile(r"line (\d+)")
-"""Matches the line number at the beginning of a message."""
+"""Matches the line number at the beginning of an error message."""
 
 
 def read_obj(data: Content) -> Arrays:

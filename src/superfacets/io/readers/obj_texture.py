@@ -37,10 +37,10 @@ def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays
 
 @dataclass
 class _Found:
-    """Data of all lines up to the current line; lists of arrays have one per block of lines."""
+    """Data of all lines up to the current line; lists of arrays have one array per line block."""
 
     coordinates: list[Floats] = field(default_factory=list)
-    indices: list[Array] = field(default_factory=list)  # coordinates of corners; < 0 if missing
+    indices: list[Array] = field(default_factory=list)  # coordinate index of corners; < 0 for none
     materials: list[Ints] = field(default_factory=list)  # material index of faces; -1 for none
     names: dict[str, int] = field(default_factory=dict)  # index of each material, by name
     libraries: list[str] = field(default_factory=list)  # names of MTL files

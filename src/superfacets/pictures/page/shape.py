@@ -65,7 +65,7 @@ class Shape:
         """Scene without colors, for guessing the up axis; points of clouds become triangles."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
-            points = hexagons_of(self.graph)  # one triangle per hexagon is enough
+            points = hexagons_of(self.graph)  # one triangle of each hexagon is enough
             triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal

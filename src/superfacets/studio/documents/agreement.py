@@ -53,7 +53,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """Return an array from their class numbers to mine, and my list plus their new classes."""
+    """Return an array that maps their class numbers to mine, and my list with their new classes."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():

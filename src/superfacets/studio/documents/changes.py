@@ -89,7 +89,7 @@ class Change:
     kind: Literal["paint", "split", "segment", "classes", "objects", "review", "suggest", "settle"]
     before: Any  # old `Painted` for the kind "paint", otherwise old value of a field, see `_FIELDS`
     after: Any  # new `Painted` or new value of the field
-    stroke: str | None = None  # successive changes with the same name are undone together
+    stroke: str | None = None  # a name; successive changes with the same name are undone together
 
     @classmethod
     def painting(
@@ -126,7 +126,7 @@ class Change:
 
 
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """Return a change that removes suggestions, or raise a ValueError if an id does not exist."""
+    """Return a change that removes the suggestions `ids`; raise a ValueError if one is missing."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
     left = tuple(one for one in state.suggestions if one.id not in ids)

@@ -230,7 +230,7 @@ class Document:
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Set the name of an object, or remove it if `name` is empty; ValueError if invalid."""
+        """Name an object, or remove its name if `name` is empty; raise a ValueError if invalid."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -356,7 +356,7 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Read another work file of the mesh for comparison; an invalid file is a JournalError."""
+        """Read another work file of the mesh to compare; raise a JournalError if it is invalid."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
@@ -393,7 +393,7 @@ class Document:
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Replace the list of classes; ValueError if it lacks a class of cells or suggestions."""
+        """Replace the list of classes, which must have all classes of cells and suggestions."""
         classes = checked_class_list(value)
         with self.lock:
             counts = np.bincount(self.state.classes).tolist()
@@ -454,7 +454,7 @@ class Document:
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Add and return the revision of `base` with its splits, except those of other versions."""
+        """Set and return the current revision: `base`, with splits unless from another version."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition

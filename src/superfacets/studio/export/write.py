@@ -163,7 +163,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """Return the texture for .glb files, and for .obj files in the folder with the image files."""
+    """Return the texture for .glb files, and for .obj files in the same folder as the images."""
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None

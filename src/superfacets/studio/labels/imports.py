@@ -214,7 +214,7 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Store the score of an entry; of several scores for the same cells, the lowest is kept."""
+        """Store the score of an entry; several entries of one object get the lowest score."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id

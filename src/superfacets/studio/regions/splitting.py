@@ -14,7 +14,7 @@ from ..labels.coding import CellNumbers
 
 SHARPNESS = 12.5
 """Rate at which creases reduce the cost of a border. In a crease with angle t, the cost is
-multiplied by exp(-12.5 t / pi), so by 0.002 for a right angle. `hierarchy` uses a similar rate."""
+multiplied by exp(-12.5 t / pi): by 0.002 for a right angle. `hierarchy` uses a similar rate."""
 
 CONVEX = 0.5  # factor for angles of convex creases; angles of concave creases have 1
 NEARNESS = 6.0
