@@ -100,7 +100,7 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
-        """Return the options; raise an error if one is invalid, or unused by all of `endings`."""
+        """Return the options; raise an error if one is invalid or none of `endings` uses it."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
         for name, is_given, fitting in (

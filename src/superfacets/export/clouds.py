@@ -89,7 +89,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | None) -> None:
-    """Add an extra dimension to a `laspy.LasData`; its type is copied from `given` if values fit.
+    """Add an extra dimension to a `laspy.LasData`; copy the type of `given` if it can store values.
 
     LAS stores at most 3 numbers per point, so wider values are left out.
     """

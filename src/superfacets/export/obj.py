@@ -93,7 +93,10 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Return a line per face; `pairs` has a texture index per corner, and faces' first corners."""
+    """Return one line per face, with texture indices if `pairs` is given.
+
+    `pairs` has the texture index of each corner of the mesh, and the first corner of each face.
+    """
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)

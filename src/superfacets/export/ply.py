@@ -26,7 +26,7 @@ OWN_NAMES = {
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """Return descriptions, such as "face property label", of attributes that are not written."""
+    """Return descriptions, such as "face property label", of attributes in `OWN_NAMES`."""
     return [
         f"{'point' if of_points else owner} property {name}"
         for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
@@ -98,7 +98,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return the given rows as a column; if lists differ in length, theirs must be `size`."""
+        """Return `rows` as a column; if list lengths differ, its lists have length `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]

@@ -60,7 +60,7 @@ class Placer:
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return a path relative to the output's folder, None if outside, its name for a stream."""
+        """Return `path` relative to the output's folder, None if outside, its name for a stream."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))

@@ -23,8 +23,7 @@ OLD = 24 * 3600.0
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Flags for opening lock files. Windows has only `O_BINARY`. With `O_NONBLOCK`, opening a pipe does
-not wait for a writer."""
+"""Flags for opening lock files. With `O_NONBLOCK`, opening a pipe does not wait for a writer."""
 
 
 @contextlib.contextmanager

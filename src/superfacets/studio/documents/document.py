@@ -454,7 +454,7 @@ class Document:
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Set and return the current revision: `base`, with splits unless from another version."""
+        """Make `base`, with its splits if they are from this version, the current revision."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition

@@ -48,7 +48,7 @@ class Journal:
     notes: list[str]  # messages for the user about damage that was repaired
     _file: int = field(repr=False)  # file descriptor; -1 if the file is closed or read-only
     _size: int = field(repr=False)  # size of all complete lines, in bytes
-    _fault: str | None = None  # message why nothing can be written any more; None if it can
+    _fault: str | None = None  # why nothing more can be written; None if writing is possible
 
     @classmethod
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:

@@ -60,7 +60,7 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
 
 
 def vertex_instances(document: Document) -> Ints:
-    """Return the instance (class and object) with the largest area around each vertex; 0: none."""
+    """Return the instance (class and object) with the largest area around each vertex, or 0."""
     return np.maximum(vertex_labels(document.cells, document.instances), 0)
 
 

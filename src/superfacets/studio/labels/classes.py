@@ -39,8 +39,7 @@ _N_DEFAULT = 6
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
-"""Classes, as dicts with ``id``, ``name``, ``color`` and ``key``; if a class cannot have objects,
-also ``stuff`` with the value True."""
+"""Dicts with ``id``, ``name``, ``color`` and ``key``, and ``stuff`` for a class without objects."""
 
 ObjectNames = tuple[dict[str, Any], ...]
 """Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
@@ -79,7 +78,7 @@ def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
 
 
 def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
-    """Return the list and a new class. Its shortcut key is empty if another class uses the key."""
+    """Return the list extended by a new class, without a shortcut key if its key is in use."""
     entry = new_class(class_id, name)
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""

@@ -41,7 +41,7 @@ def _check_exists(region: int, n_regions: int) -> None:
 
 
 class GoneError(LookupError):
-    """Error raised if a requested revision is no longer stored; the client must get the state."""
+    """Error raised if a requested revision is no longer stored; clients then request the state."""
 
 
 @dataclass
