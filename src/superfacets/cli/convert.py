@@ -119,10 +119,10 @@ def _regroup(
 class _Run:
     """Options of the command that apply to every file."""
 
-    placements: dict[str, Placement | None]  # position of each input in a tileset
+    placements: dict[str, Placement | None]  # keyed by input; None if the input is not in a tileset
     labels: Path | None
     labels_named: str
-    format: str | None  # input format
+    format: str | None  # format of the input; None to use the file ending
     form: FormatOptions
     folder: Path | None  # folder of --split
     ending: str | None  # file ending of --split; None for the default format
@@ -201,7 +201,7 @@ def _plan(
     sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
-    """Return each input with its outputs, and the ending for --split, or None for the default."""
+    """Return a job per input, and the file ending for --split, where None means the default."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     inputs = [source.input for source in sources]

@@ -82,7 +82,7 @@ def _facts_of(frame: LasFrame) -> dict[str, str | int]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Return names of properties whose values are all equal, which are useless as `--features`."""
+    """Return names of properties, except colors, that are constant, and so useless as features."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}

@@ -137,7 +137,7 @@ def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
 
 
 def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
-    """Raise a MeshError if a labeled file has other cells than `cells`, or in another order."""
+    """Raise a MeshError if the cells of a labeled file differ from `cells` in position or order."""
     expected, given = (kind_of(some).positions(some) for some in (cells, labeled))
     tolerance = 1e-4 * np.ptp(expected, axis=0).max()
     if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:

@@ -18,7 +18,7 @@ _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(si
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
 
 GRACE = 3.0
-"""Time in seconds for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
+"""Seconds allowed for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
 
 
 def hear_signals() -> None:
@@ -43,7 +43,7 @@ def while_importing() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    raising = (signal.default_int_handler, _interrupt)  # handlers of other code are not replaced
+    raising = (signal.default_int_handler, _interrupt)  # only these two handlers are replaced
     heard = {
         number: handler
         for number in (signal.SIGINT, *_ENDING)

@@ -127,7 +127,7 @@ def _plan(
     input: str, outputs: tuple[str, ...], counts: tuple[int, ...], format: str | None,
     also_read: list[str],
 ) -> Job:  # fmt: skip
-    """Return the input and its outputs; `format` is the format of standard output."""
+    """Return the job of the input and its outputs; `format` is the format of standard output."""
     paths = [path for output in outputs for path in _paths_of_levels(output, counts)]
     format = format or ("npz" if opts.STANDARD_STREAM in outputs else None)
     formats = [] if format is None else [format]

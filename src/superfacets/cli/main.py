@@ -117,7 +117,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """Return the message of a usage error, with a hint if other tools have the unknown option."""
+    """Return the message of a usage error, with a hint if the option exists in another tool."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES
@@ -147,7 +147,7 @@ def _interrupted() -> NoReturn:
     with contextlib.suppress(OSError):  # the terminal may be closed
         print_error(INTERRUPTED)
     if is_busy():
-        # The interpreter must not shut down while a thread still runs in the C++ core.
+        # Shutting down the interpreter while a thread still runs in the C++ core could crash.
         with contextlib.suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()

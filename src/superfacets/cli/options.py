@@ -52,7 +52,7 @@ class Real(click.FloatRange):
     name = "number"
 
     def _describe_range(self) -> str:
-        """Return the range for help; empty if there are no bounds, where click prints x<=None."""
+        """Return the range for help; "" if there are no bounds, because click prints "x<=None"."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(
@@ -159,7 +159,7 @@ def json_option(what: str = "the results as JSON") -> Decorator:
 def numbers(
     ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
 ) -> tuple[int, ...] | None:
-    """Parse a comma-separated list of integers >= `least`, and sort it (a callback of click)."""
+    """Parse a comma-separated list into distinct, sorted integers >= `least` (a click callback)."""
     if text is None:
         return None
     wanted = [number.strip() for number in text.split(",")]

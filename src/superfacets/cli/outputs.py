@@ -141,7 +141,7 @@ class Job:
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str, *, as_json: bool, is_quiet: bool
     ) -> None:
-        """Print the facts as a JSON object; or print a line for each output, and the text."""
+        """Print the facts as JSON if `as_json`, otherwise a line per output, and the text."""
         if as_json:
             self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
         elif not is_quiet:
@@ -193,7 +193,7 @@ class OneRun:
             print_notes([*notes, *lacking, *numbers])
 
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:
-        """Print the facts as a JSON object; or print a line for each output, and the text."""
+        """Print the facts as JSON with ``--json``, otherwise a line per output, and the text."""
         text = f"{self.job.name}: {text}"
         self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self.is_quiet)
 
@@ -208,8 +208,8 @@ def plan_jobs(
     results are written to the folder of each input, or to standard output for standard input.
     `formats` apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra).
     With `ascii`, meshes are written as text, so standard output may be a terminal. No output may
-    overwrite a file of `also_read`. `names` returns the file names in a folder for an input and its
-    file endings.
+    overwrite a file of `also_read`. `names` is called with an input and the file endings of its
+    results, and returns their file names in a folder.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
@@ -236,7 +236,7 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """Return the folder of an input, or if it is read-only, the current folder, with a note."""
+    """Return an input's folder, or the current folder if the input or its folder is read-only."""
     path = Path(text)
     if not path.exists():  # reading the input will report the error
         return path.parent

@@ -160,7 +160,7 @@ class TileBar(Bar):
         self.on_tile(0, 1)
 
     def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
-        """Show the number of finished iterations on the coarse cells."""
+        """Show the number of finished iterations of the loop, which runs on coarse cells."""
         self.on_tile(n_iterations, n_iterations)
 
     def on_tile(self, n_done: int, n_tiles: int) -> None:

@@ -114,7 +114,7 @@ def _read(
     text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
     mean: tuple[str, ...], *, is_quiet: bool,
 ) -> tuple[Any, Ints, dict[str, Ints], dict[str, Floats]]:  # fmt: skip
-    """Read the cells, their labels with this name, and the properties `majority` and `mean`."""
+    """Read the cells, their labels `name`, and the properties named in `majority` and `mean`."""
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=bool(mean))
     given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)

@@ -59,7 +59,7 @@ _GROUPS = {
 
 
 class SegmentCommand(opts.GroupedCommand):
-    """A command with the options of `segment_options`."""
+    """A command whose help lists the options of `segment_options` in groups."""
 
     groups = _GROUPS
 
@@ -161,7 +161,7 @@ _OF_FILES = {field.name for field in fields(FileOptions)}
 def options_of(
     *, paper: bool, parts: bool, scans: bool, is_subdivided: bool, **given: Any
 ) -> FileOptions:
-    """Add the options of a preset; raise a usage error if options contradict each other."""
+    """Return the options, completed by presets; raise a usage error if options are incompatible."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
     if {"n_segments", "radius"} <= keywords.keys():

@@ -96,7 +96,7 @@ class TileOptions:
         self, inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str],
         given: FileOptions, others: Mapping[str, object],
     ) -> tuple[str, ...]:  # fmt: skip
-        """Return formats of outputs without names; raise a usage error for unsupported options.
+        """Return formats for outputs without file name; raise a usage error for refused options.
 
         `others` are values of further options that are not supported in tiles, by option name.
         """

@@ -57,15 +57,15 @@ WRITERS: dict[str, Writers] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""Writer functions, keyed by the kind of cells, then by file name ending. The first ending is the
-default. Other kinds of cells can be written only as label files."""
+"""Writer functions, keyed by the kind of cells, then by file name ending. The first ending of each
+kind is its default. Labels of kinds that are missing here can be written only to label files."""
 
 MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings of outputs for which commands read the attributes of the input file."""
+"""Endings of outputs that use attributes or the texture of the input; commands read these, too."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of formats that store labels in a named array."""
@@ -79,7 +79,7 @@ COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Options of the output formats, which `write_mesh` documents."""
+    """Options of the output formats; `write_mesh` explains each option."""
 
     ascii: bool = False
     label_name: str = "label"
@@ -100,7 +100,7 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
-        """Return the options; raise an error if one is invalid or unused by all `endings`."""
+        """Return the options; raise an error if one is invalid or none of `endings` uses it."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
         for name, is_given, fitting in (
@@ -115,7 +115,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if classes or scores are given, but not one per region."""
+        """Raise a MeshError if classes or scores are given without exactly one value per region."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
@@ -170,7 +170,7 @@ class CellWriter:
         return replace(self, given_colors=colors)
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file in the format of `ending`."""
+        """Write a file in the format of `ending`; `path` is its path, or None for a stream."""
         options, of_vertices = self.options, None
         if ending == ".ply" and options.vertex_labels:
             from ..regions.vertices import vertex_labels

@@ -22,11 +22,11 @@ _LAS_STEPS = 2.0**31 - 2
 """Maximum coordinate range in quantization steps, because LAS stores 32-bit integers."""
 
 _MOST_VLR_BYTES = 65535
-"""Maximum size of a variable length record. Larger records are extended records after the points,
-which exist since LAS 1.4."""
+"""Maximum size of a variable length record, in bytes. Larger records are written after the points,
+as extended variable length records, which LAS 1.4 introduced."""
 
 _MOST_LETTERS = 31
-"""Maximum length of the name and of the description of an extra dimension."""
+"""Maximum length, in characters, of the name and of the description of an extra dimension."""
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:
@@ -44,8 +44,8 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
     Version, point format, quantization, coordinate reference system and types of extra dimensions
     are copied if the attributes come from a LAS file. A new quantization or type is computed if the
-    copied one cannot represent the values. Otherwise the file is LAS 1.4 with point format 6, or 7
-    if there are colors.
+    copied one cannot represent the values. If there are no attributes from a LAS file, the output
+    is LAS 1.4 with point format 6, or 7 if there are colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -89,7 +89,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | None) -> None:
-    """Add an extra dimension to a `laspy.LasData`, with the type of `given` if it fits the values.
+    """Add an extra dimension to a `laspy.LasData`; copy the type of `given` if it can store values.
 
     LAS stores at most 3 numbers per point, so wider values are left out.
     """
@@ -114,7 +114,7 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return `given`, adapted so that it can store the points, or a new frame if it is None."""
+    """Return the LAS settings in `given`, changed to fit the points, or new settings for None."""
     low, high = cloud.bounds
     scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))

@@ -58,7 +58,7 @@ def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Write an annotation file. Its color table has a row for no region, then a row per region."""
+    """Write an annotation file. Row 0 of its color table means no region; each region has a row."""
     # Colors must differ, because the file identifies the region of a vertex by its color.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]
@@ -72,7 +72,7 @@ def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
-    """Yield distinct colors other than black, by changing low bits of repeated colors."""
+    """Yield each color, with low bits changed if it is black, `_UNKNOWN` or already in use."""
     taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
     for color in map(tuple, colors.tolist()):
         changed = color

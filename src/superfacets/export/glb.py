@@ -26,7 +26,7 @@ from .text import fits_single
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
-"""Values of `target` in buffer views: buffer of vertex attributes, buffer of vertex indices."""
+"""Values of `target` in a buffer view: the view stores vertex attributes, or vertex indices."""
 
 MAX_BYTES = 2**32 - 1
 """Maximum file size in bytes, because GLB stores the size in 32 bits."""
@@ -75,7 +75,7 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 @dataclass(frozen=True, eq=False)
 class _Regions:
     names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
-    ids: npt.NDArray[np.int64]  # region id of each face
+    ids: npt.NDArray[np.int64]  # region id of each face; `count` for faces with label -1
     count: int  # number of regions, not counting label -1
 
     @classmethod
@@ -93,7 +93,7 @@ class _Regions:
 def _add_primitive(
     scene: _Scene, split: _Split, content: Content, regions: _Regions | None
 ) -> dict[str, Any]:
-    """Append the arrays of the triangles in `split`, and return their glTF primitive."""
+    """Append the arrays of the triangles in `split` to the scene; return their glTF primitive."""
     attributes = {"POSITION": scene.positions(content.cells.vertices, split.vertices)}
     indices = scene.accessor(split.triangles.ravel().astype("<u4"), "SCALAR", INDICES)
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
@@ -122,7 +122,7 @@ class _Split:
 
     vertices: npt.NDArray[np.int64]  # mesh vertex of each written vertex
     face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each written vertex
-    pairs: npt.NDArray[np.int64]  # row of texture coordinates of each vertex; -1 if none
+    pairs: npt.NDArray[np.int64]  # row of each vertex in `Texture.coordinates`; -1 for no row
     triangles: npt.NDArray[np.int64]  # (T, 3) indices of written vertices
     faces: npt.NDArray[Any]  # mesh face of each triangle
 
@@ -221,7 +221,7 @@ class _Scene:
     n_bytes: int = 0  # size of the buffer, in bytes
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates; None means 0
+    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates; None means (0, 0, 0)
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its buffer view."""

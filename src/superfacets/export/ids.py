@@ -48,7 +48,7 @@ CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
 
 UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
-"""Endings of files that store labels of vertices, if given, without converting them."""
+"""Endings of files for which given labels of vertices are used instead of labels of cells."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
@@ -107,7 +107,7 @@ class IdWriter:
 
     @property
     def region_sizes(self) -> Longs:
-        """Number of vertices of each region in files of vertex labels, in ascending label order."""
+        """Number of vertices of each region in files with one id per vertex, in order of labels."""
         assert self.labels is not None
         regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
         return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
@@ -182,7 +182,7 @@ def _check_labels(labels: Ints, ending: str) -> None:
 
 
 def _check_nested(levels: Sequence[Ints]) -> None:
-    """Raise a MeshError if a region is in several regions of the next coarser level."""
+    """Raise a MeshError if a region overlaps several regions of the next coarser level."""
     for level, (fine, coarse) in enumerate(pairwise(levels)):
         _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)
         is_other = coarse != coarse[firsts[places]]

@@ -50,7 +50,7 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """For each texture image, yield a material, a mask of faces with the image, and its size."""
+    """For each texture image, yield a material that uses it, a mask of its faces, and its size."""
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:

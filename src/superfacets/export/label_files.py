@@ -73,7 +73,7 @@ def label_names(folder: Path) -> list[str]:
 def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
     """Return offsets that split the labels among the output files, shape (n_files + 1,).
 
-    Raises an OSError if the number of files in the folder has changed.
+    Raises an OSError if the number of files in the input folder is no longer `n_files`.
     """
     starts = pieces.starts
     if n_files <= 1:

@@ -80,7 +80,7 @@ def face_lines(
     first: int = 0,
     ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
-    """Yield lists of at most `ROWS_AT_ONCE` lines. A line has `begin`, the corners, and `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines. Each line has `begin`, corners, and `ends`.
 
     A ``#`` in `begin` is replaced by the number of corners. The first vertex has index `first`.
     Each array in `ends` has one number per face of the mesh.
@@ -93,7 +93,10 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Return one line per face; `pairs` has texture indices of corners, and offsets of faces."""
+    """Return one line per face, with texture indices if `pairs` is given.
+
+    `pairs` has the texture index of each corner of the mesh, and the first corner of each face.
+    """
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)

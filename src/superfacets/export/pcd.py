@@ -57,7 +57,7 @@ def write_pcd(file: IO[bytes], content: Content) -> None:
 
 
 def _columns_of(content: Content) -> dict[str, Array]:
-    """Return the fields by name; attributes with the name of another field are skipped."""
+    """Return the PCD fields, keyed by name. Attributes named like another field are skipped."""
     cloud, labels, colors = content.cells, content.labels, content.colors
     dtype = np.float32 if fits_single(cloud.points) else np.float64
     columns: dict[str, Array] = dict(zip("xyz", cloud.points.T.astype(dtype), strict=True))

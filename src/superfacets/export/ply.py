@@ -26,7 +26,7 @@ OWN_NAMES = {
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """Return the names of attributes that `write_ply` replaces by labels and colors."""
+    """Return descriptions, such as "face property label", of attributes in `OWN_NAMES`."""
     return [
         f"{'point' if of_points else owner} property {name}"
         for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
@@ -98,7 +98,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return some rows as a column; `size` is the length of their lists if lengths differ."""
+        """Return `rows` as a column; if list lengths differ, its lists have length `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -170,7 +170,7 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Encode rows of the file as one item, or as one item per row if faces differ in size."""
+    """Encode the rows `part` as one bytes object, or as one per row if faces differ in size."""
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)

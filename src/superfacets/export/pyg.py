@@ -116,7 +116,7 @@ def _checked(values: npt.ArrayLike, name: str) -> Array:
 
 
 def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -> int:
-    """Return the number of regions, or raise a MeshError if an index is out of range."""
+    """Return the number of regions, or raise a MeshError if arrays are missing or do not match."""
     missing = {"edge_index", "pos"} - graph.keys()
     if missing:
         raise MeshError(f"{prefix}{min(missing)} is missing")

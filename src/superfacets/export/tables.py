@@ -73,7 +73,7 @@ def _write_parquet(path: Path, columns: Columns) -> None:
 def write_lines(
     path: StrPath, vertices: Floats, lines: Iterable[tuple[str, npt.NDArray[np.integer]]]
 ) -> None:
-    """Write polylines as OBJ, each in a named group; closed polylines repeat the first vertex."""
+    """Write polylines as OBJ groups; each polyline is a pair of its name and its vertex indices."""
     known_ending(Path(path), LINE_ENDINGS)
     named = list(lines)
     rows = [line for _, line in named]

@@ -60,7 +60,7 @@ class Placer:
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return a path relative to the output's folder, or None if it is outside this folder."""
+        """Return `path` relative to the output's folder, None if outside, its name for a stream."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -151,8 +151,8 @@ def ply_texture(
 ) -> tuple[list[str], dict[str, Array]]:
     """Return comments with image names for a PLY file, and new face properties.
 
-    A texture from a PLY file needs no new properties. Other textures are written only for
-    triangles.
+    A texture from a PLY file needs no new properties, because the attributes already include them.
+    Other textures are written only for triangles.
     """
     names = [(image, placer.name_of(image)) for image in texture.images]
     comments = [f"comment TextureFile {name}" for _, name in names if name is not None]

@@ -360,7 +360,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """Return the write function for each ending; raise an error if the format cannot be used."""
+    """Return a write function per ending; raise an error if a format cannot store the data."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)

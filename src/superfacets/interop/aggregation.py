@@ -174,7 +174,7 @@ class _Groups:
         return objects[of_vertices]
 
     def write(self, path: Path, ids: Ints, of_segments: Ints, segments: Path) -> None:
-        """Write the objects with the new segments; `of_segments` is the object of each segment."""
+        """Write the objects with new segments; `of_segments` has the object of each id in `ids`."""
         entries = []
         for i, entry in enumerate(self.entries):
             own = ids[of_segments == i].tolist()

@@ -275,7 +275,7 @@ def _distinct(steps: Ints, n_nodes: int) -> Longs:
 
 
 def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Return how many segments of `least` or more vertices the original finds; 1 if none."""
+    """Return how many segments of `least` or more vertices the original makes, but at least 1."""
     lowest = lowest_vertices(mesh.vertices, True, n_threads)
     normals = mean_normals(mesh, lowest)
     number = _core.count_mesh_segments(

@@ -18,13 +18,12 @@ STEM_SIZE = 40
 temporary file. The number is limited because file systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Minimum age, in seconds, of leftover temporary files to remove. Writing takes less time."""
+"""Leftover temporary files are removed at this age, in seconds. Writing a file takes less time."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Flags for opening lock files. Windows has only `O_BINARY`. With `O_NONBLOCK`, opening a pipe does
-not wait for a writer."""
+"""Flags for opening lock files. With `O_NONBLOCK`, opening a pipe does not wait for a writer."""
 
 
 @contextlib.contextmanager

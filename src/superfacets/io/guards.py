@@ -61,7 +61,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a file into memory. A memory map would crash the process if the file were truncated."""
+    """Read a file into memory. A mapped file would crash the process if it were truncated later."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:

@@ -102,7 +102,7 @@ class JoinedRows:
     """Concatenation of tables."""
 
     parts: tuple[Rows, ...]
-    shifts: tuple[int, ...] | None = None  # number that is added to the rows of each table
+    shifts: tuple[int, ...] | None = None  # number that is added to all numbers of each table
 
     @property
     def starts(self) -> tuple[int, ...]:
@@ -152,7 +152,7 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
 
 
 def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
-    """Return the wanted rows, all in the blocks `used`. Consecutive blocks are read together."""
+    """Return the rows `wanted`, all in the blocks `used`; consecutive blocks are read together."""
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
     slots[used] = np.arange(len(used)) << BLOCK_BITS

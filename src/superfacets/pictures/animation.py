@@ -17,8 +17,7 @@ MOVING_ENDINGS = (".gif", ".mp4")
 
 _SECONDS = 4.8  # duration of one full rotation, in seconds
 
-# Constant rate factor of H.264, from 0 (lossless) to 51 (worst quality). Flat colors and thin lines
-# need high quality.
+# Constant rate factor of H.264, 0 (lossless) to 51 (worst quality). Thin lines need high quality.
 _CRF = 18
 
 _N_COLORS = 256

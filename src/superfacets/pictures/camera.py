@@ -113,7 +113,7 @@ class Camera:
 
 
 def place_camera(points: Floats, view: View, aspect: float) -> Camera:
-    """Return a camera for which the points fill the frame; `view.up` must not be "auto"."""
+    """Return a camera for which the points fill the frame at zoom 1. `view.up` cannot be "auto"."""
     right, toward, up = view_axes(view)
     across, height, depth = points @ right, points @ up, points @ toward
     across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))

@@ -57,7 +57,7 @@ def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = 
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Convert OKLab colors, (N, 3), to sRGB, 0 to 255; other values are clipped."""
+    """Convert OKLab colors, (N, 3), to sRGB. Results outside of 0 to 255 are clipped."""
     return srgb_of_linear(linear_of_oklab(places))
 
 
@@ -85,7 +85,7 @@ MIN_COLOR_DISTANCE = 0.09
 deuteranopia and tritanopia. A distance of 0.02 is just noticeable."""
 
 # Preferred minimum OKLab distance between colors of neighbors. For most colors, at least half of
-# the palette has this distance.
+# the palette is at least this far away.
 _CLEAR_DISTANCE = 0.1
 
 # Largest number of regions for which additional colors avoid the repetition of colors. With more
@@ -221,7 +221,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 def _unused_color(near: list[int], colors: list[int], otherwise: int) -> int:
     """Return the unused color that differs most from all used colors.
 
-    The color differs clearly from the colors `near`. If there is none, `otherwise` is returned.
+    Colors too similar to the colors `near` are excluded. If no color is left, returns `otherwise`.
     """
     from_near = _distances()[:, near].min(axis=1, initial=np.inf)
     from_used = _distances()[:, [color for color in colors if color >= 0]].min(axis=1)

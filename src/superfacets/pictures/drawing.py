@@ -17,7 +17,7 @@ from .scene import Picture, Scene
 
 MAX_SIDE = 8192
 """Maximum width and height of a picture in pixels. Pictures are drawn at twice their size, and
-graphics drivers support twice this size."""
+graphics drivers support up to 16,384 pixels."""
 
 # Number of samples per pixel in each direction. Samples are averaged for antialiasing.
 _SAMPLES = 2
@@ -26,8 +26,8 @@ _SAMPLES = 2
 # coarse sphere (14 degrees with 500 faces), and smaller than at creases of machine parts.
 _CREASE_ANGLE = 40.0
 
-# Distance of border lines in front of the surface, in line widths. With tan(70 degrees) / 2, lines
-# are completely visible on surfaces tilted by up to 70 degrees.
+# Distance of border lines in front of the surface, in line widths: about tan(70 degrees) / 2, so
+# that lines are completely visible on surfaces tilted by up to 70 degrees.
 _LINE_LIFT = 1.4
 
 # Parameters of ambient occlusion, which darkens concave creases: radius as a fraction of the

@@ -26,18 +26,16 @@ MAX_DRAWN_POINTS = 50_000
 """Maximum number of points for which a notebook shows a picture. The limit is lower than for faces,
 because the neighbors of points are computed again."""
 
-# Size of the picture in pixels. It is shown at half the size, so that it is sharp on displays with
-# two pixels per CSS pixel.
+# Size of the picture in pixels; it is shown at half this size, to be sharp on dense displays.
 _SIZE = (640, 480)
 _SHOWN_WIDTH = 320
 
-# Number of palette colors. Notebooks store the pictures, and a palette reduces their size to a
-# fifth.
+# Number of palette colors. A palette reduces the size of pictures in notebooks to a fifth.
 _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
-# Cached picture of each result, or None. Notebooks request several formats of one result.
+# Cached picture of each result; None if it cannot be drawn. Notebooks request it several times.
 _drawn: WeakKeyDictionary[Any, bytes | None] = WeakKeyDictionary()
 
 

@@ -60,8 +60,8 @@ def render(
 
     No display is needed: on Linux, Mesa's EGL or OSMesa is sufficient. Shading is smooth except
     across edges sharper than 40 degrees. A border is drawn on each edge between faces of different
-    labels, where vertices at exactly the same position are merged. A file is written atomically.
-    Time is linear in faces and in pixels.
+    labels. Vertices at exactly the same position are treated as one vertex. A file is written
+    atomically. Time is linear in faces and in pixels.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def upright(view: View, scene: Scene) -> View:
 
 
 def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
-    """Draw the scene from each camera; all cameras must have the same distance."""
+    """Draw the scene from each camera; all cameras must have the same distance from the target."""
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
@@ -236,7 +236,7 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
 
 
 def png_of_picture(picture: Picture) -> bytes:
-    """Encode a picture as PNG, with run-length compression, because it is three times as fast."""
+    """Encode a picture as PNG with run-length compression, three times as fast as the default."""
     file = io.BytesIO()
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)

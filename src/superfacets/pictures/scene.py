@@ -162,8 +162,8 @@ def hexagons_of(graph: PointGraph) -> Floats:
     return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
 
 
-# Points up to this height above the lowest point, in diagonals, touch the ground. With a smaller
-# height, slightly shorter feet would not touch the ground; with a larger one, balls would stand.
+# Points touch the ground if they are at most this fraction of the diagonal above the lowest point.
+# If it were smaller, slightly shorter feet would be in the air; if larger, balls would be stable.
 _GROUND = 0.02
 
 # Minimum difference in stability between z up and y up, as a fraction of the diagonal, for which z
@@ -197,7 +197,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:
-    """Return the distance of the center from the ground hull's boundary, negative outside."""
+    """Return the distance of the center from the ground hull's boundary, negative if outside."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)

@@ -88,7 +88,7 @@ def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
     if data[begin : begin + 4] != b"glTF":
         raise MeshError("the b3dm file contains no binary glTF")
     (glb_size,) = struct.unpack_from("<I", data, begin + 8)
-    end = begin + glb_size if begin + glb_size <= size else size  # padding may follow it
+    end = begin + glb_size if begin + glb_size <= size else size  # padding may follow the GLB
     return data[begin:end], _center_of(data[_HEADER:begin], *sizes[:2])
 
 

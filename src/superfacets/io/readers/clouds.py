@@ -29,8 +29,8 @@ _NORMALS = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue")
 _SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
-"""Spherical harmonic of degree 0. The color of a Gaussian splat is 0.5 plus this factor times a
-coefficient."""
+"""Value of the spherical harmonic of degree 0. The color of a Gaussian splat is 0.5 plus this value
+times the coefficients `_SPLAT_COLORS`."""
 
 SCALES = ("scale_0", "scale_1", "scale_2")
 TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
@@ -104,7 +104,7 @@ def _read_text(data: Content) -> CloudFile:
 
 
 def _names_in(lines: Lines) -> list[str] | None:
-    """Return the column names in the first line, in lower case, or None if it has numbers."""
+    """Return the column names in the first line, in lower case, or None if it has no names."""
     if not len(lines):
         return None
     words = lines.content(0).decode("latin-1").strip().lower().split()

@@ -51,7 +51,7 @@ class PosedImage(NamedTuple):
     pose: Any
     intrinsics: Any
     size: Any
-    is_opengl: bool = False
+    is_opengl: bool = False  # whether the axes of the camera are as in OpenGL
 
 
 def is_colmap(folder: Path) -> bool:

@@ -54,7 +54,7 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, 
 
 
 def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
-    """Raise a MeshError if counts differ from the declared counts, before memory is allocated."""
+    """Raise a MeshError if Draco's counts contradict the accessors, before memory is allocated."""
     if content[:5] != b"DRACO" or content[5:8] != b"\x02\x02\x01" or len(content) < _DRACO_HEADER:
         raise MeshError("the Draco data is damaged or does not have the version 2.2")
     try:

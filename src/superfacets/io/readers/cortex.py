@@ -38,7 +38,7 @@ def gifti_labels(data: Content) -> Array:
 
 
 def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
-    """Return the first array of each intent, or None if the file has no such array."""
+    """Return the first array with each NIfTI intent, or None for an intent without an array."""
     if data.find(b"ExternalFileBinary") >= 0:  # for security, refuse names of other files
         raise MeshError("the GIFTI file refers to another file: save all arrays in one file")
 

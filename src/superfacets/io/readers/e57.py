@@ -50,7 +50,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
     Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
     ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
-    and intensities are kept only if all scans have them, and viewpoints if all have poses.
+    and intensities are kept only if all scans have them, and viewpoints only if all have poses.
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
@@ -100,7 +100,7 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Return the scanner position, (3,), or one per point, (N, 3), or None if a pose is missing."""
+    """Return the scanner position, (3,), or one per point, (N, 3), or None if it is unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
     # Merged clouds often have an identity pose, but the scanner was not at the origin.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):

@@ -43,7 +43,7 @@ class Gltf:
     """A parsed glTF document, its buffers, and its decompressed arrays."""
 
     document: dict[str, Any]  # parsed JSON
-    buffers: list[memoryview]  # content of each buffer, at least as long as the document declares
+    buffers: list[memoryview]  # content of each buffer; empty if only compressed data exists
     n_bytes: int  # total size of the file and of the files that it refers to, in bytes
     unpacked_views: dict[int, memoryview] = field(default_factory=dict)
     """Decompressed buffer views, keyed by the index of the view."""

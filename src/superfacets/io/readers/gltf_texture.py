@@ -70,7 +70,7 @@ class _Reader:
     folder: Path | None
     left_out: list[str] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
-    uses: list[_Use] = field(default_factory=list)  # coordinates of each material's color texture
+    uses: list[_Use] = field(default_factory=list)  # coordinates for each material's color image
     coordinates: list[Floats] = field(default_factory=list)
     n_coordinates: int = 0
     n_image_bytes: int = 0
@@ -190,7 +190,7 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # else a small file could fill memory
+            if self.n_image_bytes > self.gltf.n_bytes:  # otherwise, a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"
@@ -205,7 +205,7 @@ class _SourceReader:
     """Replaces the textures of a material by indices into `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # texture coordinates of the color, which other textures must use, too
+    use: _Use  # texture coordinates of the color image, which other images must use, too
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

@@ -22,8 +22,8 @@ from ..attributes import PROJECTION, LasDimension, LasFrame, is_word
 from ..guards import Content, shortened
 
 _MOST_COMPRESSED = 1000
-"""Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20; only equal
-points reach 3,000."""
+"""Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
+whose points are almost all equal exceed the maximum."""
 _SMALL = 64 << 20
 """Size of decompressed points in bytes that is accepted even if `_MOST_COMPRESSED` is exceeded."""
 
@@ -253,7 +253,7 @@ def _add_extra_columns(
 
 
 def _is_rounded(stored: Array) -> bool:
-    """Return whether there are integers that float64 cannot represent exactly."""
+    """Return whether there are integers above 2**53, which float64 may not represent exactly."""
     is_long = stored.dtype.kind in "iu" and stored.itemsize == 8
     return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
 
@@ -375,7 +375,7 @@ def _chunks(
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    place = 0  # offset of a chunk: a point, the number of points, sizes of layers, and layers
+    place = 0  # offset of a chunk, which has a point, the number of points, layer sizes, and layers
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:

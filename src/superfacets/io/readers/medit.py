@@ -53,7 +53,7 @@ def read_medit(data: Content, name: str) -> Grid:
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
 ) -> Array:
-    """Parse the (n, width) numbers of a section, after a count on the same or the next line."""
+    """Parse the numbers of a section, (n, width); n is after the keyword or on the next line."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):
         tokens, section = [*tokens, *section.content(0).split()], section[1:]

@@ -13,12 +13,12 @@ from ..guards import Content, as_doubles
 from .grids import Cursor, Grid
 from .text import as_count, as_integers, runs, shown
 
-# VTK cell type, and number of nodes, of Gmsh's types 1 to 19. Types above 19 are not supported.
+# VTK cell type and number of nodes, indexed by Gmsh type, 1 to 19. Other types are not supported.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
 Parts = tuple[Array, ...]
-"""A block of elements: tags, types, physical tags, geometrical tags, and nodes (flat)."""
+"""Elements: tags, types, physical tags, geometrical tags, and the nodes of all elements, flat."""
 
 
 def read_msh(data: Content, name: str) -> Grid:
@@ -35,7 +35,7 @@ class _MshReader(Cursor):
         self._name = name
         self._nodes: tuple[Array, Array] | None = None
         self._elements: list[Parts] = []
-        self._physical: dict[int, int] = {}  # first physical tag of each entity of dimension 3
+        self._physical: dict[int, int] = {}  # first physical tag of each volume, keyed by its tag
         self._values: tuple[Array, Array] | None = None
 
     def read(self) -> Grid:
@@ -53,7 +53,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format, and return section readers, which return False to skip a section."""
+        """Parse the format; return section readers by name. They return False to skip a section."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")

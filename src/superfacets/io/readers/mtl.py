@@ -31,9 +31,9 @@ class _Block:
     name: str
     lines: list[str] = field(default_factory=list)
     images: list[TextureImage] = field(default_factory=list)
-    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    map: TextureImage | None = None
-    is_clamped: bool = False
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)  # in linear light, from ``Kd``
+    map: TextureImage | None = None  # color image, from ``map_Kd``
+    is_clamped: bool = False  # whether the color image has the option ``-clamp on``
 
     def material(self) -> Material:
         """Return the material; the color of a material with an image is white."""

@@ -22,7 +22,7 @@ _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """Matches a line that continues on the next line and has no comment."""
 
 _LINE = re.compile(r"line (\d+)")
-"""Matches the line number at the beginning of a message."""
+"""Matches the line number at the beginning of an error message."""
 
 
 def read_obj(data: Content) -> Arrays:
@@ -90,7 +90,7 @@ def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
 
 
 def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
-    """Yield a text in blocks of complete lines; continued lines are in the same block."""
+    """Yield a file in blocks of complete lines; a line and its continuation are in one block."""
     rest = b""
     with path.open("rb") as file:
         while block := file.read(size):

@@ -37,11 +37,11 @@ def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays
 
 @dataclass
 class _Found:
-    """Data of all lines up to the current line; lists have one entry per block of lines."""
+    """Data of all lines up to the current line; lists of arrays have one array per line block."""
 
     coordinates: list[Floats] = field(default_factory=list)
-    indices: list[Array] = field(default_factory=list)  # texture index of corners; < 0 if missing
-    materials: list[Ints] = field(default_factory=list)  # material index of faces
+    indices: list[Array] = field(default_factory=list)  # coordinate index of corners; < 0 for none
+    materials: list[Ints] = field(default_factory=list)  # material index of faces; -1 for none
     names: dict[str, int] = field(default_factory=dict)  # index of each material, by name
     libraries: list[str] = field(default_factory=list)  # names of MTL files
     material: int = -1  # material index of the next face
@@ -80,7 +80,7 @@ def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
     indices = faces.parse_second_indices()
     if indices.min(initial=1) < 0:
         n_before = found.n_coordinates + np.cumsum(is_pair, dtype=np.int64)[is_face]
-        last = np.repeat(n_before, faces.counts)  # number of pairs before each corner
+        last = np.repeat(n_before, faces.counts)  # number of `vt` lines before each corner
         indices = np.where(indices < 0, np.maximum(indices + last + 1, 0), indices)
     values = pairs.parse(np.float64)
     firsts = np.cumsum(pairs.counts, dtype=np.int64) - pairs.counts

@@ -47,7 +47,7 @@ def obj_labels(data: Content) -> Array:
 def _labels_by_part(
     data: Content, words: tuple[bytes, ...], *, any_case: bool = False, comment: bytes = b""
 ) -> Array:
-    """Return a label per face. Lines of faces begin with ``words[0]``, other words begin a part."""
+    """Return a label per face. Lines with ``words[0]`` are faces; other `words` begin a part."""
     names: dict[bytes, int] = {}
     blocks, last = [], -1
     for lines in iterate_lines(data, comment=comment):

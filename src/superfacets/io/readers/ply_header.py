@@ -61,7 +61,7 @@ class Element:
     properties: list[Property] = field(default_factory=list)
 
     def record(self) -> np.dtype[Any] | None:
-        """Return the record type of rows, or None if there are lists other than triangles."""
+        """Return the record type of rows, assuming triangles, or None if there are other lists."""
         record: list[tuple[Any, ...]] = []
         for column, stored in enumerate(self.properties):
             name = stored.name if self.find(stored.name) == column else f"again {column}"

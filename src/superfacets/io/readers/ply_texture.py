@@ -75,7 +75,7 @@ def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
 def _pairs_of_faces(
     header: Header, tables: list[list[Column]], offsets: Longs
 ) -> tuple[Array, Ints] | None:
-    """Return coordinates in lists of faces, and the row of each corner; None if there are none."""
+    """Return texture coordinates of faces, and the row of each corner, or None if missing."""
     place = header.find("face")
     column = None if place is None else header.elements[place].find(OF_CORNERS)
     if place is None or column is None or place != header.faces:

@@ -113,7 +113,7 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Parse with C++ kernels in turn; `read_token` parses the lines that the last one skips."""
+        """Try C++ kernels until one parses all lines; `read_token` parses the remaining lines."""
         for kernel in kernels:
             values, left_out = kernel(
                 self.text, self.starts, self.ends, self.counts, checked_threads(None)

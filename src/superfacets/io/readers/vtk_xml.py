@@ -119,7 +119,7 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return cell data, or None if missing, without the leading cells that `before` counts."""
+        """Return cell data `name`, or None if missing; `before` names counts of cells to skip."""
         parts = []
         for piece in self.pieces:
             n_before = sum(_count(piece, name) for name in before)

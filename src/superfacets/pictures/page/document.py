@@ -201,10 +201,8 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """Return the view, the point size, and the numbers that decode positions.
-
-    Decoded positions are scaled so that the diagonal of the bounding box is 1.
-    """
+    """Return the initial view, the origin and step of quantized positions, and the point size."""
+    # Lengths are fractions of the diagonal of the bounding box.
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),
@@ -215,7 +213,7 @@ def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
-    """Insert the parts into the HTML template, escaped so that text cannot end its element."""
+    """Insert the parts into the HTML template. Text is escaped, so it cannot close an element."""
     folder = files(__package__)
     template, style, script = (
         folder.joinpath(name).read_text(encoding="utf-8")

@@ -22,7 +22,7 @@ NO_VALUE = 65535
 
 @runtime_checkable
 class HasLevels(Protocol):
-    """Interface of a `Hierarchy`, a class that cannot be imported here because of the layering."""
+    """Interface of a `Hierarchy`, a class of a higher layer, which this module must not import."""
 
     @property
     def levels(self) -> list[Ints]:
@@ -90,7 +90,7 @@ class Feature:
 
     name: str
     values: Floats  # NaN for missing values
-    of: str  # "cell" or "region"
+    of: str  # "cell" for one value per cell, "region" for one value per region
 
     @property
     def range(self) -> tuple[float, float]:
@@ -118,7 +118,7 @@ class Feature:
 def checked_levels(
     labels: LabelsLike | None, n_cells: int, n_vertices: int | None = None
 ) -> list[Labeling]:
-    """Check labels of one or several levels; return a list, which is empty for None."""
+    """Check labels of one or several levels; return one `Labeling` per level, or [] for None."""
     if labels is None:
         return []
     given: Any = labels.levels if isinstance(labels, HasLevels) else labels
@@ -133,14 +133,14 @@ def checked_levels(
 
 
 def checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Labeling:
-    """Check the labels of cells, and renumber the regions without gaps."""
+    """Check the labels of cells, and return them with regions renumbered without gaps."""
     return Labeling(*compact_partial_labels(labels, n_cells, n_vertices))
 
 
 def checked_features(
     features: Mapping[str, npt.ArrayLike] | None, n_cells: int, n_regions: int | None
 ) -> list[Feature]:
-    """Check named values, one per cell or one per region of the first level."""
+    """Check named values, per cell or per region of the first level; return them as features."""
     found = []
     for name, given in (features or {}).items():
         values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)

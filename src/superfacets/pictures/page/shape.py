@@ -42,7 +42,7 @@ class Shape:
 
     points: Floats  # (P, 3) vertices, or points of a cloud
     triangles: npt.NDArray[np.uint32] | None  # (T, 3) rows of `points`; None for a cloud
-    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None if equal to its index
+    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None if each is a cell
     normals: Floats | None  # (P, 3) normals of a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # area of each drawn face or point
@@ -65,7 +65,7 @@ class Shape:
         """Scene without colors, for guessing the up axis; points of clouds become triangles."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
-            points = hexagons_of(self.graph)  # one triangle per hexagon is enough
+            points = hexagons_of(self.graph)  # one triangle of each hexagon is enough
             triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal
@@ -112,7 +112,7 @@ class _Outline:
     places: npt.NDArray[np.uint32]  # (V,) row in `Shape.points` of each vertex of the mesh
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
-        """Return two vertices and two cells of each edge between regions, (B, 4)."""
+        """Return two vertices and two cells of each edge that is a border in a labeling, (B, 4)."""
         sources = np.repeat(
             np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
         )
@@ -181,7 +181,7 @@ def _surface_shape(
 def _numbered_by_use(
     corners: Ints, n_vertices: int
 ) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """Return vertices in order of first use, corners with new numbers, and all new numbers."""
+    """Return vertices in order of first use, renumbered corners, and new numbers of vertices."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
     first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner remains

@@ -33,9 +33,10 @@ def texture_parts(
 ) -> tuple[dict[str, Any], dict[str, tuple[Array, Coding]]]:
     """Return a description of a texture, and its arrays, for the JavaScript viewer.
 
-    All images are scaled down and arranged in one atlas of at most `ATLAS_SIZE`. Each material has
-    a tile, which consists of its rectangle in the atlas, its wrap modes, and its color; there is
-    also a tile for faces without a material. Coordinates are rounded to 1/65535 of their range.
+    All images are scaled down and arranged in one atlas of at most `ATLAS_SIZE`. A tile consists of
+    a rectangle in the atlas, wrap modes and a color. Each material has a tile, and a second tile
+    without a rectangle for faces without texture coordinates. The last tile is for faces without a
+    material. Coordinates are rounded to 1/65535 of their range.
     Raises a MeshError if the texture does not match the mesh, or if an image is missing or damaged.
     """
     check_texture(texture, mesh)

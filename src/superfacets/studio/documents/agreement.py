@@ -43,7 +43,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     """
     journal = parsed_work(Path(name), data)
     source.check_work(journal)
-    is_shared = journal.header["classes"] is None  # None: the classes are in the folder
+    is_shared = journal.header["classes"] is None  # None if all files of a folder share classes
     state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
@@ -53,7 +53,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """Return my number for each of their classes, and my list extended by their new classes."""
+    """Return an array that maps their class numbers to mine, and my list with their new classes."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
@@ -141,6 +141,6 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """Return a dict from all positive values in either array to the IoU of their areas."""
+    """Return a dict from each positive value in `mine` or `theirs` to the IoU of its areas."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

@@ -54,7 +54,7 @@ class State:
 
     @property
     def review_marks(self) -> Line:
-        """Entries of a journal line: whether the document is reviewed, and has changed since."""
+        """Entries of a journal line: each of `REVIEW_MARKS` that applies, with the value True."""
         values = self.is_reviewed, self.is_changed
         return {name: True for name, value in zip(REVIEW_MARKS, values, strict=True) if value}
 
@@ -87,9 +87,9 @@ class Change:
     """A change of a `State`, with the values before and after it, so that it can be undone."""
 
     kind: Literal["paint", "split", "segment", "classes", "objects", "review", "suggest", "settle"]
-    before: Any  # old `Painted` for the kind "paint", otherwise old value of the field
-    after: Any
-    stroke: str | None = None  # successive changes with the same name are undone together
+    before: Any  # old `Painted` for the kind "paint", otherwise old value of a field, see `_FIELDS`
+    after: Any  # new `Painted` or new value of the field
+    stroke: str | None = None  # a name; successive changes with the same name are undone together
 
     @classmethod
     def painting(
@@ -126,7 +126,7 @@ class Change:
 
 
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """Return a change that removes suggestions, or raise a ValueError if an id does not exist."""
+    """Return a change that removes the suggestions `ids`; raise a ValueError if one is missing."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
     left = tuple(one for one in state.suggestions if one.id not in ids)

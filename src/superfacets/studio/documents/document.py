@@ -178,11 +178,11 @@ class Document:
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
     ) -> Change | None:
-        """Set the class and object of ascending cells to one value for all, or one value per cell.
+        """Set the classes and objects of cells: one number for all cells, or one number per cell.
 
-        0 means no class or no object. Returns None if nothing changes. Raises ValueError if a class
-        does not exist, JournalError if the change could not be written, and ChangedError if the
-        input file has changed.
+        `cells` are ascending indices. 0 means no class or no object. Returns None if nothing
+        changes. Raises ValueError if a class does not exist, JournalError if the change could not
+        be written, and ChangedError if the input file has changed.
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
@@ -230,7 +230,7 @@ class Document:
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Set the name of an object; an empty name removes it; invalid input is a ValueError."""
+        """Name an object, or remove its name if `name` is empty; raise a ValueError if invalid."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -240,7 +240,7 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark the document as reviewed or not; if it changed, mark it as reviewed again."""
+        """Mark the document as reviewed or not reviewed, and as unchanged since then."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
@@ -280,8 +280,8 @@ class Document:
     def take(self, imported: Imported) -> Change | None:
         """Apply imported labels, classes and names of objects; a single undo reverts all of them.
 
-        Imported objects get numbers above the existing objects in cells that the import does not
-        label. Raises ValueError if a class would have more than `MAX_OBJECT` objects.
+        Imported objects get numbers above all object numbers of cells outside of the import. Raises
+        ValueError if a class would have more than `MAX_OBJECT` objects.
         """
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
@@ -356,7 +356,7 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Read another work file of the mesh for comparison; an invalid file is a JournalError."""
+        """Read another work file of the mesh to compare; raise a JournalError if it is invalid."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
@@ -370,7 +370,7 @@ class Document:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Use the other file's labels in these cells ("theirs"), or ignore them there ("mine").
+        """Resolve differences in `cells`: use the other file's labels ("theirs"), or keep mine.
 
         With "theirs", cells without a class in this document are also labeled.
         """
@@ -393,7 +393,7 @@ class Document:
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Replace the list of classes; a missing class of cells or suggestions is a ValueError."""
+        """Replace the list of classes, which must have all classes of cells and suggestions."""
         classes = checked_class_list(value)
         with self.lock:
             counts = np.bincount(self.state.classes).tolist()
@@ -441,7 +441,7 @@ class Document:
         self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
-        """Return whether the stored regions were computed from labels that differ from `base`."""
+        """Return whether the regions in the work file, before splits, differ from `base`."""
         return self.state.partition.digest not in ("", self.base.digest)
 
     def _adopt_base(self) -> None:
@@ -454,7 +454,7 @@ class Document:
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Show the labels of `base` with later splits, except splits from another version."""
+        """Make `base`, with its splits if they are from this version, the current revision."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition

@@ -94,7 +94,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # without `_lock`, as users of documents may wait for it
+        for document in documents:  # `_lock` is free, because users of documents may need it
             document.close()
 
     def _opened(self, number: int) -> Document:

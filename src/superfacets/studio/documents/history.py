@@ -17,7 +17,7 @@ class NothingError(LookupError):
 
 
 def last_stroke(changes: list[Change]) -> list[Change]:
-    """Return the last change, and earlier changes with the same stroke name, most recent first."""
+    """Return the last change and the changes just before it in the same stroke, latest first."""
     found: list[Change] = []
     for change in reversed(changes):
         if found and (change.stroke is None or change.stroke != found[0].stroke):
@@ -41,11 +41,11 @@ class History:
     state: State
     undo_stack: list[Change] = field(default_factory=list)
     redo_stack: list[Change] = field(default_factory=list)
-    seq: int = 0
+    seq: int = 0  # number of steps (changes, undos and redos) in the journal
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
-        """Return the history after all lines of a journal.
+        """Return the history that results from all lines of a journal.
 
         `classes`, the list of a folder, replaces the list in the journal, unless it is None. Raises
         JournalError if a line cannot be replayed.

@@ -24,7 +24,7 @@ READABLE = (1, VERSION)  # versions of the format that can be opened; version 1 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
 
-_SUM = b',"crc":"%08x"}'  # end of each line, with the CRC of all bytes before it
+_SUM = b',"crc":"%08x"}'  # end of each line, with the CRC-32 of the earlier bytes of the line
 _LAST_BYTES = 1 << 12  # size of the first block that is searched for the last line
 
 Line = dict[str, Any]
@@ -46,9 +46,9 @@ class Journal:
     header: Line  # content of the first line
     lines: list[Line]  # lines after the header; empty after they have been replayed
     notes: list[str]  # messages for the user about damage that was repaired
-    _file: int = field(repr=False)
-    _size: int = field(repr=False)
-    _fault: str | None = None
+    _file: int = field(repr=False)  # file descriptor; -1 if the file is closed or read-only
+    _size: int = field(repr=False)  # size of all complete lines, in bytes
+    _fault: str | None = None  # why nothing more can be written; None if writing is possible
 
     @classmethod
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
@@ -209,7 +209,7 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    with contextlib.suppress(ValueError, RecursionError):  # checksum valid, JSON invalid
+    with contextlib.suppress(ValueError, RecursionError):  # JSON is invalid despite the checksum
         line: Line = json.loads(text)
         return line
     return None

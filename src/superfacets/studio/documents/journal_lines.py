@@ -35,7 +35,7 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
-        own = header["classes"]  # None: the classes are in the folder
+        own = header["classes"]  # None if all files of a folder share their classes
         classes = default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
@@ -92,7 +92,7 @@ def _read_paint(line: Line, state: State) -> Change:
 
 
 def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int) -> int | Numbers:
-    """Return the entry `name`, one number for all cells, or name + plural, one number per cell."""
+    """Return one number for all cells from the entry `name`, or one per cell from name + plural."""
     if name not in line:
         data = inflated(bytes_from(line[name + plural], name + plural), 2 * n_cells)
         numbers = np.frombuffer(data, np.uint16)

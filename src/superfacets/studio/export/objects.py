@@ -28,8 +28,8 @@ from ..labels.classes import INSTANCES, stuff_of
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Two formats of ScanNet, whose files belong together: segments, and objects as groups of
-segments."""
+"""Maps each of two ScanNet formats to the other, because their files belong together: segments, and
+objects as groups of segments."""
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ def _name_of(document: Document, what: str, format: str) -> str:
 
 
 def _stem_of(document: Document) -> str:
-    """Return the first part of export names, so that exports of two annotators differ."""
+    """Return the stem of export names; it differs between work files, so exports do not collide."""
     work, default = document.journal.path, work_file_of(document.path)
     if work.resolve() == default.resolve():
         return document.path.stem
@@ -145,7 +145,7 @@ def _write(document: Document, what: str, format: str, folder: Path) -> list[Pat
     """Write the file of an export, and its second file if the format consists of two files."""
     pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
     paths = [folder / _name_of(document, what, one) for one in pair]
-    with document.lock:  # prevents changes between labels and names
+    with document.lock:  # so that labels and names are from the same state
         for one, path in zip(pair, paths, strict=True):
             _WRITERS[what](document, one, path)
     return paths
@@ -163,7 +163,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """Return the texture for .glb files, and for .obj files in the folder with the image files."""
+    """Return the texture for .glb files, and for .obj files in the same folder as the images."""
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None

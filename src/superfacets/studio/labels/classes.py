@@ -39,7 +39,7 @@ _N_DEFAULT = 6
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
-"""Dicts with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if the class has no objects."""
+"""Dicts with ``id``, ``name``, ``color`` and ``key``, and ``stuff`` for a class without objects."""
 
 ObjectNames = tuple[dict[str, Any], ...]
 """Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
@@ -78,7 +78,7 @@ def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
 
 
 def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
-    """Return the list with a new class, whose shortcut key is empty if it is already in use."""
+    """Return the list extended by a new class, without a shortcut key if its key is in use."""
     entry = new_class(class_id, name)
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""
@@ -118,7 +118,7 @@ def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
 
 
 def checked_class_list(value: object) -> ClassList:
-    """Check a list of classes; raise a ValueError that names the first invalid entry."""
+    """Return a checked copy of a list of classes; raise a ValueError if an entry is invalid."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))

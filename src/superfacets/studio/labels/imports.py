@@ -133,7 +133,7 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Return the most frequent label at the corners of each cell; of several, the lowest."""
+    """Return the most frequent label at the corners of each cell; the lowest if there is a tie."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
     return labels_of_corners(cells, of_vertices)
@@ -178,7 +178,7 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
 
 
 class _Gathered:
-    """Collects groups of cells with class names, and makes classes and objects of them."""
+    """Collects groups of cells, each with a class name, and converts them to labels of cells."""
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
@@ -189,7 +189,7 @@ class _Gathered:
         self._scores: dict[tuple[int, int], float] = {}
 
     def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
-        """Give cells a class by name and, unless the class has no objects, make them an object.
+        """Give cells the class `name`, and make them an object unless the class has no objects.
 
         An unknown class is added to the list. The object gets the number `wanted` if it is free,
         and otherwise the next free number. If `wanted` is 0, the cells become no object. `entry` is
@@ -214,7 +214,7 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Store the score of an entry; of several scores for the same cells, the lowest is kept."""
+        """Store the score of an entry; several entries of one object get the lowest score."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id

@@ -19,7 +19,7 @@ UNNAMED = "object"
 class Suggestion:
     """Set of cells that is suggested as an object."""
 
-    id: int  # number from 1, in the order of class and object in the file
+    id: int  # number from 1, in ascending order of class and object in the imported file
     cells: bytes  # indices of the cells, encoded by `pack_cells`
     class_id: int  # 0 if the user must choose the class
     score: float | None  # confidence, 0 to 1; None if the file has no score

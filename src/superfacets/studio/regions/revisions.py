@@ -23,7 +23,7 @@ MAX_KEPT = 6  # number of revisions that are kept for requests of clients
 
 @dataclass(frozen=True)
 class Partition:
-    """Recipe of the regions: parameters of the segmentation, and splits by the user after it."""
+    """Data to compute regions again: parameters of the segmentation, and splits by the user."""
 
     parameters: dict[str, Any]
     digest: str = ""  # hash of the labels before all splits; empty if unknown
@@ -41,12 +41,12 @@ def _check_exists(region: int, n_regions: int) -> None:
 
 
 class GoneError(LookupError):
-    """Error raised if a requested revision no longer exists; the client must request the state."""
+    """Error raised if a requested revision is no longer stored; clients then request the state."""
 
 
 @dataclass
 class Revision:
-    """Labels of regions with a number, which clients send with requests about regions."""
+    """Labels of regions, and a revision number that clients send with requests about regions."""
 
     number: int  # unique, even after a restart of the server
     partition: Partition
@@ -56,7 +56,7 @@ class Revision:
 
     @cached_property
     def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
-        """Index of the first cell of each region, and cells sorted by region, then by number."""
+        """Offset of each region in an array of cells sorted by region, and this array."""
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)

@@ -29,7 +29,7 @@ from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
-MAX_REGIONS = 20_000  # maximum of the slider; smaller regions are useless for labeling
+MAX_REGIONS = 20_000  # maximum of the slider; more regions would be too small for labeling
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Parameters = dict[str, Any]
@@ -121,8 +121,8 @@ class Base:
 
     labels: Ints
     n_regions: int
-    digest: str
-    notes: tuple[str, ...]
+    digest: str  # hash of the labels
+    notes: tuple[str, ...]  # warnings to show to the user
 
 
 @dataclass

@@ -14,7 +14,7 @@ from ..labels.coding import CellNumbers
 
 SHARPNESS = 12.5
 """Rate at which creases reduce the cost of a border. In a crease with angle t, the cost is
-multiplied by exp(-12.5 t / pi), so by 0.002 for a right angle. `hierarchy` uses a similar rate."""
+multiplied by exp(-12.5 t / pi): by 0.002 for a right angle. `hierarchy` uses a similar rate."""
 
 CONVEX = 0.5  # factor for angles of convex creases; angles of concave creases have 1
 NEARNESS = 6.0
@@ -75,7 +75,7 @@ class _Part:
 
 
 def _indices_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
-    """Return the positions in `cells` of the cells of a stroke; other cells are left out."""
+    """Return the index in `cells` of each cell of a stroke; cells not in `cells` are left out."""
     indices = np.minimum(np.searchsorted(cells, stroke), len(cells) - 1)
     return np.asarray(indices[cells[indices] == stroke])
 
@@ -138,7 +138,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 
 
 def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
-    """Return whether a cell is in a connected piece of this side without cells of its stroke."""
+    """Return which cells of a side are in a connected piece that contains no cell of `stroke`."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

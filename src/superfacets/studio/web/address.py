@@ -64,7 +64,7 @@ def open_socket(port: int) -> socket.socket:
     """Listen on a port (0: any free port), or raise an OSError if the port is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if os.name != "nt":  # on Windows, other processes could then use the port
+        if os.name != "nt":  # on Windows, this option would let other processes use the port
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((HOST, port))
         opened.listen()
@@ -78,7 +78,7 @@ def open_socket(port: int) -> socket.socket:
 
 
 def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
-    """Listen on the given port or, without one, on the port of the last server if it is free."""
+    """Listen on `port`; by default, on the last server's port, or on any port if it is in use."""
     if port is None and kept is not None:
         with contextlib.suppress(OSError):
             return open_socket(kept.port), kept
@@ -118,7 +118,7 @@ def kept_address(path: Path) -> Address | None:
 
 @contextlib.contextmanager
 def keep(path: Path, address: Address) -> Iterator[None]:
-    """Store an address while the `with` block runs; without write access, do nothing."""
+    """Store an address while the `with` block runs, unless the file cannot be written."""
     text = ""
     with contextlib.suppress(OSError):
         path.unlink(missing_ok=True)
@@ -130,7 +130,7 @@ def keep(path: Path, address: Address) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(OSError):
-            if path.read_text(encoding="ascii") == text:  # no other server replaced it
+            if path.read_text(encoding="ascii") == text:  # no other server replaced the file
                 path.unlink()
 
 

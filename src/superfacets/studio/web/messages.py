@@ -54,7 +54,7 @@ STATUS_OF = (
     (MemoryError, 507),
     (ClientDisconnect, 400),  # status is arbitrary: nobody receives it
 )
-"""HTTP status of each class of errors. The first class that an error is an instance of applies."""
+"""HTTP status of each class of errors. For an error of several classes, the first is used."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
@@ -90,7 +90,7 @@ async def body_of(request: Request) -> Body:
 
 
 async def _content(request: Request) -> bytearray:
-    """Read the body of a request, unless its declared or actual length is too large."""
+    """Read the body of a request, or raise a TooLargeError if it is or claims to be too large."""
     data = bytearray()
     announced = request.headers.get("content-length", "0")
     if not announced.isdecimal() or int(announced) <= MAX_BODY:

@@ -29,8 +29,8 @@ from ..regions.segmenting import levels_of, ranges
 from .messages import BYTES, Body
 
 Operation = Callable[[Document, Body], Any]
-"""Function of a document and the query or JSON object of a request. It is called with the lock of
-the document, so that operations on one document never overlap."""
+"""Function of a document and of the query or JSON object in a request. The document is locked while
+the function runs, so that operations on one document never overlap."""
 
 LARGEST = (1 << 63) - 1  # largest int64
 MAX_DIGITS = 20  # maximum length of a revision number in a query
@@ -196,7 +196,7 @@ def _name_object(document: Document, body: Body) -> Body:
 
 
 def _compare(document: Document, body: Body) -> Body:
-    """Compare with the work file in the request or, without one, with the last one again."""
+    """Compare with the work file in the request, or with the previous one if there is none."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
         raise ValueError("only one work file can be compared")

@@ -47,8 +47,7 @@ class Thumbnails:
     def _drawn(self, path: Path) -> bytes:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             target = Path(folder, "picture.png")
-            # Without -P, Python could import modules from the current folder, for example from
-            # downloads.
+            # Without -P, Python could import modules from the current folder.
             command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
             status, errors = self._run(command)
             if status or not target.exists():
