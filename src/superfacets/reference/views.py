@@ -1,4 +1,4 @@
-"""Find triangles that a camera sees, and group regions that are in the same masks."""
+"""Find the triangles that a camera sees, and group regions that are often in the same masks."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 MOST_STRETCHED = 10.0
-"""Maximum surface area in a pixel, in multiples of the area of a surface that faces the camera. A
-larger area is set to 0, because the surface is seen at a very small angle."""
+"""Maximum surface area in a pixel, in multiples of the area of a surface that faces the camera. Larger
+areas are set to 0, because such a surface is seen at a very small angle."""
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
-    """Return the triangle in each pixel, its area there, and whether each triangle is visible.
+    """Return each pixel's triangle and surface area, and whether each triangle is visible.
 
     Pixels without a triangle have the index -1. The ray of each pixel is intersected with each
     triangle. Vertices are mapped to (u d, v d, d), where (u, v) is the pixel and d the depth. This
-    linear map preserves depths, and planes through the camera.
+    linear map preserves depths, and maps planes through the camera to planes through the origin.
     """
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -36,7 +36,7 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
         a, b, c = (positions[corner] for corner in corners)
         sides = [np.cross(b, c), np.cross(c, a), np.cross(a, b)]
         volume = dot(a, sides[0])
-        if volume == 0:  # plane through the camera
+        if volume == 0:  # the plane of the triangle contains the camera
             continue
         if volume < 0:
             volume, sides = -volume, [-side for side in sides]
@@ -73,7 +73,7 @@ def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
 
     `areas` contains one array (K, M) per image: the area of each region in each mask. The agreement
     of two groups is the sum, over images, of products of their areas in the same mask, divided by
-    the sum of products of their areas in all pairs of masks. The two groups with the highest
+    the sum of products of their areas in all pairs of masks of an image. The two groups with the highest
     agreement are merged repeatedly while their agreement is at least `least`. Of equal agreements,
     older groups and lower regions are merged first.
     """
