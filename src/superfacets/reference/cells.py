@@ -53,8 +53,7 @@ def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
 
 
 Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
-"""For the sorted vertices of each side, a dict from cells with this side to (side index, direction).
-The direction is True if the vertices ascend in the cell."""
+"""For the vertices of a side: dict from each of its cells to (index of the side, is ascending)."""
 
 
 def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:

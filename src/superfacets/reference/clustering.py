@@ -76,8 +76,8 @@ def join_islands(
     """Join islands (connected components with label -1) to the nearest regions.
 
     An island gets the label of the labeled cell that is nearest to any of its cells. If several
-    cells are equally near, the lowest index is used. With groups, this cell must be in the group of
-    the island, unless the group of the island is -1. If there is no such cell, the island becomes a
+    cells are equally near, the lowest index is used. If groups are given, this cell must be in the
+    group of the island, unless that group is -1. If there is no such cell, the island becomes a
     region whose center is its lowest cell. Returns labels, number of joined islands, new centers.
     """
     joined = list(labels)
@@ -144,9 +144,9 @@ def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
     has_crease_limit: bool = False,
 ) -> list[int]:  # fmt: skip
-    """Move up to `n_moves` centers from the least useful regions to regions with large distortion.
+    """Move up to `n_moves` centers of regions that cost least to remove; return all centers.
 
-    Returns all centers. Sums over cells are computed in the order `order`.
+    They move into regions with large distortion. Sums are computed in the order `order` of cells.
     """
     paths = second_nearest(graph, centers)
     gain = 0.25 if has_crease_limit else 0.5
@@ -220,7 +220,7 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the length of each arc between coarse cells: shortest path between their centers."""
+    """Return the shortest path between the centers of adjacent coarse cells across their border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

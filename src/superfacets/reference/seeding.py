@@ -38,10 +38,7 @@ def find_components(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
-    """Return a dict from cells to path lengths from a center.
-
-    Paths do not continue from a cell at a Euclidean distance of more than `reach` from the center.
-    """
+    """Return a dict from cells to path lengths; cells farther than `reach` have no successors."""
     lengths: dict[int, int] = {}
     queue = [(0, center)]
     while queue:
@@ -88,7 +85,7 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Return centroids of regions, computed with fixed-point sums, or NaN for very small regions."""
+    """Return the centroids of regions from fixed-point sums, or NaN for very small regions."""
     # The area (or volume) of a cell, and its product with the offset of the cell from the minimum
     # corner, are scaled and rounded to integers, whose sums are exact in any order and below 2**61.
     # The rounding errors, multiplied by 2**31, are rounded and summed in the same way.
@@ -202,7 +199,7 @@ def _curve_weight(graph: CellGraph, cell: int) -> float:
 def _with_farthest(
     graph: CellGraph, seeds: list[int], n_seeds: int, components: Array, seeded: list[int]
 ) -> list[int]:
-    """Add `n_seeds` - len(seeds) cells, each with the longest path from its nearest seed."""
+    """Add up to `n_seeds` seeds, each the cell with the longest path from its nearest seed."""
     cells = np.flatnonzero(np.isin(components, seeded)).tolist()
     lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):
@@ -216,10 +213,9 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Return cells as seeds that no expansion from an earlier seed to the distance 2 r reaches.
+    """Visit cells in order of path length from the first cell of each component, and return seeds.
 
-    Cells are visited in order of path length from the most central cell, and in each other
-    component from the lowest cell.
+    A visited cell is a seed if no expansion of an earlier seed to the distance 2 r reaches it.
     """
     seeds: list[int] = []
     reached: set[int] = set()

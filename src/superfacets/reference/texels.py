@@ -24,7 +24,7 @@ def texel_colors(
     """Return the mean color (N, 3) and the spread (N,) of the texels in triangles (N, 3, 2).
 
     Texels are used if their centers are in the triangle. In large triangles, only every n-th row
-    and every n-th column is used. If a triangle contains no texel center, colors are interpolated at the
+    and column is used. If a triangle contains no texel center, colors are interpolated at the
     centroids of k x k equal parts of the triangle. Coordinates that are not finite or exceed 2**20
     give NaN.
     """

@@ -78,7 +78,7 @@ def count_segments(
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0
         ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), index))
     sets = {node: [node] for node in range(len(positions))}
-    limits = [threshold] * len(positions)  # maximum weight at which the segment of each node may join
+    limits = [threshold] * len(positions)  # weight up to which its segment may join
 
     def join(may_join: Callable[[int, int, float], bool]) -> None:
         for weight, index in sorted(ranks):

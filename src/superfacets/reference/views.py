@@ -14,8 +14,8 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 MOST_STRETCHED = 10.0
-"""Maximum surface area in a pixel, in multiples of the area of a surface that faces the camera. Larger
-areas are set to 0, because such a surface is seen at a very small angle."""
+"""Maximum surface area in a pixel, in multiples of the area of a surface that faces the camera. A
+larger area is set to 0, because the surface is seen at a very small angle."""
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
@@ -73,7 +73,7 @@ def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
 
     `areas` contains one array (K, M) per image: the area of each region in each mask. The agreement
     of two groups is the sum, over images, of products of their areas in the same mask, divided by
-    the sum of products of their areas in all pairs of masks of an image. The two groups with the highest
+    the sum of products of their areas in all pairs of its masks. The two groups with the highest
     agreement are merged repeatedly while their agreement is at least `least`. Of equal agreements,
     older groups and lower regions are merged first.
     """

@@ -245,10 +245,7 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the connected component of each region, and the number of components.
-
-    Components are numbered in the order of their lowest regions.
-    """
+    """Return each region's component, numbered in the order of regions, and their number."""
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")
     offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)

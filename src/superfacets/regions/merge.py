@@ -99,8 +99,7 @@ def merge_regions(
 ) -> RegionEdit:
     """Merge small regions as `merge_small_regions` does, without checking the arguments.
 
-    If `groups` (see `Cut.groups`) contains a group for each cell, a region without neighbors only
-    joins a region of the same group.
+    If `groups` (see `Cut.groups`) are given, regions without neighbors join only their own group.
     """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)

@@ -333,8 +333,7 @@ def _majorities(column: Array, members: _Members) -> Array:
 def _codes(values: Array) -> tuple[Ints, Array | None]:
     """Encode integers as int32 codes, and return the codes and a table that maps codes to values.
 
-    The code of -1 is -1. Other codes are >= 0 and in the order of the values. The table is None if
-    the codes equal the values.
+    The code of -1 is -1. All other codes sort like the values. The table is None if codes = values.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:

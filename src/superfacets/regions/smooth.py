@@ -151,8 +151,7 @@ def smooth_borders(
 
     Notes
     -----
-    Time is O(N + M) for N cells and M arcs, plus constant time per border face in each of up to ten
-    sweeps over the borders.
+    Time is O(N + M) for N cells and M arcs, and O(1) per border face for each of up to ten sweeps.
 
     Examples
     --------

@@ -55,8 +55,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     Raises
     ------
     MeshError
-        If a file is damaged or has neither faces nor points, or if a folder contains both meshes
-        and clouds.
+        If a file is damaged or has neither faces nor points, or if a folder has meshes and clouds.
     OSError
         If a file or a folder cannot be read.
     TypeError

@@ -173,8 +173,7 @@ class TiledCoarseGraph:
     ) -> tuple[Array, Ints]:
         """Extend the labels and path lengths of coarse cells to labels of all cells.
 
-        Returns an empty array, because there are no path lengths, and the labels. The graph of
-        coarse cells is freed to save memory.
+        Returns no path lengths (an empty array), and the labels. Frees `graph` to save memory.
         """
         del self.graph
         store, waiting = self.fine.store, {}

@@ -94,7 +94,7 @@ def _share(cases: Iterable[bool]) -> str:
 
 
 def _mean_share(shares: Iterable[float | None]) -> str:
-    """Return the mean of fractions in percent, ignoring None (no creases), or "-" if all are None."""
+    """Return the mean fraction in percent, ignoring None (no creases), or "-" if all are None."""
     found = [share for share in shares if share is not None]
     return f"{100 * np.mean(found):.0f} %" if found else "-"
 

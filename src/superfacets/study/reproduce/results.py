@@ -126,8 +126,7 @@ class Comparison:
 def compare(results: Results, figure: str) -> Comparison:
     """Return the curves of a figure, and the models for which all curves have results.
 
-    Curves are added in descending order of their numbers of models. A curve is left out if no
-    common models would remain.
+    Curves with many models are added first. A curve is left out if no common models would remain.
     """
     choice = results.plan.choice
     curves = [Curve(*pair) for pair in choice.curves_in(figure)]
