@@ -31,7 +31,7 @@ _ARCTANGENT_SERIES = (
 
 _PI_4_ERROR = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus the float64 nearest to pi / 4
 
-# The sum of these two numbers is ln 2. The first has only 32 bits, so its products are exact.
+# The sum of both is ln 2. The first has only 32 bits, so its products with integers are exact.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
 _LN_2_REMAINDER = float.fromhex("0x1.473de6af278edp-34")
 

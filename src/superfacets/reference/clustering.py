@@ -20,7 +20,7 @@ Path = tuple[int, int]
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Label each cell with its nearest center in the graph; return the labels and all centers.
+    """Label each cell by the center with the shortest path; return the labels and all centers.
 
     A connected component without a center gets a new center or, if `islands` is "nearest", the
     label -1. `offsets` contains, for each center, the initial length of all paths from the center.
@@ -37,7 +37,7 @@ def classify_exact(
 def _shortest_paths(
     graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
 ) -> dict[int, Path]:
-    """Return the best path to each cell. `starts` are (initial length, label, cell)."""
+    """Return the shortest path to each cell from any of `starts`: (initial length, label, cell)."""
     best: dict[int, Path] = {}
     queue = sorted(starts)
     while queue:
@@ -132,7 +132,7 @@ def iterate(
 
 
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """Return, for each cell, the paths from its nearest and second-nearest centers, if any."""
+    """Return the paths to each cell from its nearest and second-nearest centers, if they exist."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -220,7 +220,7 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the shortest path between the centers of adjacent coarse cells across their border."""
+    """Return the lengths of arcs between coarse cells: shortest paths across a single border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

@@ -81,7 +81,7 @@ class _Moves(MovingRegions):
         return has_moved and self.may_go_on()
 
     def improve(self, region: int, is_full: bool) -> bool:
-        """Move faces along a path out of a region (`is_full`) or into it; return if any moved."""
+        """Move faces along a path out of a region (`is_full`) or into it; return if any move."""
         margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
         while -margin(region) > self.rounding and self.may_go_on():
             path = _search(region, lambda other: margin(other) >= self.step, next_of)

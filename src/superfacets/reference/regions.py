@@ -159,7 +159,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """Return, for each rank > 0, the nearest cells with this rank and with a lower rank."""
+    """Return, for each rank > 0, the nearest pair of a cell of this rank and one of lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -182,7 +182,7 @@ def merge_tree(
     crease_weight: float,
     dimension: int,
 ) -> tuple[list[tuple[int, int]], list[float]]:
-    """Merge the pair with the lowest cost repeatedly; return all pairs of nodes and their costs.
+    """Repeatedly merge the pair of lowest cost; return all merged pairs of nodes, and costs.
 
     `borders` maps pairs of regions, the lower first, to (length, open length). Edges in creases add
     less to the open length.

@@ -38,7 +38,7 @@ def find_components(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
-    """Return a dict from cells to path lengths; cells farther than `reach` have no successors."""
+    """Return a dict from cells to path lengths; paths end at cells farther than `reach`."""
     lengths: dict[int, int] = {}
     queue = [(0, center)]
     while queue:
@@ -184,7 +184,7 @@ def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
 
 
 def _curve_weight(graph: CellGraph, cell: int) -> float:
-    """Return the area of a cell * sqrt(sum of arc lengths / sum of distances to neighbors)."""
+    """Return area * sqrt(sum of arc lengths / sum of distances to neighbors) of a cell."""
     lengths = steps = 0.0
     for neighbor, length in arcs_of(graph, cell):
         if neighbor == cell:

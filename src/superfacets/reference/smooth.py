@@ -202,7 +202,7 @@ class MovingRegions:
         return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Return whether the faces around the corners of a face keep its region connected."""
+        """Return whether the faces at a face's corners show that its region can stay connected."""
         side_of: dict[int, int] = {}  # side of the face toward each neighbor in its region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
@@ -347,7 +347,7 @@ class Patches:
         return reached[n_taken] if n_taken < len(reached) else None
 
     def _choose_color(self, forbidden: set[int], size: int) -> int:
-        """Return the color with the fewest faces, without `forbidden` colors, or a new color."""
+        """Return the allowed color with the fewest faces, or a new color if all are `forbidden`."""
         allowed = [c for c in range(len(self._color_sizes)) if c not in forbidden]
         if not allowed:
             allowed = [len(self._color_sizes)]

@@ -175,7 +175,7 @@ def frame_about(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
-    """Return the distance at which a ray leaves the body of triangles with corners (F, 3, 3).
+    """Return the distance at which a ray leaves a body, whose triangles are `corners`, (F, 3, 3).
 
     Returns None if the ray hits no triangle, or if it first hits the front of a triangle.
     """
@@ -215,7 +215,7 @@ class Part(NamedTuple):
 
 
 def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
-    """Cut faces until edges are at most `max_edge`; return all vertices, and parts of faces."""
+    """Cut faces until edges are at most `max_edge`; return all vertices, and parts of each face."""
     points = mesh.vertices.tolist()
     faces = mesh.faces.tolist()
     sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}

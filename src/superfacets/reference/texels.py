@@ -68,7 +68,7 @@ def _wrapped(i: int, size: int, wrap: str) -> int:
 
 
 def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
-    """Yield (column, row) of the texels used whose centers are in a triangle, row by row."""
+    """Yield (column, row) of all used texels whose centers are in a triangle, row by row."""
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))

@@ -1,4 +1,4 @@
-"""Slow, readable version of `variational_shape_approximation`, which tests compare with it."""
+"""Slow, readable version of `variational_shape_approximation`, for comparisons in tests."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Grow regions from seeds, each time by the face of smallest error, or the first queued."""
+    """Grow regions from seeds. The next face has the smallest error, or was queued first."""
     seeds, proxies = list(seeds), list(proxies)
     errors = [errors_of(surface, proxy).tolist() for proxy in proxies]
     labels = [-1] * len(surface.areas)
@@ -180,7 +180,7 @@ def _total(rows: Floats) -> Floats:
 
 
 def _least_axis(m: Matrix) -> list[float]:
-    """Return the unit eigenvector of the smallest eigenvalue of a symmetric 3 x 3 matrix."""
+    """Return the unit eigenvector of the smallest eigenvalue of m (3 x 3, symmetric), or 0."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0:
         return [0.0] * 3

@@ -183,7 +183,7 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Return whether all `bends` (angles) are small against `theta`, except a similar one."""
+        """Return whether all angles `bends` are small, except at most one angle like `theta`."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)

@@ -108,5 +108,5 @@ def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Int
     """Return the largest piece of each region by area, or the lowest of several largest pieces."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the last value, the largest, is kept
+    largest[region_of_piece[order]] = order  # the largest piece, assigned last, is kept
     return largest

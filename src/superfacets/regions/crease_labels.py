@@ -19,7 +19,7 @@ from ..mesh.weld import lowest_vertices
 class VertexEdges(NamedTuple):
     """Vertices of a mesh (or points) and edges between them, in CSR form and in both directions."""
 
-    offsets: Longs  # (V + 1,) index of the first edge of each vertex
+    offsets: Longs  # (V + 1,) index in `neighbors` of the first edge of each vertex
     neighbors: Ints  # (M,) vertex at the other end of each edge
     positions: Floats  # (V, 3) position of each vertex
     normals: Floats  # (V, 3) mean of the unit normals of the adjacent faces; 0 in a volume
@@ -30,7 +30,7 @@ class _Regions(NamedTuple):
 
     cells: Any
     corners: Corners  # vertex at each corner of the cells, after welding of equal positions
-    labels: Ints  # (N,) region of each cell
+    labels: Ints  # (N,) region of each cell, 0 to n - 1
     n: int  # number of regions, some of which may have no cells
 
 
@@ -131,7 +131,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Change `of_vertices` so that each region without vertices gets one of its cells' vertices."""
+    """Give each region without vertices one vertex of its cells if possible, in `of_vertices`."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -208,7 +208,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return the connected part of cells on which each piece of a divided region lies, or -1."""
+    """Return, for each piece, the connected part of cells at its vertices; -1 if not divided."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

@@ -27,13 +27,13 @@ changes by 0.0002."""
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Data for the cost of a border, which is its length, reduced where it follows a crease."""
+    """Data to compute the cost of a border: the border length, which counts less in creases."""
 
     surface: Surface
     lengths: Singles  # (M,) weight of each arc, quantized to a multiple of `unit`
     unit: float  # weight of an arc with length 1, in units of ``surface.weight_unit``
     radius: float  # expected radius r in the unit of the positions, > 0
-    crease_scale: float = CREASE_SCALE  # see the constant CREASE_SCALE
+    crease_scale: float = CREASE_SCALE  # as the constant `CREASE_SCALE`, in units of `radius`
 
     @classmethod
     def of_weights(cls, surface: Surface, weights: Floats, radius: float) -> BorderCosts:
@@ -76,7 +76,7 @@ class RegionEdit(NamedTuple):
 def read_regions(
     surface: Surface, labels: npt.ArrayLike, weights: npt.ArrayLike | None = None
 ) -> tuple[BorderCosts, Ints, int]:
-    """Check labels and weights, and return costs of borders, labels and the number of regions.
+    """Check labels and weights; return the border costs, the labels, and the number of regions.
 
     Cells labeled -1 are in no region. If `weights` is None, the weights of a `CellGraph` are used,
     or, for a mesh or cloud, weights like the defaults of `crease_weights`.

@@ -1,4 +1,4 @@
-"""Stage 5: nested levels of regions, made by merging neighboring regions."""
+"""Stage 5: compute nested levels of regions by merging neighboring regions."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ def merge_neighbors(
 
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
-    """Return the borders between regions, without borders to cells in no region."""
+    """Return the borders between regions. Borders to cells in no region are left out."""
     named, n_threads = np.where(labels < 0, np.int32(n_regions), labels), costs.surface.n_threads
     with_creases, without = (
         replace(costs, crease_scale=scale).args for scale in (MERGE_CREASE_SCALE, np.inf)
@@ -215,7 +215,7 @@ def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
 
 
 def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Floats:
-    """Return the weighted mean of values in each region, (K, F), exact if its values are equal."""
+    """Return the weighted mean of the values in each region, (K, F), exact if all are equal."""
     lowest = np.empty(n_regions, np.int64)
     lowest[labels[::-1]] = np.arange(len(labels))[::-1]
     origins = values[lowest]
@@ -228,7 +228,7 @@ def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Flo
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return the lower and the higher region of pairs to be connected across gaps.
+    """Return the pairs of regions to connect across gaps: all lower and all higher regions.
 
     There is one pair for each connected component of regions except the largest. The pair contains
     the two nearest cells of the component and of any larger component. Of components with equal
@@ -245,7 +245,7 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return each region's component, numbered in the order of regions, and their number."""
+    """Return the component of each region, numbered by lowest region, and how many there are."""
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")
     offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
@@ -253,7 +253,7 @@ def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """Add the gaps between the regions `low` and `high` as borders of length 0, and sort all."""
+    """Return all borders, sorted, and among them gaps from `low` to `high` as length 0."""
     lows, highs = np.append(borders[0], low), np.append(borders[1], high)
     order = np.lexsort((highs, lows))
     zeros = np.zeros(len(low))

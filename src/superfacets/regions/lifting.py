@@ -264,7 +264,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return each region's elected label or -1, the area of votes for it, and of all votes."""
+    """Return, for each region, the elected label or -1, and areas of its votes and all votes."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]

@@ -121,7 +121,7 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Segments of borders: one per edge and pair of regions at it, sorted by edge, then pair."""
+    """Segments of borders, one per edge and pair of regions at the edge, in this order."""
 
     edges: Longs  # (S,) index of the edge among the B border edges
     ends: Ints  # (S, 2) vertices of the edge, oriented as in a face of the first region
@@ -164,10 +164,10 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return three arrays for the sides of faces at borders: face, side, and region across it.
+    """Return three arrays for all sides of faces at borders: face, side, and opposite region.
 
     Sides (edges of a face) are numbered within the face. At a border between two regions, only the
-    faces of the lower region are returned. The region across is `NO_REGION` at a boundary.
+    faces of the lower region are returned. At a boundary, the opposite region is `NO_REGION`.
     """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
@@ -289,5 +289,5 @@ def find_boundaries(
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
-    is_boundary[neighbors[differ]] = True  # a neighbor may have no arc back
+    is_boundary[neighbors[differ]] = True  # because an arc may have no reverse arc
     return is_boundary

@@ -24,7 +24,7 @@ MOST_PIXELS = 1 << 23
 """Maximum number of pixels that are processed together. Each pixel takes about 30 bytes."""
 
 LEAST_IMAGES = 8
-"""Number of images, at most one per thread, that may have more than `MOST_PIXELS` together."""
+"""Maximum number of images, one per thread, that may together exceed `MOST_PIXELS`."""
 
 
 class Votes(NamedTuple):
@@ -39,7 +39,7 @@ class Votes(NamedTuple):
 
 
 class SeenSurface:
-    """Labeled surface of a mesh, cut into triangles, and the cells that cameras have seen."""
+    """Labeled surface of a mesh, cut into triangles, and which cells cameras have seen so far."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
@@ -137,7 +137,7 @@ def _votes_of_images(
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
-    """Return the total area of the pixels for each pair of a region and a mask (or no mask)."""
+    """Return, for each pair of a region and a mask (or no mask), the total area of its pixels."""
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)

@@ -153,7 +153,7 @@ def _by_group(
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is less than all groups
+    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is lower than all other groups
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)

@@ -139,7 +139,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Return whether the target is an array or list of points, not a mesh or (vertices, faces)."""
+    """Return whether the target is an array or list of points, not a pair (vertices, faces)."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

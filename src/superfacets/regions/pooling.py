@@ -224,7 +224,7 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield slices of regions and their members, and where each region begins in the latter."""
+        """Yield slices of regions and of members, and the start of each region in its slice."""
         first = 0
         while first < self.n_regions:
             start = self.starts[first]
@@ -242,7 +242,7 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Sort cells by region or, if `values` has one row per vertex, corners of cells by region."""
+    """Sort by region the cells or, if `values` has one row per vertex, the corners of the cells."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
@@ -333,7 +333,7 @@ def _majorities(column: Array, members: _Members) -> Array:
 def _codes(values: Array) -> tuple[Ints, Array | None]:
     """Encode integers as int32 codes, and return the codes and a table that maps codes to values.
 
-    The code of -1 is -1. All other codes sort like the values. The table is None if codes = values.
+    The code of -1 is -1. Other codes sort like the values. The table is None if codes equal values.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:

@@ -27,12 +27,12 @@ class Goals(NamedTuple):
 
     sizes: Floats  # (N,) size of each cell
     goals: Floats  # (K,) target size of each region
-    bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of regions
+    bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of any region
     is_exact: bool = False  # True if sizes must equal `goals`, even if regions get disconnected
 
     @property
     def limits(self) -> tuple[Floats, Floats]:
-        """Two arrays (K,): the minimum and the maximum size of each region after balancing."""
+        """Accepted minimum and maximum size of each region, as two arrays (K,)."""
         if self.is_exact:
             return self.goals, self.goals
         low, high = self.bounds
@@ -41,7 +41,7 @@ class Goals(NamedTuple):
 
     @classmethod
     def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Make goals from a balancer; regions that it does not know keep their current sizes."""
+        """Make goals from a balancer; for regions added later, the goal is the current size."""
         rules = balancer.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
@@ -49,7 +49,7 @@ class Goals(NamedTuple):
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
-        """Return the regions whose size is outside `bounds` or, if `is_exact`, not the target."""
+        """Return regions with a size outside `bounds` or, if `is_exact`, other than the goal."""
         low, high = self.limits if self.is_exact else self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())

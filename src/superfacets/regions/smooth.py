@@ -48,7 +48,7 @@ NO_SIZES = np.empty(0)
 
 
 class SmoothOptions(NamedTuple):
-    """Parameters of `smooth_borders`, where they are described."""
+    """Parameters of border smoothing; see `smooth_borders`."""
 
     max_distance: float = MAX_DISTANCE  # maximum distance that a border moves, in units of r
     max_chain: int = MAX_CHAIN  # maximum number of faces that move together

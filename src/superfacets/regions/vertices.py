@@ -192,7 +192,7 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return the most frequent label of the corners of each cell, or the lowest of equal ones.
+    """Return the most frequent label of the corners of each cell, or the lowest of several.
 
     `of_vertices` has one label per vertex. For a point cloud, `of_vertices` is returned as int64.
     """

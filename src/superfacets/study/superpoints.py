@@ -49,7 +49,7 @@ class Score(NamedTuple):
 
     n_superpoints: float
     error: float  # fraction of vertices whose superpoint represents another object
-    error_away: float  # the same fraction, of vertices more than one edge away from object borders
+    error_away: float  # the same among vertices more than one edge away from object borders
     mean_iou: float  # mean intersection over union (IoU) of all objects
     extra_pieces: float  # number of connected pieces minus number of superpoints
 
@@ -203,7 +203,7 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Return the number of components that vertices in `used` form with `edges`. Needs SciPy."""
+    """Return the number of connected components of the vertices `used`. Needs SciPy."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

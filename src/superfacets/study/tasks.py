@@ -92,13 +92,13 @@ def read_piece(piece: Piece) -> Record | None:
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece or None; if its path is in `lost`, a record with the reason."""
+    """Return the record of a piece, or None. If `lost` contains it, return the reason as record."""
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """Job that runs a task; its result maps the path of each record not written to the reason."""
+    """Job that runs a task. The result maps paths of records not written to the reasons."""
 
     task: Task
     deadline: float | None = None  # in seconds of `time.monotonic`, which is equal in all processes

@@ -1,4 +1,4 @@
-"""Search arrays and compute bounding boxes, for the other modules of `tiles`."""
+"""Select, merge and search arrays, and compute bounding boxes, for other modules of `tiles`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """Return the index of each value in `among`, which is sorted by `order` if given, or -1."""
+    """Return the index of each value in `among`, or -1. `order`, if given, sorts `among`."""
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)

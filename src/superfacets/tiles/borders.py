@@ -31,7 +31,7 @@ file ``stiffness.cpp``, so that sums are equal to the last bit."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Return the names of the arrays of cells that smoothing needs, and of the arrays `arcs`."""
+    """Return the names of all arrays that smoothing needs, including the arrays `arcs` of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -51,7 +51,7 @@ class BorderRule:
     firsts: Longs | None = None  # (T,) index of the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the border costs of a part, and remove its ``lengths`` to save memory."""
+        """Return the border costs of a part. Its array ``lengths`` is removed to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
         if (costs := self.part_costs) is not None:
@@ -88,7 +88,7 @@ def straighten_tiled(
         if not len(growing):
             break
         more = cells[growing]
-        del band  # frees its memory before the next band is loaded
+        del band  # to free memory before the next band is loaded
         marks.add(more)
     labels[cells] = moved
 
@@ -182,7 +182,7 @@ class _Marks:
 
 
 def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
-    """Mark the cells of a tile near borders of regions; return the marks of the tile's ghosts."""
+    """Mark cells of a tile near borders of regions; return the marks of the ghosts of the tile."""
     arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     labels = store.read(tile, "labels")
     steps = np.zeros(len(labels), np.uint8)
@@ -191,13 +191,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark cells of a tile that are in or near `cells`; return the marks of the tile's ghosts."""
+    """Mark cells of a tile in or near `cells`; return the marks of the ghosts of the tile."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks of a tile at and near `places`; return the marks of the tile's ghosts."""
+    """Raise marks of a tile at and near `places`; return the marks of the ghosts of the tile."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -205,7 +205,7 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.u
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Raise the marks of the cells `front`, spread these marks in the tile, and write all marks.
+    """Raise marks of the cells `front`, spread them to nearby cells of the tile, and write all.
 
     A spreading mark decreases by 1 per arc. No mark is lowered. Returns the marks of the ghosts.
     """
@@ -228,7 +228,7 @@ def _spread(
 def _write_band(
     store: TileStore, tile: int, lengths: str, firsts: Longs | None
 ) -> tuple[Ints, Ints]:
-    """Write the marked cells of a tile with arcs; return the cells' curve indices and numbers."""
+    """Write a tile's marked cells and arcs; return the cells' curve indices and numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
@@ -237,7 +237,7 @@ def _write_band(
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
-    if firsts is not None:  # number coarse cells across all tiles
+    if firsts is not None:  # unique numbers among all tiles
         part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]
@@ -270,7 +270,7 @@ def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Band:
-    """The cells near borders of all regions, sorted by cell number."""
+    """The cells of all tiles that are near borders of regions, sorted by cell number."""
 
     store: TileStore
     part: Part

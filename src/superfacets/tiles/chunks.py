@@ -21,7 +21,7 @@ from .store import RANGE
 
 @dataclass(frozen=True)
 class BlockRows:
-    """Table in a scratch folder, stored as one array file for every `size` rows."""
+    """Table in a scratch folder, with one array on disk for every `size` rows."""
 
     scratch: Scratch
     name: str
@@ -41,7 +41,7 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """Return a table of the lowest vertex at each vertex's position, or None if positions differ.
+    """Return the lowest vertex at each vertex's position, or None if all positions differ.
 
     The values 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
     are split into buckets by a hash of the position, and each bucket is welded separately. A
@@ -230,7 +230,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # code of the cell at index n_left - 1
+    code = int(np.searchsorted(ends, n_left))  # code of the last of the first `n_left` cells
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:

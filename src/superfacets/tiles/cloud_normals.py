@@ -46,7 +46,7 @@ def has_open_cloud(store: TileStore, run: Run) -> bool:
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """Return a tile as arguments of methods of `_core.TurnedSets`; see C++ `NormalTile`."""
+    """Return the arguments that `_core.TurnedSets` needs for a tile; see C++ `NormalTile`."""
     rows, ghosts = store.rows_of(tile, store.read(tile, "near"))
     own = np.arange(*store.starts[tile : tile + 2], dtype=np.int32)
     numbers, normals = (
@@ -57,7 +57,7 @@ def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Join the pairs that `join_alike` left, in the order of costs, then of point numbers."""
+    """Join the pairs of points that `join_alike` has not joined, in the order of costs."""
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
@@ -85,7 +85,7 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
 
 
 def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> None:
-    """Flip normals so that they agree in each component, and point outward if it is closed."""
+    """Flip normals so that they agree in each component, and point out of closed components."""
     tiles = range(store.n_tiles)
     areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
     for tile in tiles:
@@ -93,7 +93,7 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
-        normals[is_turned] *= -1.0  # then they agree with the normal of the root
+        normals[is_turned] *= -1.0  # so that they agree with the normal of the root
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments

@@ -139,7 +139,7 @@ def _order_block(
     `first_copies` contains the cell number of the first copy of each chunk.
     """
     cuts = scratch.load("blocks", block, block + 2)
-    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # all codes are equal
+    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # possible only if all codes are equal
         return _order_in_parts(scratch, block, cuts, chunks, first_copies)
     points = read_cut(scratch, cuts, COLUMNS)
     codes, is_copy = points.columns.pop("codes"), points.columns["lowest"] != NOT_COPIED
@@ -179,7 +179,7 @@ def _order_in_parts(
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Convert ``lowest`` from input indices to curve indices, which are in the same block."""
+    """Convert ``lowest`` from input indices to curve indices; both points are in one block."""
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
@@ -200,7 +200,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in final order, with final ``cells`` of copies; others get indices from 0."""
+    """Write points in final order. Copies get final ``cells``, and other points indices from 0."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -228,7 +228,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box if all points are copies
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # empty box, if all points are copies
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 

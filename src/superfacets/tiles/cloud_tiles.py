@@ -56,7 +56,7 @@ def make_cloud_tiles(
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Return a tile's pairs (point, neighbor) and (copy, lowest point there) of curve indices."""
+    """Return curve indices of all pairs (point, neighbor) and (copy, lowest point) of a tile."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -79,7 +79,7 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write neighbors of a tile's points; `entering` are the rows of pairs from other tiles."""
+    """Write the neighbors of a tile's points. `entering` lists (tile, first row, end) of pairs."""
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
@@ -104,7 +104,7 @@ def _share_areas(store: TileStore, tile: int) -> None:
 
 
 def _follow_lowest(store: TileStore, tile: int) -> None:
-    """Write areas and normals; copies get those values of the lowest point at their position."""
+    """Write areas and normals. A copy gets the values of the lowest point at its position."""
     lowest = store.read(tile, "lowest")
     at = np.flatnonzero(lowest != NOT_COPIED)
     for name, followed in (("shared", "measures"), ("estimated", "normals")):
@@ -193,7 +193,7 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return the area of each point from squared distances of neighbors, as C++ `area_around`.
+    """Return each point's area from squared distances of neighbors, like C++ `area_around`.
 
     Each row of distances must be ascending. Missing neighbors have an infinite distance.
     """
@@ -247,7 +247,7 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop a neighbor if it is too far away, compared with the smaller area of the two points.
+    """Drop each neighbor that is too far away for the smaller area of the two points.
 
     Writes ``near``, (n, 6), the curve indices of neighbors, nearest first, with -1 for dropped
     neighbors. Writes ``areas``, computed from the others. Copies have no neighbors and area 0.

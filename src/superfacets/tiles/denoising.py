@@ -120,7 +120,7 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
 def _measure(
     store: TileStore, tile: int, others: list[int], n_threads: int
 ) -> tuple[Longs, Roughness]:
-    """Return the indices of all samples (faces) in a tile, and the roughness at these faces."""
+    """Return the indices of the sampled faces in a tile, and the roughness at these faces."""
     own = Part.of_tile(store, tile, OF_FACES)
     faces = sampled_faces(store.n_cells)
     samples = np.flatnonzero(np.isin(faces, own.columns["cells"]))
@@ -137,7 +137,7 @@ def _measure(
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Return a table of all vertices, smoothed; of welded vertices, only the lowest is changed."""
+    """Return a table of smoothed positions. Of welded vertices, only the lowest is changed."""
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
@@ -154,7 +154,7 @@ def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
 def _write_block(
     store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
 ) -> None:
-    """Write the positions of a block of vertices, which are in rows `cuts` of each tile."""
+    """Write a block of vertex positions. `cuts` are the first and end row of the block per tile."""
     begin = block * size
     points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
     for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():

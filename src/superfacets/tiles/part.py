@@ -82,7 +82,7 @@ class Part:
         return self.take(np.searchsorted(self.columns["places"], places))
 
     def corners(self) -> tuple[Longs, Ints]:
-        """Return the CSR offsets of the corners of faces, and the row in `vertices` of each."""
+        """Return CSR offsets of the corners of faces, and the row in `vertices` of each corner."""
         if "corners" in self.lists:
             return self.lists["corners"].offsets, self.lists["corners"].entries["vertices"]
         corners = self.columns["corners"]
@@ -97,7 +97,7 @@ class Part:
         return replace(self, columns=columns, vertices=vertices)
 
     def mesh(self, store: TileStore) -> FaceMesh:
-        """Return the faces as an unchecked mesh, whose bounds are those of the whole mesh."""
+        """Return the faces as a mesh, unchecked and with the bounds of the whole mesh."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
         if "corners" in self.lists:
@@ -191,7 +191,7 @@ class Part:
         return whole
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
-        """Copy the cells of `part` to the rows `at` of this part, which has these vertices."""
+        """Copy the cells of `part` to the rows `at`. `vertex_ids` are the vertices of this part."""
         if part.vertices:
             numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
             part = part.with_corners(numbers[part.corners()[1]], part.vertices)
@@ -241,7 +241,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """Return the surface (graph and geometry) of a part, unsuitable for angles between faces."""
+    """Return the surface (graph and geometry) of a part. Its angles between faces are not valid."""
     arcs = part.lists["arcs"]
     graph = arcs.offsets, arcs.entries["neighbors"]
     handle: _core.Surface

@@ -227,7 +227,7 @@ class Place:
         cls, source: TiledSource, tile_size: int, scratch: StrPath | None, cache: int | None,
         out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
-        """Make the options from parameters of `segment_tiled`, which are checked."""
+        """Check parameters of `segment_tiled`, and make the options from these parameters."""
         workers = checked_count(workers, "workers")
         if cache is None:
             cache = memory_of_process() // MEMORY_PART

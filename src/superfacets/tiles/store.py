@@ -105,7 +105,7 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the cell numbers of a tile's cells and ghosts, which arc targets index."""
+        """Return the cell numbers of a tile's cells, then ghosts, in the order of arc targets."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
@@ -146,13 +146,13 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few candidates are faster to search
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few candidates, for speed
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """Return the curve indices at which up to n_tiles tiles of similar size start, and n_cells."""
+    """Return the curve indices at which up to n_tiles similar tiles start, and last, n_cells."""
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)

@@ -36,11 +36,11 @@ Origin = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class WeightRule:
-    """Parameters to compute arc weights."""
+    """Parameters for the computation of arc weights."""
 
     radius: float  # expected radius of a region, in the unit of the positions
     options: WeightOptions
-    has_border_weights: bool  # True if border costs need other weights, also computed
+    has_border_weights: bool  # True to compute additional weights for border costs
     n_threads: int
     spare: float = 1.0  # unit of arc lengths, relative to the default unit
     is_turned: bool = False  # True if normals point inward and must be flipped
@@ -55,10 +55,10 @@ class WeightRule:
 
 
 class ArcFacts(NamedTuple):
-    """Facts about all tiles that later stages need."""
+    """Results of `find_arcs` for all tiles, which later stages need."""
 
     unit: float  # weight of an arc whose value in ``lengths`` is 1
-    border_unit: float  # the same for ``border_lengths``
+    border_unit: float  # weight of an arc whose value in ``border_lengths`` is 1
     sliver_area: float  # total area of faces that are long and thin compared with regions
     of_machine_part: bool  # True if the mesh looks like a machine part
 
@@ -127,7 +127,7 @@ def _weigh_faces(
     faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
-    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # its vertices are welded already
+    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # the vertices are already welded
     surface = Surface.of_part_of_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
     edges = NO_SUMS

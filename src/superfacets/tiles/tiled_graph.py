@@ -63,7 +63,7 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Label islands (components of cells labeled -1); return all labels and number of islands.
+        """Label islands (components of cells labeled -1); return all labels, and number of islands.
 
         An island gets the label of the labeled cell that is nearest to any cell of the island. Of
         equally near cells, the lowest is used. The cells of all islands are in memory. The third
@@ -147,7 +147,7 @@ class TiledCoarseGraph:
     """Graph of the coarse cells of all tiles, with the methods of `_core.CoarseGraph`."""
 
     graph: _core.OrderedGraph  # graph of all coarse cells, in memory
-    fine: TiledGraph  # its tiles store ``coarse``: coarse cell of each cell, minus firsts[tile]
+    fine: TiledGraph  # in its tiles, ``coarse`` is the coarse cell of each cell minus firsts[tile]
     firsts: Longs  # (T + 1,) index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
@@ -266,7 +266,7 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Return each region's squared distance from its mean to the nearest own cell, and the cell."""
+    """Return the nearest cell to the mean of each region, after its squared distance."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
@@ -276,7 +276,7 @@ UNREACHED = np.iinfo(np.uint64).max
 
 
 class TiledRegions:
-    """Assigns all cells on disk to their nearest centers, with methods of `_core.Clustering`.
+    """Assigns all cells on disk to nearest centers, with the methods of `_core.Clustering`.
 
     Shortest paths are computed tile by tile. A path that leaves a tile is proposed to the tile in
     which it ends. When no proposals are left, no arc can shorten a path. Then each cell has its
@@ -411,11 +411,11 @@ def _components(pairs: Longs, n_nodes: int) -> Ints:
 
 
 def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
-    """Split regions into pieces connected within a tile; return the number of its pieces."""
+    """Write the pieces of regions that are connected within a tile; return their number."""
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
     pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
-    n_own = int(pieces[: len(labels)].max()) + 1  # pieces with only ghosts come last
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces of ghosts only have the highest numbers
     store.write(tile, "pieces", pieces)
     return n_own
 

@@ -37,7 +37,7 @@ _N_POWERS = 12
 _N_ROWS = 1024  # number of rows of a sparse array that are processed together
 
 _MAX_ROTATIONS = 50  # maximum number of iterations to find the rotation; about 30 are usual
-_ROTATION_TOL = 1e-9  # iterations stop if the relative improvement is smaller
+_ROTATION_TOL = 1e-9  # iterations stop at a smaller relative improvement
 
 # Memory in bytes for each pair of faces within `reach`, including temporary arrays.
 _BYTES_PER_NEAR_PAIR = 32
@@ -387,7 +387,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # twice, because the first result has rounding errors
+        for _ in range(2):  # twice, because the first pass has rounding errors
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block

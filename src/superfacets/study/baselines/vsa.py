@@ -159,7 +159,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Alternate fits and flood fills; return the number of iterations and the stop reason."""
+    """Repeat fits and flood fills in turn; return number of iterations and stop reason."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):

@@ -26,7 +26,7 @@ def means(rows: Iterable[Row]) -> Means:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return variants that, for all k, have a better UE or compactness than `PLAIN`, none worse."""
+    """Return variants that, for all k, improve UE or compactness of `PLAIN` and worsen neither."""
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:
@@ -118,7 +118,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return a table of the means of categories, sorted by decrease of UE from PLAIN to DEFAULT."""
+    """Return a table of means per category, sorted by the decrease of UE from PLAIN to DEFAULT."""
     names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

@@ -53,7 +53,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
 
 def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
-    """Plot times against numbers of faces on logarithmic axes, a dot for each model and method."""
+    """Plot times against numbers of faces on logarithmic axes; a dot is one model and method."""
 
     def draw(figure: Figure) -> None:
         from matplotlib.ticker import LogLocator, NullLocator

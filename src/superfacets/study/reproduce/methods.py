@@ -24,7 +24,7 @@ class Setting:
     """Inputs of a method besides the mesh and the number of regions."""
 
     alpha: float | None
-    most_segments: int  # maximum k of all runs, for work that runs with different k share
+    most_segments: int  # maximum k of all runs, because some work is shared by all k
     seed: int  # random seed, which is different for each mesh
     max_memory: int  # memory limit in bytes, which does not change labels
 
@@ -40,7 +40,7 @@ class Method:
     line: str = "-"  # line style of curves, because some colors are similar
     figures: tuple[str, ...]  # names of figures with curves or dots of this method
     depends_on: tuple[str, ...] = ("alpha",)  # fields of `Setting` that labels depend on
-    alphas: tuple[float | None, ...] = (None,)  # None means that there is no alpha
+    alphas: tuple[float | None, ...] = (None,)  # all values of alpha; None if there is no alpha
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""

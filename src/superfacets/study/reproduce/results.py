@@ -37,7 +37,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Results:
-    """Runs of a plan: done with a record, failed with a reason, or missing."""
+    """The runs of a plan, divided into runs that are done, have failed, or are missing."""
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean of a metric or of "seconds" over models."""
+        """Return the mean over models of a metric, or of the total time for "seconds"."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
