@@ -184,7 +184,7 @@ def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> l
     """Return the cells of all regions, sorted by label, then in the order of a depth-first search.
 
     The search in a region starts at the cell with the fewest neighbors in the region. The next cell
-    is the unvisited neighbor with the fewest unvisited neighbors. Without one, it backtracks.
+    is the unvisited neighbor with the fewest unvisited neighbors. Otherwise, the search backtracks.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}

@@ -245,8 +245,8 @@ class MovingRegions:
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
         """Move a chain of adjacent faces to the region `label`, and return these faces.
 
-        The chain begins with the face `first`. Each next face is the face next to the chain with
-        the largest decrease of cost (gain). The chain ends where the total gain is maximal.
+        The chain begins with the face `first`. Each next face is adjacent to the chain, and
+        has the largest decrease of cost (gain). The chain ends where the total gain is maximal.
         """
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))

@@ -46,7 +46,7 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels. New regions get labels from K on, in the order of their cells.
+        Regions keep their labels. New regions get labels from K on, sorted by their lowest cells.
 
     Raises
     ------

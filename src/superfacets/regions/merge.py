@@ -48,7 +48,7 @@ def merge_small_regions(
     islands : {"keep", "nearest"}
         ``"keep"`` keeps small regions without a neighbor. With ``"nearest"``, a small region
         without a neighbor joins the region of the cell nearest to its center (Euclidean distance).
-        The resulting region is not connected. If all regions are like this, nothing changes.
+        The resulting region is not connected. Nothing changes if there are no other regions.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads

@@ -50,7 +50,7 @@ class Score(NamedTuple):
     n_superpoints: float
     error: float  # fraction of vertices whose superpoint represents another object
     error_away: float  # the same among vertices more than one edge away from object borders
-    mean_iou: float  # mean intersection over union (IoU) of all objects
+    mean_iou: float  # mean intersection over union (IoU) of objects; see `LEAST_OBJECT`
     extra_pieces: float  # number of connected pieces minus number of superpoints
 
 

@@ -250,7 +250,7 @@ def _cut_off(store: TileStore, tile: int) -> None:
     """Drop each neighbor that is too far away for the smaller area of the two points.
 
     Writes ``near``, (n, 6), the curve indices of neighbors, nearest first, with -1 for dropped
-    neighbors. Writes ``areas``, computed from the others. Copies have no neighbors and area 0.
+    neighbors, and ``areas`` without dropped neighbors. Copies have no neighbors and area 0.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")

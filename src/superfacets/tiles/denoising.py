@@ -35,7 +35,7 @@ def make_mesh_tiles(
     `mesh.denoising.smoothed`. A mesh to be smoothed is first split into tiles. Smoothing changes
     the order of faces along the curve, so the smoothed mesh is split again.
 
-    Raises a MeshError, like `Mesh`, if a coordinate or index is invalid, or if a mesh is too big.
+    Raises a MeshError, like `Mesh`, for invalid coordinates or indices, and for too many faces.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads, welds)
     store = tiles_of_chunks(chunks, scratch, run)

@@ -59,9 +59,9 @@ def metis_partition(
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any mesh, as for `superfacets.segment`. Connected components are divided separately. Each
-        component gets one part, and each further part is added to the component with the largest
-        area per part.
+        Any surface mesh, as for `superfacets.segment`. Connected components are divided separately.
+        Each component gets one part, and each further part is added to the component with the
+        largest area per part.
     n_segments : int, optional
         Number of parts k, from 1 to the number of faces. The default is 150, or the number of faces
         if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,

@@ -26,7 +26,7 @@ ALPHA = 100.0  # best alpha for normalized cuts according to the paper
 
 MAX_MEMORY = 6e9  # default memory limit in bytes, sufficient for all pairs of 37,000 faces
 
-_N_SAMPLES = 256  # faces from which the mean path length is estimated, with an error of 2 %
+_N_SAMPLES = 256  # number of faces to estimate the mean path length from, with an error of 2 %
 
 # The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
 # of computed eigenvectors, plus _BLOCK_SLACK. On benchmark models, the error of eigenvalues is 1e-6
@@ -37,7 +37,7 @@ _N_POWERS = 12
 _N_ROWS = 1024  # number of rows of a sparse array that are processed together
 
 _MAX_ROTATIONS = 50  # maximum number of iterations to find the rotation; about 30 are usual
-_ROTATION_TOL = 1e-9  # iterations stop at a smaller relative improvement
+_ROTATION_TOL = 1e-9  # iterations stop if the relative improvement is smaller
 
 # Memory in bytes for each pair of faces within `reach`, including temporary arrays.
 _BYTES_PER_NEAR_PAIR = 32
@@ -48,7 +48,7 @@ class _EmbeddedComponent(NamedTuple):
 
     faces: Longs  # (n,) index of each face in the mesh
     eigenvalues: Singles  # (m,) in descending order; the first is 1
-    vectors: Singles  # (n, m) one column for each eigenvalue: its eigenvector
+    vectors: Singles  # (n, m) eigenvectors as columns, in the order of `eigenvalues`
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +136,8 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any mesh, as for `superfacets.segment`. The affinity between components is 0, so each
-        region is within one component.
+        Any surface mesh, as for `superfacets.segment`. The affinity between components is 0, so
+        each region is within one component.
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces. The default is 150, or the number of
         faces if that is less. There are more regions if the mesh has more than k components. In

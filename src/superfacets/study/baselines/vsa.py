@@ -99,7 +99,7 @@ def variational_shape_approximation(
     Raises
     ------
     MeshError
-        If the mesh is not valid.
+        If the mesh is not a valid triangle mesh.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
