@@ -1,8 +1,8 @@
 """Slow, readable versions of functions of the C++ core, which tests compare with the core.
 
-On the same input, a function in this package and its compiled version return the same numbers, bit
-for bit, so both add floats in the same order. `arithmetic` computes arctangents and exponentials,
-and `vsa` implements variational shape approximation, an alternative to stages 3 and 4.
+On the same input, a function in this package and its compiled version return bit-identical numbers.
+Therefore, both add floats in the same order. `arithmetic` computes arctangents and exponentials.
+`vsa` implements variational shape approximation, an alternative to stages 3 and 4.
 """
 
 from .cells import build_face_graph as build_face_graph

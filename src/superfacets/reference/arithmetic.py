@@ -1,4 +1,4 @@
-"""Compute vector products, arctangents and exponentials bit-identical to the C++ core."""
+"""Compute vector products, arctangents and exponentials, bit-identical to the C++ core."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def dot(a: Floats, b: Floats) -> Any:
 
 
 def norm(a: Floats) -> Any:
-    """Return the lengths of the rows of `a`."""
+    """Return the Euclidean length of each row of `a`."""
     return np.sqrt(dot(a, a))
 
 
@@ -31,13 +31,13 @@ _ARCTANGENT_SERIES = (
 
 _PI_4_ERROR = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus the float64 nearest to pi / 4
 
-# ln 2 as the sum of its first 32 bits and the remainder.
+# The sum of both is ln 2. The first has only 32 bits, so its products with integers are exact.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
 _LN_2_REMAINDER = float.fromhex("0x1.473de6af278edp-34")
 
 
 def arctangent(y: Floats, x: Floats) -> Floats:
-    """Return the angles, in [0, pi], from the positive x axis to (x, y), for y >= 0.
+    """Return the angle, in [0, pi], from the positive x axis to each (x, y), where y >= 0.
 
     The angle is 0 if x and y are 0. Unlike in `numpy.arctan2`, the last bits do not depend on the C
     library. An angle is computed as a multiple of pi / 4 plus the arctangent of a number q with |q|

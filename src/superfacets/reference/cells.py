@@ -19,12 +19,12 @@ from .arithmetic import norm
 
 
 class Arc(NamedTuple):
-    """An arc from a face or tetrahedron to a neighbor, across one of its sides."""
+    """An arc from a cell (face or tetrahedron) to a neighbor, across a side of the cell."""
 
     face: int
     side: int
     neighbor: int
-    same_turn: bool  # whether both faces have the edge in the same direction
+    same_turn: bool  # True if both faces contain their common edge in the same direction
 
 
 def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
@@ -42,7 +42,7 @@ def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
 
 
 def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
-    """Return all arcs between tetrahedra, sorted like arcs of faces; `same_turn` has no meaning."""
+    """Return all arcs between tetrahedra, sorted like arcs of faces. `same_turn` is not used."""
     tets_on_triangle: Sides = defaultdict(dict)
     for tet, lowest in enumerate(_welded(mesh.vertices, mesh.tets, weld)):
         for side in range(4):
@@ -53,11 +53,11 @@ def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
 
 
 Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
-"""Dict from the vertices of a side to its cells, as a dict from cell to (side index, direction)."""
+"""For the vertices of a side: dict from each of its cells to (index of the side, is ascending)."""
 
 
 def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:
-    """Return the corners of each cell; with `weld`, the first vertex at their position."""
+    """Return the corners of each cell, or the first vertex at each position if `weld` is true."""
     first: dict[tuple[float, ...], int] = {}
     lists = [cell.tolist() for cell in cells]
     if not weld:
@@ -66,7 +66,7 @@ def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[in
 
 
 def _arcs_over(sides: Sides) -> list[Arc]:
-    """Return all arcs between cells with a common side, in both directions."""
+    """Return sorted arcs in both directions between all pairs of cells with a common side."""
     arcs = [
         Arc(cell, side, neighbor, ascending == neighbor_ascending)
         for cells in sides.values()
@@ -84,7 +84,7 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
-    """Return the centroids and areas of simple polygons with an area > 0."""
+    """Return the centroids (F, 3) and areas (F,) of simple polygons, whose areas must be > 0."""
     centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
     for face in range(mesh.n_faces):
         origin, *others = mesh.vertices[mesh.face(face)]
@@ -108,7 +108,7 @@ class PointArcs(NamedTuple):
 
 
 def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float) -> PointArcs:
-    """Return the graph of `superfacets.build_point_graph` without weights and normals."""
+    """Return the same graph as `superfacets.build_point_graph`, without weights and normals."""
     positions = np.asarray(points, dtype=np.float64)
     first, together = _duplicates(positions)
     nearest = {i: _nearest(positions, first, i, n_neighbors) for i in first}
@@ -137,9 +137,9 @@ def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float)
 
 
 def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
-    """Return the direction in which the neighbors of each point vary least, or 0 if undefined.
+    """Return the direction in which a point and its neighbors vary least, or 0 if undefined.
 
-    The sign of the direction is arbitrary.
+    There is one row per point, (N, 3). The signs of directions are arbitrary.
     """
     positions = np.asarray(points, dtype=np.float64)
     first, together = _duplicates(positions)
@@ -154,7 +154,7 @@ def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
 
 
 def _duplicates(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
-    """Return the lowest point at each position, and a dict from it to all points there."""
+    """Return the lowest point at each position, and a dict from this point to all points there."""
     together: dict[tuple[float, ...], list[int]] = {}
     for i, position in enumerate((positions + 0.0).tolist()):
         together.setdefault(tuple(position), []).append(i)
@@ -180,7 +180,7 @@ def _area(positions: Floats, i: int, near: list[int]) -> float:
 
 
 def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
-    """Return the border length of each arc: mean over both ends of pi * area / sum(arc lengths)."""
+    """Return the border length of each arc: mean over its ends of pi * area / sum(arc lengths)."""
     sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
     per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
     return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

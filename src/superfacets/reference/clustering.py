@@ -14,16 +14,16 @@ from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
 
 Path = tuple[int, int]
-"""Length of a path, and label of its center. As tuples, shorter paths compare as less."""
+"""Length of a path, and label of its center, so that shorter paths are less than longer paths."""
 
 
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Label cells by one expansion from all centers; return the labels and all centers.
+    """Label each cell by the center with the shortest path; return the labels and all centers.
 
-    Each connected component without a center gets a new center or, if `islands` is "nearest", the
-    label -1. The offset of a center is the initial length of its paths.
+    A connected component without a center gets a new center or, if `islands` is "nearest", the
+    label -1. `offsets` contains, for each center, the initial length of all paths from the center.
     """
     all_centers = list(centers)
     while True:
@@ -37,7 +37,7 @@ def classify_exact(
 def _shortest_paths(
     graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
 ) -> dict[int, Path]:
-    """Return the shortest path to each cell from `starts`: (initial length, label, cell)."""
+    """Return the shortest path to each cell from any of `starts`: (initial length, label, cell)."""
     best: dict[int, Path] = {}
     queue = sorted(starts)
     while queue:
@@ -55,9 +55,9 @@ def classify_halted(
 ) -> tuple[list[int], list[int]]:
     """Label cells by a limited expansion from each center; return the labels and all centers.
 
-    Expansions end at the distance `reach`. `islands` is as for `classify_exact`.
+    Expansions end at the Euclidean distance `reach`. `islands` is as for `classify_exact`.
     """
-    best = [(math.inf, -1)] * graph.n_cells  # shortest known path to each cell
+    best = [(math.inf, -1)] * graph.n_cells  # shortest path so far to each cell
     all_centers: list[int] = []
     waiting = list(centers)
     while waiting:
@@ -76,8 +76,8 @@ def join_islands(
     """Join islands (connected components with label -1) to the nearest regions.
 
     An island gets the label of the labeled cell that is nearest to any of its cells. If several
-    cells are equally near, the lowest index is used. With groups, this cell must be in the group of
-    the island, unless the group of the island is -1. If there is no such cell, the island becomes a
+    cells are equally near, the lowest index is used. If groups are given, this cell must be in the
+    group of the island, unless that group is -1. If there is no such cell, the island becomes a
     region whose center is its lowest cell. Returns labels, number of joined islands, new centers.
     """
     joined = list(labels)
@@ -132,7 +132,7 @@ def iterate(
 
 
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """Return for each cell the paths from its nearest and second-nearest center, if these exist."""
+    """Return the paths to each cell from its nearest and second-nearest centers, if they exist."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -144,9 +144,9 @@ def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
     has_crease_limit: bool = False,
 ) -> list[int]:  # fmt: skip
-    """Move up to `n_moves` centers of cheap regions into costly regions, and return all centers.
+    """Move up to `n_moves` centers of regions that cost least to remove; return all centers.
 
-    Sums over cells are computed in the order of `order`.
+    They move into regions with large distortion. Sums are computed in the order `order` of cells.
     """
     paths = second_nearest(graph, centers)
     gain = 0.25 if has_crease_limit else 0.5
@@ -192,10 +192,11 @@ RANGE = 4096
 def coarse_cells(
     graph: CellGraph, order: Sequence[int], spacing: int
 ) -> tuple[list[int], list[int], list[int]]:
-    """Group cells to coarse cells; return their centers, and coarse cell and path length per cell.
+    """Group cells into coarse cells; return the centers of all coarse cells, and two lists.
 
-    In each range of `order`, centers are `spacing` cells apart. Cells without a path from a center
-    within the range become additional centers.
+    The lists contain the coarse cell of each cell, and the path length from its center. In a range
+    of `order`, centers are `spacing` cells apart. A cell without a path from a center within the
+    range becomes an additional center.
     """
     centers: list[int] = []
     coarse_of = [-1] * graph.n_cells
@@ -219,7 +220,7 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the length of each arc between coarse cells: shortest path across a single border."""
+    """Return the lengths of arcs between coarse cells: shortest paths across a single border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

@@ -12,7 +12,7 @@ from ..mesh.triangle_mesh import Mesh
 from .smooth import MovingRegions
 
 MOST_STUCK = 4
-"""Moves of cells stop after this number of failed attempts per region."""
+"""Number of failed attempts per region after which no more cells are moved in a pass."""
 
 
 def move_cells(
@@ -26,11 +26,11 @@ def move_cells(
     crease_scale: float,
     may_split: bool = False,
 ) -> list[int]:
-    """Move faces between regions until the sizes of regions are within bounds; return labels.
+    """Move faces until the sizes of regions are within `bounds` if possible; return labels.
 
-    A face moves only if its region stays connected without it. To test this, the first pass looks
-    only at the faces around the corners of the face, and the second pass at the whole region. If
-    regions may split, a third pass moves faces without a test.
+    A face moves only if its region stays connected without it. The first pass tests this only with
+    the faces at the corners of the face, and the second pass with the whole region. If regions may
+    split, a third pass moves faces without a test. `bounds` are minimum and maximum sizes.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -71,7 +71,7 @@ class _Moves(MovingRegions):
         return self.n_stuck < MOST_STUCK * len(self.totals)
 
     def sweep(self) -> bool:
-        """Improve each region once; return whether another sweep may improve more."""
+        """Improve all regions in turn; return whether another sweep may improve them more."""
         has_moved = False
         for region in range(len(self.totals)):
             for is_full in (True, False):
@@ -81,7 +81,7 @@ class _Moves(MovingRegions):
         return has_moved and self.may_go_on()
 
     def improve(self, region: int, is_full: bool) -> bool:
-        """Move faces out of a region if it is too large, or into it if it is too small."""
+        """Move faces along a path out of a region (`is_full`) or into it; return if any move."""
         margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
         while -margin(region) > self.rounding and self.may_go_on():
             path = _search(region, lambda other: margin(other) >= self.step, next_of)
@@ -93,11 +93,11 @@ class _Moves(MovingRegions):
         return False
 
     def targets(self, region: int) -> list[int]:
-        """Return the regions that faces of a region may move to, without blocked pairs."""
+        """Return the regions to which faces of `region` may move, without blocked pairs."""
         return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
     def sources(self, region: int) -> list[int]:
-        """Return the regions whose faces may move to a region, without blocked pairs."""
+        """Return the regions whose faces may move to `region`, without blocked pairs."""
         around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
         return [other for other in sorted(around) if region in self.targets(other)]
 
@@ -105,7 +105,7 @@ class _Moves(MovingRegions):
         return [face for face, label in enumerate(self.labels) if label == region]
 
     def exits(self, region: int) -> list[int]:
-        """Return the regions that at least one face of a region can move to."""
+        """Return the regions to which at least one face of `region` can move."""
         leaving = [face for face in self.faces_of(region) if self.neighboring_labels(face)]
         leaving = [face for face in leaving if self.test == 2 or self.can_leave(face)]
         return sorted({b for face in leaving for b in self.neighboring_labels(face)})
@@ -163,7 +163,7 @@ class _Moves(MovingRegions):
 def _search(
     first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
 ) -> list[int]:
-    """Return a shortest path to a region for which `is_wanted` returns True, or an empty list."""
+    """Return a shortest path from `first` to a region for which `is_wanted` is true, or []."""
     parents = {first: first}
     queue = [first]
     for at in queue:
@@ -183,8 +183,8 @@ def _search(
 def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> list[int]:
     """Return the cells of all regions, sorted by label, then in the order of a depth-first search.
 
-    The search starts at the cell with the fewest neighbors in its region. The next cell is the
-    neighbor with the fewest unvisited neighbors. If all are visited, the search backtracks.
+    The search in a region starts at the cell with the fewest neighbors in the region. The next cell
+    is the unvisited neighbor with the fewest unvisited neighbors. Otherwise, the search backtracks.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}

@@ -1,4 +1,4 @@
-"""Stage 5: compute the graph of adjacent regions and the tree of merges."""
+"""Stage 5: compute shapes of regions, their graph of neighbors, and the tree of merges."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class _Simplex(NamedTuple):
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Return the shape of each region, from the simplices (triangles, tetrahedra) of its cells."""
+    """Return the shape of each region, computed from the triangles or tetrahedra of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """Return the simplices of each cell; a polygon is a triangle fan around its first corner."""
+    """Return the simplices of each cell. A polygon is a fan of triangles at its first corner."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
@@ -93,7 +93,7 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
     centroid = _mean(simplices)
     moment = np.zeros((3, 3))
     for simplex in simplices:
-        # The integral of p p^T over a simplex follows from a sum over its n corners.
+        # The sum over n corners gives the integral of p p^T over the simplex.
         steps = simplex.corners - centroid
         n, total = len(steps), steps.sum(axis=0)
         moment += simplex.measure / (n * (n + 1)) * (steps.T @ steps + np.outer(total, total))
@@ -117,7 +117,7 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 def region_arcs(
     offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
-    """Return the borders between regions, sorted; an arc and its reverse arc are counted once."""
+    """Return all borders between regions, sorted. An arc and its reverse arc are counted once."""
     regions = np.asarray(labels).tolist()
     targets = neighbors.tolist()
     arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
@@ -142,7 +142,7 @@ def region_arcs(
 def _border_of(
     pair: tuple[int, int], arcs: list[tuple[float, int]], lengths: Floats, angles: Floats
 ) -> RegionArc:
-    """Return length and angles of a border from its arcs: (fraction of an edge, arc index)."""
+    """Return a border. Its `arcs` are pairs (fraction of an edge, index of the arc)."""
     length = math.fsum(fraction * lengths[arc] for fraction, arc in arcs)
     edges = math.fsum(fraction for fraction, _ in arcs)
     weights = {arc: fraction * lengths[arc] / length for fraction, arc in arcs} if length else {
@@ -159,7 +159,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """Return for each rank > 0 the nearest pair of a cell of this rank and a cell of lower rank."""
+    """Return, for each rank > 0, the nearest pair of a cell of this rank and one of lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -182,7 +182,7 @@ def merge_tree(
     crease_weight: float,
     dimension: int,
 ) -> tuple[list[tuple[int, int]], list[float]]:
-    """Merge regions in the order of costs; return the pairs of merged nodes, and their costs.
+    """Repeatedly merge the pair of lowest cost; return all merged pairs of nodes, and costs.
 
     `borders` maps pairs of regions, the lower first, to (length, open length). Edges in creases add
     less to the open length.
@@ -197,7 +197,7 @@ def merge_tree(
         length, cost = borders[a, b]
         radius = _radius_of(areas[a] + areas[b], dimension)
         openness = cost / length if length > 0 else 0.0
-        if not length > 0:  # no common border, but a gap
+        if not length > 0:  # the regions are separated by a gap
             length = radius if dimension == 2 else radius * radius
         distance = float(norm(positions[a] - positions[b]))
         return factor * (distance + crease_weight * radius * (1.0 - openness)) / length
@@ -232,7 +232,7 @@ def _ward_factor(a: float, b: float) -> float:
 
 
 def _radius_of(measure: float, dimension: int) -> float:
-    """Return the radius of the disk or ball with this area or volume."""
+    """Return the radius of the disk (dimension 2) or ball (3) with this area or volume."""
     if dimension == 2:
         return math.sqrt(measure / math.pi)
     return math.cbrt(0.75 * measure / math.pi)
@@ -241,7 +241,7 @@ def _radius_of(measure: float, dimension: int) -> float:
 def _merged(
     borders: dict[tuple[int, int], tuple[float, float]], pair: tuple[int, int], node: int
 ) -> dict[tuple[int, int], tuple[float, float]]:
-    """Return the borders after merging a pair of nodes into the new node `node`."""
+    """Return the borders after merging the two nodes `pair` into the new node `node`."""
     merged: dict[tuple[int, int], tuple[float, float]] = {}
     for (one, other), border in borders.items():
         if (one, other) != pair:

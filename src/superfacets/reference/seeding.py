@@ -38,7 +38,7 @@ def find_components(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
-    """Return a dict from cells to path lengths from a center; expansion ends beyond `reach`."""
+    """Return a dict from cells to path lengths; paths end at cells farther than `reach`."""
     lengths: dict[int, int] = {}
     queue = [(0, center)]
     while queue:
@@ -54,12 +54,12 @@ def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
 
 
 def first_cell(graph: CellGraph) -> int:
-    """Return the cell nearest to the centroid of all cells."""
+    """Return the cell that is nearest to the centroid of all cells."""
     return update_centers(graph, np.zeros(graph.n_cells, dtype=np.int32))[0]
 
 
 def arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
-    """Return the neighbor and the integer length of each arc of a cell."""
+    """Return (neighbor, integer length) for each arc of a cell."""
     arcs = slice(graph.offsets[cell], graph.offsets[cell + 1])
     return [
         (int(n), int(length))
@@ -85,10 +85,10 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Return the centroids of regions from exact fixed-point sums; NaN for very small regions."""
+    """Return the centroids of regions from fixed-point sums, or NaN for very small regions."""
     # The area (or volume) of a cell, and its product with the offset of the cell from the minimum
-    # corner, are scaled and rounded to integers. The sums of these integers stay below 2**61. The
-    # rounding errors, multiplied by 2**31, are rounded and summed in the same way.
+    # corner, are scaled and rounded to integers, whose sums are exact in any order and below 2**61.
+    # The rounding errors, multiplied by 2**31, are rounded and summed in the same way.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
     total = float(graph.measures.sum())
@@ -114,7 +114,7 @@ def _fixed_point_scale(total: float) -> float:
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
-    """Return the connected component of each cell, and components that get seeds, largest first."""
+    """Return the component of each cell, and the components that get seeds, largest first."""
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
     enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
@@ -129,7 +129,7 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Return seeds by farthest-point sampling with Euclidean distances."""
+    """Choose seeds by farthest-point sampling with Euclidean distances."""
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":
@@ -147,7 +147,7 @@ def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> 
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
-    """Return seeds by farthest-point sampling with path lengths."""
+    """Choose seeds by farthest-point sampling with path lengths in the graph."""
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
@@ -155,10 +155,10 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 
 
 def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
-    """Place 60 % of the seeds in the middle of equal parts of a curve, others far from them.
+    """Place 60 % of the seeds in the middle of equal parts of a curve through all cells.
 
-    `order` are all cells in the order of the curve. Each of the other seeds is the cell with the
-    longest path from its nearest seed.
+    `order` contains all cells in the order of the curve. Each other seed, one after another, is the
+    cell with the longest path from its nearest seed.
     """
     components, seeded = _seeded_components(graph, n_seeds)
     n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
@@ -184,7 +184,7 @@ def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
 
 
 def _curve_weight(graph: CellGraph, cell: int) -> float:
-    """Return the area of a cell * sqrt(sum of arc lengths / sum of distances to neighbors)."""
+    """Return area * sqrt(sum of arc lengths / sum of distances to neighbors) of a cell."""
     lengths = steps = 0.0
     for neighbor, length in arcs_of(graph, cell):
         if neighbor == cell:
@@ -199,7 +199,7 @@ def _curve_weight(graph: CellGraph, cell: int) -> float:
 def _with_farthest(
     graph: CellGraph, seeds: list[int], n_seeds: int, components: Array, seeded: list[int]
 ) -> list[int]:
-    """Add, one by one, the cell with the longest path from its nearest seed; return all seeds."""
+    """Add up to `n_seeds` seeds, each the cell with the longest path from its nearest seed."""
     cells = np.flatnonzero(np.isin(components, seeded)).tolist()
     lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):
@@ -213,9 +213,9 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Visit the cells of each component in order of path length from its first cell.
+    """Visit cells in order of path length from the first cell of each component, and return seeds.
 
-    A cell farther than 2 * `radius` from all seeds becomes a seed.
+    A visited cell is a seed if no expansion of an earlier seed to the distance 2 r reaches it.
     """
     seeds: list[int] = []
     reached: set[int] = set()
@@ -237,7 +237,7 @@ def flood_seeds(
 
 
 def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
-    """Return the most central cell of each cube of edge 2 r; cubes are sorted by lowest cell."""
+    """Return the most central cell of each cube of edge length 2 r, sorted by the lowest cell."""
     label_of: dict[tuple[float, ...], int] = {}
     cubes = np.floor((graph.positions - graph.bounds[0]) / (2.0 * radius))
     labels = [label_of.setdefault(tuple(cube), len(label_of)) for cube in cubes.tolist()]

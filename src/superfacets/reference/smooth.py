@@ -32,9 +32,9 @@ def smooth_borders(
     """Smooth borders by moving chains of faces to neighboring regions; return the labels.
 
     ``steps`` are the lengths of the arcs in the unit of the vertices. Regions are processed in
-    patches of regions, as in parallel code: a patch sees only area changes by itself and by patches
-    of earlier colors. ``goals`` are target sizes of regions, by default their initial areas. With
-    goals, ``sizes`` of faces replace their areas.
+    groups (`Patches`), as in the parallel C++ code. A patch uses only area changes made by itself
+    and by patches of earlier colors. ``goals`` are target sizes of regions, by default the initial
+    areas. If goals are given, ``sizes`` of faces replace their areas.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
@@ -47,7 +47,7 @@ def smooth_borders(
         waiting = set()
         for key, face in listed:
             regions.stiffness.begin(key)
-            if regions.sort_key(face) != key:  # the face has moved to a region of another patch
+            if regions.sort_key(face) != key:  # the face has moved to another patch
                 continue
             waiting.discard(face)
             for label in regions.neighboring_labels(face):
@@ -60,7 +60,7 @@ def smooth_borders(
 
 
 class _Stiffness:
-    """Cost of changes of area, and of the distances of faces from initial centroids of regions."""
+    """Cost of area changes of regions, and of distances of faces from initial region centroids."""
 
     def __init__(
         self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
@@ -85,7 +85,7 @@ class _Stiffness:
         self.centroids = np.array(inverses) * moments
         self.known, self.own = [0.0] * len(areas), [0.0] * len(areas)
         self._key: tuple[int, int] | None = None
-        self._others: list[list[float]] = []  # area changes by earlier patches of the same color
+        self._others: list[list[float]] = []  # area changes by patches of this color so far
 
     def set_goals(
         self, labels: list[int], sizes: Sequence[float], goals: Sequence[float], stiffness: float
@@ -110,7 +110,7 @@ class _Stiffness:
         self._key = key
 
     def gain(self, face: int, before: int, label: int) -> float:
-        """Return the decrease of this cost if a face moves from the region `before` to `label`."""
+        """Return the decrease of the cost if a face moves from the region `before` to `label`."""
         area, size = self.of_faces[face], self.sizes[face]
         far, near = (_squared(self.positions[face] - self.centroids[i]) for i in (before, label))
         lost, won = (self.known[i] + self.own[i] for i in (before, label))
@@ -139,7 +139,7 @@ def _squared(step: Floats) -> float:
 
 
 class MovingRegions:
-    """State of `smooth_borders`: labels of faces and costs of borders."""
+    """Current labels of faces, and the costs of borders between them, for `smooth_borders`."""
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class MovingRegions:
         self.fixed, self.max_distance = fixed, max_distance
 
     def arcs(self, face: int) -> list[tuple[int, int]]:
-        """Return (index of the arc, neighbor) for each arc of a face."""
+        """Return (arc index, neighbor) for each arc of a face."""
         numbers = range(self.graph.offsets[face], self.graph.offsets[face + 1])
         return [(number, int(self.graph.neighbors[number])) for number in numbers]
 
@@ -171,12 +171,12 @@ class MovingRegions:
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:
-        """Return the distinct labels of neighbors in other regions, in the order of arcs."""
+        """Return the distinct labels of neighbors in other regions, in the order of the arcs."""
         around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
 
     def sort_key(self, face: int) -> tuple[int, int]:
-        """Return the sort key (color, patch) of a face, which defines the order of processing."""
+        """Return (color, patch) of the region of a face; faces are processed in this order."""
         return self.patches.sort_key(self.labels[face])
 
     def gain(self, face: int, label: int) -> float:
@@ -190,7 +190,7 @@ class MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Return the length of the path from the initial border of a region to a face."""
+        """Return the length of the shortest path from the initial border of `label` to a face."""
         if self.first[face] == label:
             return 0.0
         lengths = [math.inf]
@@ -229,7 +229,7 @@ class MovingRegions:
         return False
 
     def around(self, vertex: int, before: int, here: int) -> int | None:
-        """Return the face after `before`, `here` around a vertex, or None if it is not unique."""
+        """Return the next face around a vertex after the faces `before` and `here`, or None."""
         corners = self.mesh.faces[here].tolist()
         positions = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
         if vertex in corners:
@@ -248,8 +248,8 @@ class MovingRegions:
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
         """Move a chain of adjacent faces to the region `label`, and return these faces.
 
-        Faces with the largest decrease of cost (gain) move first. The total gain at the end of the
-        chain is maximal.
+        The chain begins with the face `first`. Each next face is adjacent to the chain, and
+        has the largest decrease of cost (gain). The chain ends where the total gain is maximal.
         """
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
@@ -284,7 +284,7 @@ class MovingRegions:
 
 
 def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
-    """Return the cost of a border across each arc: length of the edge, reduced in creases."""
+    """Return the border cost of each arc, which is the edge length, reduced in creases."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
@@ -303,7 +303,7 @@ SMALLEST, LARGEST = 64, 1024
 """Lower and upper limit of the number of border faces at which a patch stops growing."""
 
 MANY = 512
-"""Target number of patches, if the limits on their size permit it."""
+"""Target number of patches, if `SMALLEST` and `LARGEST` permit it."""
 
 FEWEST_COLORS = 8
 """Minimum number of colors of patches."""
@@ -331,7 +331,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Grow a patch from a region, breadth-first; return a region to start the next, or None."""
+        """Grow a patch from the region `seed`; return the region that starts the next, or None."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0
@@ -350,7 +350,7 @@ class Patches:
         return reached[n_taken] if n_taken < len(reached) else None
 
     def _choose_color(self, forbidden: set[int], size: int) -> int:
-        """Return the color with the fewest faces that is not forbidden, or else a new color."""
+        """Return the allowed color with the fewest faces, or a new color if all are `forbidden`."""
         allowed = [c for c in range(len(self._color_sizes)) if c not in forbidden]
         if not allowed:
             allowed = [len(self._color_sizes)]
@@ -360,12 +360,12 @@ class Patches:
         return color
 
     def sort_key(self, region: int) -> tuple[int, int]:
-        """Return the sort key (color, patch) of a region, which defines the order of processing."""
+        """Return the color and the patch of a region; regions are processed in this order."""
         patch = self.of_region[region]
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Return whether `region` and each of `others` are in one patch or in different colors."""
+        """Return whether all `others` are in the patch of `region` or have another color."""
         own = self.sort_key(region)
         keys = [self.sort_key(other) for other in others]
         return all(key == own or key[0] != own[0] for key in keys)

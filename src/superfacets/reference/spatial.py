@@ -16,7 +16,7 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 FLAT = 1e-20
-"""A triangle has no normal if the squared sine of the angle at its first corner is at most this."""
+"""A triangle has no normal if the squared sine of its angle at the first corner is at most this."""
 
 
 def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
@@ -33,9 +33,9 @@ def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
 
 
 def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
-    """Return the point of a triangle, corners (3, 3), that is nearest to p.
+    """Return the point of a triangle with corners (3, 3) that is nearest to p.
 
-    If the projection of p to the plane of the triangle is in the triangle, it is the nearest point.
+    If the projection of p to the plane of the triangle is inside, the projection is returned.
     Otherwise, or if the triangle has no normal, the nearest point is on a side. Corners are sorted
     first, so that triangles with a common side return the same point on this side.
     """
@@ -53,7 +53,7 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
 
 
 def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
-    """Return the point of a tetrahedron, corners (4, 3), nearest to p, or p if it is inside."""
+    """Return p if it is in the tetrahedron with corners (4, 3), or else the nearest point in it."""
     is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
     whole = _volume(corners)
     if is_in_box and whole != 0:
@@ -74,7 +74,7 @@ def _nearest_shapes(
     cells: npt.ArrayLike,
     points: npt.ArrayLike,
 ) -> tuple[Ints, Floats, Floats]:
-    """Return for each point the nearest cell, its distance, and its nearest point.
+    """Return the cell nearest to each point, its distance, and the nearest position in the cell.
 
     If several cells are equally near, the first cell is used.
     """
@@ -96,7 +96,7 @@ def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
 
 
 def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
-    """Return the index and position of the first of the candidates nearest to p."""
+    """Return the index and the position of the candidate nearest to p, or the first of several."""
 
     def squared(item: tuple[int, Floats]) -> Any:
         return dot(p - item[1], p - item[1])
@@ -105,13 +105,13 @@ def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats
 
 
 def _volume(corners: Floats) -> Any:
-    """Return six times the signed volume of a tetrahedron."""
+    """Return six times the signed volume of a tetrahedron with corners (4, 3)."""
     a, b, c, d = corners
     return dot(np.cross(b - a, c - a), d - a)
 
 
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
-"""Cosine and sine of the golden angle."""
+"""Cosine and sine of the golden angle, by which consecutive rays are rotated about the axis."""
 
 
 def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
@@ -143,7 +143,7 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """Return the thickness of a body below points of its surface, with inward unit `axes`.
+    """Return the thickness of a body at points `starts` of its surface, with inward unit `axes`.
 
     The thickness is NaN if less than a quarter of the rays from a point leave the body.
     """
@@ -163,7 +163,7 @@ def ray_thickness(
 
 
 def frame_about(axis: Floats) -> tuple[Floats, Floats]:
-    """Return two unit vectors that are a right-handed frame with `axis` (Duff et al., 2017)."""
+    """Return two unit vectors that form a right-handed frame with `axis` (Duff et al., 2017)."""
     x, y, z = axis.tolist()
     sign = -1.0 if z < 0 else 1.0
     a = -1.0 / (sign + z)
@@ -175,9 +175,9 @@ def frame_about(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
-    """Return the distance to the triangle, of corners (F, 3, 3), where a ray leaves the body.
+    """Return the distance at which a ray leaves a body, whose triangles are `corners`, (F, 3, 3).
 
-    Returns None if the ray hits no triangle, or first hits the front of a triangle.
+    Returns None if the ray hits no triangle, or if it first hits the front of a triangle.
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     along = normals @ ray
@@ -196,11 +196,11 @@ def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> flo
 
 
 class _Edge(NamedTuple):
-    """An edge, and its halves if it was bisected."""
+    """An edge between two vertices, and its two halves if the edge was bisected."""
 
     start: int
     end: int
-    halves: tuple[_Edge, _Edge] | None  # None if the edge was not bisected
+    halves: tuple[_Edge, _Edge] | None  # None if not bisected
 
     def reversed(self) -> _Edge:
         halves = self.halves and (self.halves[1].reversed(), self.halves[0].reversed())
@@ -208,14 +208,14 @@ class _Edge(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A triangle that is a part of a face after `depth` bisections."""
+    """A triangle that is a part of a face after the face was cut `depth` times."""
 
     corners: tuple[int, ...]
     depth: int
 
 
 def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
-    """Subdivide a mesh; return all vertices, and the list of parts of each face."""
+    """Cut faces until edges are at most `max_edge`; return all vertices, and parts of each face."""
     points = mesh.vertices.tolist()
     faces = mesh.faces.tolist()
     sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}
@@ -228,7 +228,7 @@ def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
 
 
 def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) -> _Edge:
-    """Bisect an edge recursively to at most `max_edge`, and append midpoints to `points`."""
+    """Bisect an edge recursively until halves are at most `max_edge`; add midpoints to `points`."""
     if _squared_length(points, start, end) <= max_edge * max_edge:
         return _Edge(start, end, None)
     middle = len(points)

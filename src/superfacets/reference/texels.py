@@ -12,10 +12,10 @@ from .._types import Bytes, Floats
 from ..cells.texels import LINEAR
 
 Position = tuple[float, float]
-"""Position in an image, in texels or in texture coordinates."""
+"""Coordinates (x, y) in an image, in texels or as texture coordinates."""
 
 Light = tuple[float, float, float]
-"""Red, green and blue in linear light."""
+"""Red, green and blue of a color, in linear light."""
 
 
 def texel_colors(
@@ -48,7 +48,7 @@ def _color(pixels: Bytes, pairs: list[Position], wrap: tuple[str, str]) -> tuple
 
 
 def _near(values: list[float], wrap: str) -> list[float]:
-    """Shift coordinates by an even number of image widths or heights, so that they are near 0."""
+    """Shift texture coordinates by an even integer, so that they are near 0, unless clamped."""
     shift = 0.0 if wrap == "clamp" else 2.0 * math.floor(min(values) / 2.0)
     return [value - shift for value in values]
 
@@ -68,7 +68,7 @@ def _wrapped(i: int, size: int, wrap: str) -> int:
 
 
 def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
-    """Yield (column, row) of all texels whose centers are in a triangle, row by row."""
+    """Yield (column, row) of all used texels whose centers are in a triangle, row by row."""
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))
@@ -82,7 +82,7 @@ def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
 
 
 def _cuts(corners: list[Position], y: float) -> Iterator[float]:
-    """Yield the x coordinates at which sides of a triangle cross the row at height y."""
+    """Yield the x coordinates at which the sides of a triangle cross the horizontal line at y."""
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         (ax, ay), (bx, by) = (b, a) if b[1] < a[1] else (a, b)
         if ay != by and ay <= y <= by:
@@ -119,7 +119,7 @@ def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) ->
 
 
 def _mean_and_spread(lights: list[list[float]]) -> tuple[Light, float]:
-    """Return the mean and the standard deviation of colors.
+    """Return the mean and the standard deviation of colors, scaled to the range 0 to 1.
 
     Differences from the first color are summed, so the deviation of equal colors is exactly 0.
     """

@@ -1,4 +1,4 @@
-"""Stage 5: label vertices along creases, and count segments like the package Segmentator."""
+"""Stage 5: label vertices along creases, and count segments like ScanNet's Segmentator."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .arithmetic import dot, norm
 
 
 def mean_normals(mesh: Mesh) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex, or 0 without faces."""
+    """Return the mean unit normal of the faces at each vertex, (V, 3), or 0 without faces."""
     sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
     for face in mesh.faces.tolist():
         p, q, r = mesh.vertices[face]
@@ -24,7 +24,7 @@ def mean_normals(mesh: Mesh) -> Floats:
 
 
 def crease_weight(a: Floats, b: Floats, is_convex: bool) -> float:
-    """Return the weight of an edge between vertices with normals a and b; see `vertex_labels`."""
+    """Return the weight of an edge, from the normals a and b of its ends; see `vertex_labels`."""
     weight = max(1.0 - float(dot(a, b)), 0.0)
     return weight * weight if is_convex else weight
 
@@ -36,10 +36,10 @@ def spread_labels(
     labels: Array,
     hints: Array,
 ) -> list[int]:
-    """Extend labels to all vertices with Kruskal's algorithm; components without a label get -1.
+    """Extend labels to unlabeled vertices (-1) with Kruskal's algorithm; return all labels.
 
     `edges` are all edges, sorted, as pairs (a, b) with a < b. Of edges with equal weights, edges
-    between vertices with equal `hints` come first.
+    between vertices with equal `hints` are used first. Components without a label get -1.
     """
 
     def weight(a: int, b: int) -> float:
@@ -47,8 +47,8 @@ def spread_labels(
         is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
         return crease_weight(normals[a], normals[b], bool(is_convex))
 
-    # The sort key depends on the direction of the edge. Each edge starts at its unlabeled vertex,
-    # or at the vertex with the lower index if both are unlabeled.
+    # Edges with equal weights and hints are sorted by vertices. Each edge starts at its unlabeled
+    # vertex, or at the vertex with the lower index if both are unlabeled.
     free = [
         (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
     ]
@@ -72,13 +72,13 @@ def count_segments(
     threshold: float,
     least: int,
 ) -> int:
-    """Return the number of segments with at least `least` nodes (Felzenszwalb and Huttenlocher)."""
+    """Count the segments of at least `least` nodes by Felzenszwalb and Huttenlocher's method."""
     ranks = []
     for index, (a, b) in enumerate(edges):
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0
         ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), index))
     sets = {node: [node] for node in range(len(positions))}
-    limits = [threshold] * len(positions)  # threshold of the segment with this root node
+    limits = [threshold] * len(positions)  # weight up to which its segment may join
 
     def join(may_join: Callable[[int, int, float], bool]) -> None:
         for weight, index in sorted(ranks):

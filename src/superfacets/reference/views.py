@@ -1,4 +1,4 @@
-"""Find triangles that a camera sees, and group regions that are in the same masks."""
+"""Find the triangles that a camera sees, and group regions that are often in the same masks."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
         a, b, c = (positions[corner] for corner in corners)
         sides = [np.cross(b, c), np.cross(c, a), np.cross(a, b)]
         volume = dot(a, sides[0])
-        if volume == 0:  # plane through the camera
+        if volume == 0:  # the plane of the triangle contains the camera
             continue
         if volume < 0:
             volume, sides = -volume, [-side for side in sides]
@@ -73,7 +73,7 @@ def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
 
     `areas` contains one array (K, M) per image: the area of each region in each mask. The agreement
     of two groups is the sum, over images, of products of their areas in the same mask, divided by
-    the sum of products of their areas in all pairs of masks. The two groups with the highest
+    the sum of products of their areas in all pairs of its masks. The two groups with the highest
     agreement are merged repeatedly while their agreement is at least `least`. Of equal agreements,
     older groups and lower regions are merged first.
     """

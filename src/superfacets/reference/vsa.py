@@ -1,4 +1,4 @@
-"""Slow, readable version of `variational_shape_approximation`, which tests compare with it."""
+"""Slow, readable version of `variational_shape_approximation`, for comparisons in tests."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Matrix = list[list[float]]
 
 
 class Proxy(NamedTuple):
-    """Plane that approximates a region, or only a point if the normal is 0."""
+    """Plane that approximates a region, or a point if the normal is 0."""
 
     center: Floats
     normal: Floats
 
 
 class State(NamedTuple):
-    """State of the algorithm: labels of faces, and seeds and proxies (planes) of regions."""
+    """Labels of faces, and seeds and proxies (planes) of regions, after a flood fill."""
 
     labels: list[int]
     seeds: list[int]
@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 class Surface:
-    """Areas, normals and neighbors of faces, and the error metric, "l2" or "l21"."""
+    """Positions, areas, normals and neighbors of faces, and the error metric, "l2" or "l21"."""
 
     def __init__(self, mesh: Mesh, metric: str, *, weld: bool = True) -> None:
         self.metric = metric
@@ -45,7 +45,7 @@ class Surface:
             self.neighbors[arc.face].append(arc.neighbor)
 
     def own_proxy(self, face: int) -> Proxy:
-        """Return the plane of a face as a proxy."""
+        """Return the plane of a face as a proxy for a region."""
         return Proxy(self.centroids[face], self.normals[face])
 
 
@@ -54,7 +54,7 @@ def approximate(
 ) -> tuple[State, int, str]:
     """Run the algorithm; return the last state, the number of iterations, and the stop reason.
 
-    If `seeds` is None, it starts with one region, and inserts regions one by one.
+    If `seeds` is None, the algorithm starts with one region, and inserts one region at a time.
     """
     if seeds is None:
         state = flood(surface, [0], [surface.own_proxy(0)])
@@ -74,10 +74,7 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Grow regions from seeds, adding the face with the smallest error next.
-
-    If errors are equal, the face that was queued first is added first.
-    """
+    """Grow regions from seeds. The next face has the smallest error, or was queued first."""
     seeds, proxies = list(seeds), list(proxies)
     errors = [errors_of(surface, proxy).tolist() for proxy in proxies]
     labels = [-1] * len(surface.areas)
@@ -133,7 +130,7 @@ def _own_errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> Fl
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """Return the face of each region with the smallest error, and with a normal if possible."""
+    """Return the face with the smallest error in each region, if possible a face with a normal."""
     has_no_normal = np.asarray(~surface.normals.any(axis=1))
     regions = np.array(labels)
     ranks = (_own_errors(surface, labels, proxies), has_no_normal.astype(int), regions)
@@ -144,7 +141,7 @@ def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> l
 
 
 def errors_of(surface: Surface, proxy: Proxy) -> Floats:
-    """Return the error of each face with respect to a proxy, (F,)."""
+    """Return the error of each face with respect to `proxy`, shape (F,)."""
     areas, normals = surface.areas, surface.normals
     if surface.metric == "l21":
         differences = normals - proxy.normal
@@ -178,12 +175,12 @@ def _fit_one(surface: Surface, faces: Array) -> Proxy:
 
 
 def _total(rows: Floats) -> Floats:
-    """Return the sum of rows, added from the first to the last."""
+    """Return the sum of all rows, added in order from the first to the last."""
     return np.asarray(np.cumsum(rows, axis=0)[-1])
 
 
 def _least_axis(m: Matrix) -> list[float]:
-    """Return the unit eigenvector of the smallest eigenvalue, by Jacobi's method."""
+    """Return the unit eigenvector of the smallest eigenvalue of m (3 x 3, symmetric), or 0."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0:
         return [0.0] * 3
@@ -215,9 +212,6 @@ def _rotate(m: Matrix, axes: Matrix, p: int, q: int) -> None:
 
 
 def _integrals(values: Floats) -> Floats:
-    """Return the integrals of squared linear functions over triangles of area 6.
-
-    `values` are the values of each function at the three corners.
-    """
+    """Return integrals of squared linear functions, given at corners, over triangles of area 6."""
     a, b, c = values[..., 0], values[..., 1], values[..., 2]
     return np.asarray(a * a + b * b + c * c + a * b + a * c + b * c)

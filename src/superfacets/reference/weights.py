@@ -1,4 +1,4 @@
-"""Stage 2: compute arc weights, ridges, and the spectral embedding."""
+"""Stage 2: compute arc weights, sharp edges, ridges, and eigenvectors for the embedding."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def superfacet_weights(
     """Return the weight of each arc, computed with equations 1 to 3 of the paper.
 
     `crease_length`, if given, replaces |e| in equation 2. The relative cost of ridges is the
-    maximum of `ridges` and `eta_convex`. With `hollows`, smooth convex edges of hollow shapes have
-    a cost, and smooth concave edges cost less. With `all_sharp`, all sharp convex edges are ridges,
-    unless their two faces have several common edges.
+    maximum of `ridges` and `eta_convex`. If `hollows` is true, smooth convex edges of hollow shapes
+    have a cost, and smooth concave edges cost less. If `all_sharp` is true, all sharp convex edges
+    are ridges, except edges between two faces with several common edges.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -58,7 +58,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return the step length, edge length, angle and concavity (True or False) of each arc."""
+    """Return the path length, edge length, angle, and concavity (True or False) of each arc."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -92,7 +92,7 @@ def _evened_share(turn: float, volume: float, area: float) -> float:
 
 
 def unit_normals(mesh: Mesh) -> Floats:
-    """Return the unit normals of faces, (F, 3); 0 for degenerate faces."""
+    """Return the unit normals of faces, (F, 3), or 0 for degenerate faces."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
     lengths = norm(normals)
@@ -105,8 +105,8 @@ def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
     """Return the volume of the mesh, negative if normals point inward, or 0 if the mesh is open."""
     corners = mesh.vertices[mesh.faces]
     names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
-    # A side without an arc is on the boundary, except if its two ends are equal, or if another side
-    # of the face with the same ends has an arc.
+    # A side without an arc is on the boundary, unless its two ends are equal, or another side of
+    # the same face with the same ends has an arc.
     with_arc = {(arc.face, arc.side) for arc in arcs}
     for face, ends in enumerate(names):
         edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
@@ -131,10 +131,10 @@ def quantize_weights(weights: Floats) -> tuple[Singles, float]:
 
 
 SHARP_ANGLE = math.pi * 2 / 9
-"""Minimum angle of a sharp edge, 40 degrees in radians."""
+"""Minimum angle, in radians, between the faces at a sharp edge: 40 degrees."""
 
 MAX_STEPS = 64
-"""Maximum number of faces around a vertex that are visited."""
+"""Maximum number of faces that are visited around a vertex."""
 
 
 def find_sharp(
@@ -157,13 +157,13 @@ def find_ridges(
 
 
 class _Surface:
-    """Faces and their arcs, with tests whether an edge is a ridge."""
+    """Faces of a mesh and their arcs, with methods that test whether an edge is a ridge."""
 
     def __init__(self, mesh: Mesh, arcs: list[Arc], weld: bool) -> None:
         self._mesh = mesh
         self._arcs = arcs
         self._weld = weld
-        self._of_face: dict[int, list[tuple[int, int]]] = {}  # (neighbor, arc index) by face
+        self._of_face: dict[int, list[tuple[int, int]]] = {}  # (neighbor, arc index) of each face
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
@@ -173,7 +173,7 @@ class _Surface:
         return [other for other, _ in self._of_face[face]].count(neighbor) == 1
 
     def is_flat_beside(self, index: int, thetas: Floats) -> bool:
-        """Return whether an arc is the only arc between two faces whose other edges are flat."""
+        """Return whether an arc is the only arc between its faces, whose other edges are flat."""
         face, _, neighbor, _ = self._arcs[index]
         theta = float(thetas[index])
         return self.is_only(index) and all(
@@ -183,13 +183,13 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Return whether `bends` are small compared with `theta`, except for one similar angle."""
+        """Return whether all angles `bends` are small, except at most one angle like `theta`."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Return whether both ends of an edge meet another edge in `found` or the boundary."""
+        """Return whether each end of an edge is at another edge in `found` or at the boundary."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -235,8 +235,8 @@ def smallest_eigenpairs(
 ) -> tuple[Floats, Floats]:
     """Return the smallest eigenvalues of L x = lambda A x, and their eigenvectors, (N, n_wanted).
 
-    The first `n_constants` eigenvalues are skipped. Results equal the results of the C++ core up to
-    rounding errors and signs of eigenvectors.
+    L is the Laplacian with these arc conductances, and A the diagonal matrix of measures. The first
+    `n_constants` eigenvalues are skipped. The C++ core differs by rounding errors and signs only.
     """
     n = len(measures)
     laplacian = np.zeros((n, n))

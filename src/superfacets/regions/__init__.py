@@ -1,1 +1,1 @@
-"""Stage 5: clean-up, hierarchies and borders of regions, and transfer of labels."""
+"""Stage 5: clean up and merge regions, extract their borders, and transfer labels."""

@@ -1,4 +1,4 @@
-"""Stage 5: make each region connected, by joining stray pieces of it to other regions."""
+"""Stage 5: make each region connected by joining its stray pieces to neighboring regions."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ def enforce_connectivity(
 ) -> RegionEdit:
     """Change labels so that all regions are connected.
 
-    A region keeps the piece that contains its center or, without centers, its largest piece. Each
-    other piece, smallest first, joins the neighboring region with the longest common border, where
-    borders in creases count less, as in `smooth_borders`. A piece without neighbors is a new
-    region.
+    A region keeps the piece that contains its center or, if `centers` is None, its largest piece.
+    All other pieces, in ascending order of area, join the neighboring region with the longest
+    common border. The length of borders in creases is reduced, as in `smooth_borders`. A piece
+    without neighbors becomes a new region.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
+        Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 keep this label.
     centers : array_like of int, shape (K,), optional
-        Center of each region, which is one of its cells.
+        Index of the center of each region, which must be a cell of the region.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -46,19 +46,19 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels. New regions get labels from K on, sorted by their lowest faces.
+        Regions keep their labels. New regions get labels from K on, sorted by their lowest cells.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
         labels are -1, if a center is not in its region, or if another parameter is not valid.
 
     Notes
     -----
-    Time is O(N + M + B log^2 B) for B borders between pieces.
+    Time is O(N + M + B log^2 B) for N cells, M arcs, and B borders between pieces.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def enforce_connectivity(
 def connect_regions(
     costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
 ) -> RegionEdit:
-    """Connect regions as `enforce_connectivity` does, with checked arguments."""
+    """Connect regions as `enforce_connectivity` does, without checking the arguments."""
     surface = costs.surface
     pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     region_of_piece = np.empty(n_pieces, np.int32)
@@ -105,8 +105,8 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the piece with the largest area of each region; of equal areas, the lowest piece."""
+    """Return the largest piece of each region by area, or the lowest of several largest pieces."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the last value, the largest, remains
+    largest[region_of_piece[order]] = order  # the largest piece, assigned last, is kept
     return largest

@@ -17,20 +17,20 @@ from ..mesh.weld import lowest_vertices
 
 
 class VertexEdges(NamedTuple):
-    """Vertices of a mesh, or points, and their edges in CSR form, each edge in both directions."""
+    """Vertices of a mesh (or points) and edges between them, in CSR form and in both directions."""
 
-    offsets: Longs  # (V + 1,) index of the first edge of each vertex
+    offsets: Longs  # (V + 1,) index in `neighbors` of the first edge of each vertex
     neighbors: Ints  # (M,) vertex at the other end of each edge
     positions: Floats  # (V, 3) position of each vertex
-    normals: Floats  # (V, 3) mean of the unit normals of the adjacent cells; 0 if it is not defined
+    normals: Floats  # (V, 3) mean of the unit normals of the adjacent faces; 0 in a volume
 
 
 class _Regions(NamedTuple):
-    """Cells of a mesh and their labels."""
+    """Cells (faces or tetrahedra) of a mesh, their corners, and their labels."""
 
     cells: Any
-    corners: Corners  # vertex at each corner of the cells; equal positions are welded
-    labels: Ints  # (N,) region of each cell
+    corners: Corners  # vertex at each corner of the cells, after welding of equal positions
+    labels: Ints  # (N,) region of each cell, 0 to n - 1
     n: int  # number of regions, some of which may have no cells
 
 
@@ -39,9 +39,9 @@ def crease_labels(
 ) -> Ints:
     """Convert labels of cells to labels of vertices by the method "creases" of `vertex_labels`.
 
-    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. With `merge`,
-    regions that cannot grow to `least` vertices are merged with other regions. A merged region gets
-    the lower of the two labels.
+    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. If `merge` is
+    true, a region that cannot grow to `least` vertices is merged with a neighboring region. The
+    resulting region gets the lower of the two labels.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -63,7 +63,7 @@ def crease_labels(
 
 
 def corners_in(cells: Any) -> Corners:
-    """Return the vertices at the corners of cells, or raise a MeshError for points and graphs."""
+    """Return the vertices at the corners of cells; raise a MeshError for points and graphs."""
     kind = kind_of(cells)
     corners = kind.corners(cells)
     if corners is None:
@@ -74,11 +74,11 @@ def corners_in(cells: Any) -> Corners:
 def large_regions(
     edges: VertexEdges, labels: Ints, counts: Ints, least: int, *, merge: bool
 ) -> Ints:
-    """Grow regions to `least` vertices, and return the new labels.
+    """Grow regions of vertices to `least` vertices, and return the new labels of all vertices.
 
-    Small regions take vertices from regions that stay connected and keep `least` vertices. With
-    `merge`, regions that are still too small are merged with neighbors. `counts` is the number of
-    vertices of the mesh at each welded vertex. Labels are >= 0, or -1 at vertices without edges.
+    Small regions take vertices from regions that stay connected and keep `least` vertices. If
+    `merge` is true, regions that are still too small are merged with neighbors. `counts` is the
+    number of mesh vertices at each welded vertex. Only vertices without edges may be labeled -1.
     """
     if least < 2:
         return labels
@@ -88,7 +88,7 @@ def large_regions(
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
-    """Return a mesh of the cells whose label is not -1 but with all vertices, and their labels."""
+    """Return a mesh of the labeled cells, which keeps all vertices, and the labels of its cells."""
     if labels.min() >= 0:
         return cells, labels
     kept = np.flatnonzero(labels >= 0)
@@ -98,17 +98,18 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Label welded vertices: inside a region directly, at borders with Kruskal's algorithm.
+    """Return the labels of welded vertices, where Kruskal's algorithm labels vertices at borders.
 
-    If all vertices of a region are at borders, they keep the majority label of their cells. If a
-    region is not connected, only its largest piece keeps the label; other pieces are labeled again.
+    A vertex inside a region gets its label. If a region has no inner vertices, each vertex where
+    the region has the majority gets its label. If the vertices of a region are not connected, only
+    the largest piece keeps the label, and the vertices of all other pieces are labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # components with no vertex inside a region
+    found = np.where(found < 0, majority, found)  # connected components without a seed
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
@@ -116,7 +117,7 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
     """Return the label with the largest total area of cells around each welded vertex.
 
-    Each region gets at least one vertex if there are enough vertices.
+    Each region becomes the majority at one vertex or more, if there are enough vertices.
     """
     sizes = regions.corners.sizes
     majority = weighted_majority(
@@ -130,7 +131,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Assign, in place, a vertex of its cells to each region that has no vertices, if possible."""
+    """Give each region without vertices one vertex of its cells if possible, in `of_vertices`."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -154,11 +155,11 @@ def _give_vertex(
     counts: Array,
     searched: set[int],
 ) -> None:
-    """Assign a vertex to a region along an augmenting path, as in bipartite matching.
+    """Assign a vertex to `region` along an augmenting path, as in bipartite matching.
 
-    If the region takes the only vertex of another region, that region takes a vertex from the next
-    region of the path. The path ends at a region with several vertices. If there is no path, all
-    visited regions are added to `searched`, and later searches skip them.
+    Each region of the path takes the only vertex of the next region, and the last region, which has
+    several vertices, gives one away. If there is no path, nothing changes, and all visited regions
+    are added to `searched`, so that later searches skip them.
     """
     reached: dict[int, tuple[int, int] | None] = {region: None}
     queue = [region]
@@ -182,9 +183,10 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Return for each vertex whether it must be labeled again, because its region is not connected.
+    """Return whether each vertex is in a stray piece of its region and must be labeled again.
 
-    The cells of a region may have several connected parts. The largest piece on each part is kept.
+    A piece is a set of connected vertices with equal labels. The cells of a region may form several
+    connected parts. Of the pieces on each part, the largest is kept, and all others are stray.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)
@@ -206,7 +208,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return, for each piece of vertices of a divided region, the connected part of cells there."""
+    """Return, for each piece, the connected part of cells at its vertices; -1 if not divided."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

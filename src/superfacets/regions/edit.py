@@ -1,4 +1,4 @@
-"""Classes shared by modules of stage 5: labeled cells, costs of borders, results of edits."""
+"""Stage 5: represent labeled cells, costs of borders between regions, and results of edits."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
 CREASE_SCALE = 6.0
-"""Crease cost of an edge, in units of r, that reduces the cost of a border to 1/e of its length.
-Between 4 and 8, the undersegmentation error of smoothed benchmark models changes by 0.0002."""
+"""Crease cost of an edge, in units of the radius of a region, that reduces the cost of a border to
+1/e of its length. With scales from 4 to 8, the undersegmentation error of smoothed benchmark models
+changes by 0.0002."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Data for the cost of a border, which is its length, reduced where it follows a crease."""
+    """Data to compute the cost of a border: the border length, which counts less in creases."""
 
     surface: Surface
-    lengths: Singles  # (M,) weight of each arc as a multiple of `unit`
-    unit: float  # quantization step: weight of an arc with length 1
+    lengths: Singles  # (M,) weight of each arc, quantized to a multiple of `unit`
+    unit: float  # weight of an arc with length 1, in units of ``surface.weight_unit``
     radius: float  # expected radius r in the unit of the positions, > 0
-    crease_scale: float = CREASE_SCALE  # crease cost that reduces the cost to 1/e, in units of r
+    crease_scale: float = CREASE_SCALE  # as the constant `CREASE_SCALE`, in units of `radius`
 
     @classmethod
     def of_weights(cls, surface: Surface, weights: Floats, radius: float) -> BorderCosts:
-        """Make the object from checked arc weights, in units of ``surface.weight_unit``."""
+        """Make the costs from checked arc weights in units of ``surface.weight_unit``."""
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
 
@@ -46,7 +47,7 @@ class BorderCosts:
 
     @property
     def args(self) -> tuple[_core.Surface, _core.BorderCosts]:
-        """Arguments for C++ functions: the surface, and these costs with absolute units."""
+        """The surface and the border costs as C++ objects, in the length unit of the positions."""
         unit, scale = self.unit * self.surface.weight_unit, self.crease_scale * self.radius
         return self.surface.handle, _core.BorderCosts(self.lengths, unit, scale)
 
@@ -59,7 +60,7 @@ class RegionEdit(NamedTuple):
     labels : ndarray of int32, shape (N,)
         New label of each cell. Each label from 0 to K' - 1 occurs.
     sources : ndarray of int32, shape (K',)
-        Old label of the region that each new region was made from.
+        Old label of each new region. For merged regions, the old label of the region that remained.
     n_joined : int
         Number of pieces or regions that joined another region.
     n_islands : int
@@ -75,10 +76,10 @@ class RegionEdit(NamedTuple):
 def read_regions(
     surface: Surface, labels: npt.ArrayLike, weights: npt.ArrayLike | None = None
 ) -> tuple[BorderCosts, Ints, int]:
-    """Check labels and weights, and return costs of borders, labels and the number of regions.
+    """Check labels and weights; return the border costs, the labels, and the number of regions.
 
-    Cells labeled -1 are in no region. If `weights` is None, the weights of the graph are used, or
-    the `crease_weights` of the mesh.
+    Cells labeled -1 are in no region. If `weights` is None, the weights of a `CellGraph` are used,
+    or, for a mesh or cloud, weights like the defaults of `crease_weights`.
     """
     array, n_regions = checked_regions(labels, surface.n_cells)
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
@@ -92,13 +93,13 @@ def read_regions(
 
 @dataclass(frozen=True, eq=False)
 class LabeledPart:
-    """The cells of a mesh, cloud or graph whose label is not -1."""
+    """The cells of a mesh, cloud or graph that have a label >= 0, and their border costs."""
 
     costs: BorderCosts
     labels: Ints  # (n,) label of each labeled cell
     n_regions: int
     whole: Ints  # (N,) label of each cell, -1 included
-    cut: Cut | None  # maps labeled cells to all cells; None if no label is -1
+    cut: Cut | None  # selection of the labeled cells; None if no label is -1
 
     @classmethod
     def read(
@@ -121,11 +122,11 @@ class LabeledPart:
         return cls(costs.of_cut(cut), array[is_kept], n_regions, array, cut)
 
     def numbers_of(self, cells: Ints) -> Ints:
-        """Convert indices of cells to indices of labeled cells; cells labeled -1 are left out."""
+        """Convert indices of cells to indices among labeled cells; cells labeled -1 are dropped."""
         if self.cut is None:
             return cells
         return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Extend labels of labeled cells to all cells, with -1 at the other cells."""
+        """Return labels of all cells from new labels of the labeled cells; all others get -1."""
         return labels if self.cut is None else self.cut.whole_labels(labels)

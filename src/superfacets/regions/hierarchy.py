@@ -1,4 +1,4 @@
-"""Stage 5: nested levels of regions, made by merging neighboring regions."""
+"""Stage 5: compute nested levels of regions by merging neighboring regions."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ from .edit import BorderCosts
 MERGE_CREASE_WEIGHT = 12.0
 """Distance, in units of the radius of the regions, by which a deep crease separates two regions. If
 150 regions are merged to 50 on a third of the benchmark models, the undersegmentation error is
-0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and the compactness is 4.07, 4.15 and 4.20.
-`segment` with 50 regions has 0.181 and 4.11. Distances in the spectral embedding instead of the
-surface increase the error by 0.01."""
+0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and the compactness is 4.07, 4.15 and 4.20. For
+comparison, 50 regions of `segment` have 0.181 and 4.11. If distances are measured in the spectral
+embedding instead of in space, the error is higher by 0.01."""
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of an edge, in units of r, that reduces the edge's part of the open length to 1/e.
-Creases have more influence on merging than on `smooth_borders`. With a scale of 3, the
-undersegmentation error is 0.222 at the same compactness."""
+"""Crease cost of an edge, in units of the radius of a region, at which 1/e of the edge's length is
+added to the open length of a border (see `Borders`). Creases have more influence on merging than
+on `smooth_borders`. With a scale of 3, the undersegmentation error is 0.222 at the same
+compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
-"""Lower region, higher region, length and open length of each border. The open length is the length
-in which edges in creases count less."""
+"""Arrays of the lower region, higher region, length and open length of each border. The open length
+is the sum of the edge lengths, in which edges in creases have a lower weight."""
 
 
 @dataclass(frozen=True, eq=False)
 class MergeTree:
-    """Binary tree of the merges of K regions, in the order in which the merges are done.
+    """Binary tree of the merges of K regions, with merges numbered in the order of execution.
 
     Attributes
     ----------
@@ -56,9 +57,9 @@ class MergeTree:
         return self.n_regions - len(self.children)
 
     def regions_at(self, n: int) -> Ints:
-        """Merge the K regions to n regions; return the new region, 0 to n - 1, of each.
+        """Merge the K regions to n regions, and return the new label, 0 to n - 1, of each of the K.
 
-        New regions are numbered in the order of the lowest of the K regions in them.
+        New regions are numbered in the order of the lowest of the K regions that each contains.
         """
         n_merges = self.n_regions - n
         parents = np.arange(self.n_regions + n_merges)
@@ -179,14 +180,14 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
 ) -> MergeTree:
-    """Merge the two neighboring regions with the lowest cost, until no regions are neighbors."""
+    """Repeatedly merge the neighbors with the lowest merge cost, until no regions are neighbors."""
     surface = costs.surface
     is_kept = labels >= 0
     kept = labels[is_kept]
     measures = surface.measures[is_kept]
     positions = np.ascontiguousarray(surface.positions[is_kept])
     areas = sums_by_label(kept, measures, n_regions)
-    weights = np.where(areas[kept] > 0, measures, 1.0)  # all 1 in regions without area
+    weights = np.where(areas[kept] > 0, measures, 1.0)  # replaced by 1 in regions without area
     borders = _borders_of(costs, labels, n_regions)
     if islands == "nearest":
         gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
@@ -202,7 +203,7 @@ def merge_neighbors(
 
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
-    """Return the borders between regions, without borders to cells in no region."""
+    """Return the borders between regions. Borders to cells in no region are left out."""
     named, n_threads = np.where(labels < 0, np.int32(n_regions), labels), costs.surface.n_threads
     with_creases, without = (
         replace(costs, crease_scale=scale).args for scale in (MERGE_CREASE_SCALE, np.inf)
@@ -227,10 +228,11 @@ def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Flo
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return, for each connected component except the largest, two nearest regions across a gap.
+    """Return the pairs of regions to connect across gaps: all lower and all higher regions.
 
-    One of them is in the component, and the other in the nearest larger component. Of components
-    with equal areas, the component with the lowest region is treated as larger.
+    There is one pair for each connected component of regions except the largest. The pair contains
+    the two nearest cells of the component and of any larger component. Of components with equal
+    areas, the component with the lowest region is treated as larger.
     """
     components, n_components = _components_of(borders, len(areas))
     total = sums_by_label(components, areas, n_components)
@@ -243,10 +245,7 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the connected component of each region, and the number of components.
-
-    Components are numbered in the order of their lowest regions.
-    """
+    """Return the component of each region, numbered by lowest region, and how many there are."""
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")
     offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
@@ -254,7 +253,7 @@ def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """Return the sorted borders together with the gaps, which are borders of length 0."""
+    """Return all borders, sorted, and among them gaps from `low` to `high` as length 0."""
     lows, highs = np.append(borders[0], low), np.append(borders[1], high)
     order = np.lexsort((highs, lows))
     zeros = np.zeros(len(low))

@@ -203,8 +203,8 @@ def project_labels(
     Returns
     -------
     list of ndarray of int32, shape (height, width)
-        Image of each camera, with the label of the visible cell in each pixel. Pixels are -1 if the
-        cell has no label or no cell is visible.
+        Image of each camera, with the label of the cell visible in each pixel. A pixel is -1 if
+        the cell has no label or if no cell is visible.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
 
 
 def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
-    """Group regions that are often in the same mask to objects; return the object of each mask.
+    """Group regions that are often in the same masks into objects; return the object of each mask.
 
     The object of a mask is the group of regions with the largest area in the mask. Regions that are
     mostly outside masks are ignored. `least` is the minimum agreement of merged groups.
@@ -264,7 +264,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return the elected label of each region or -1, the votes for the label, and all votes."""
+    """Return, for each region, the elected label or -1, and areas of its votes and all votes."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -282,7 +282,7 @@ def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
     The label of a mask becomes -1 if no region has this label.
     """
     kept, firsts = np.unique(winners, return_index=True)
-    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # keeps label -1
+    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # maps -1 to -1
     order = kept[np.argsort(firsts)]
     order = order[order >= 0]
     names[order] = np.arange(len(order))

@@ -18,7 +18,7 @@ from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
 
 NO_REGION = -1
-"""Label in place of the second region of a line at the mesh boundary or at unlabeled cells."""
+"""Second region of a line at the boundary of the mesh or at faces without a region."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class BorderLines:
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, concatenated; the lowest index of vertices at the same position.
+        Vertices of all lines, concatenated. Of vertices at the same position, the lowest is listed.
     offsets : ndarray of int64, shape (L + 1,)
         The vertices of line i are ``vertices[offsets[i]:offsets[i + 1]]``; see `line`.
     regions : ndarray of int32, shape (L, 2)
@@ -121,11 +121,11 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Segments of borders, one for each pair of regions at an edge, sorted by edge and pair."""
+    """Segments of borders, one per edge and pair of regions at the edge, in this order."""
 
-    edges: Longs  # (S,) number of the edge, from 0 to B - 1
+    edges: Longs  # (S,) index of the edge among the B border edges
     ends: Ints  # (S, 2) vertices of the edge, oriented as in a face of the first region
-    regions: Ints  # (S, 2) lower and higher region
+    regions: Ints  # (S, 2) lower and higher region; the second is -1 at a boundary
 
     @classmethod
     def of(
@@ -148,7 +148,7 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """Key of each border edge, (B,). Edges with equal keys separate the same regions."""
+        """Key of each border edge, (B,). Two edges with equal keys separate the same regions."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
@@ -164,9 +164,10 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return the sides of faces at borders: face, side in the face, and region across the border.
+    """Return three arrays for all sides of faces at borders: face, side, and opposite region.
 
-    Each border has faces of two regions, of which only faces of the lower region are returned.
+    Sides (edges of a face) are numbered within the face. At a border between two regions, only the
+    faces of the lower region are returned. At a boundary, the opposite region is `NO_REGION`.
     """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
@@ -194,7 +195,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
     is_open = is_closed == 0
     steps = mesh.vertices[segments.ends[:, 1]] - mesh.vertices[segments.ends[:, 0]]
     lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))[entries >> 1]
-    # An open line has one more vertex than segments.
+    # An open line of n segments has n + 1 vertices, and a closed line has n.
     ends_before = np.concatenate([[0], np.cumsum(is_open)])
     numbers = np.repeat(np.arange(len(is_open)), np.diff(offsets))
     along = np.empty(len(entries) + ends_before[-1], dtype=np.int32)
@@ -258,7 +259,7 @@ def find_boundaries(
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region, which
-        also have borders.
+        are treated like cells of one more region.
     weld, n_threads
         As for `segment`.
 
@@ -288,5 +289,5 @@ def find_boundaries(
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
-    is_boundary[neighbors[differ]] = True  # needed if arcs have one direction only
+    is_boundary[neighbors[differ]] = True  # because an arc may have no reverse arc
     return is_boundary

@@ -1,4 +1,4 @@
-"""Compute the votes of masks for regions: the visible area of each region in each mask."""
+"""Compute votes of image masks for regions: the visible area of each region in each mask."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ MOST_PIXELS = 1 << 23
 """Maximum number of pixels that are processed together. Each pixel takes about 30 bytes."""
 
 LEAST_IMAGES = 8
-"""Up to this number of images are processed together, even if they exceed `MOST_PIXELS`."""
+"""Maximum number of images, one per thread, that may together exceed `MOST_PIXELS`."""
 
 
 class Votes(NamedTuple):
-    """Table with one entry for each piece of a region that is visible in a mask of an image."""
+    """Visible area of each region in each mask of each image, and outside the masks of an image."""
 
-    masks: Ints  # (A,) mask of each piece, ascending in an image; -1 if the piece is in no mask
-    regions: Ints  # (A,) region that each piece belongs to
-    areas: Floats  # (A,) visible area of each piece, > 0, in the squared unit of the mesh
+    masks: Ints  # (A,) mask of each area as an index into `ids`, or -1 for areas in no mask
+    regions: Ints  # (A,) region of each area
+    areas: Floats  # (A,) visible area, > 0, in the squared unit of the mesh
     image_of: Ints  # (M,) image index of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, >= 1
     seen: Bools  # (N,) whether each cell is visible in at least one image
 
 
 class SeenSurface:
-    """Surface of a mesh as triangles, the label of each triangle, and the cells seen by cameras."""
+    """Labeled surface of a mesh, cut into triangles, and which cells cameras have seen so far."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
@@ -52,13 +52,13 @@ class SeenSurface:
         self._triangles, sources = cut_into_triangles(outside.mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
         self._cells = owners if outside.sources is None else outside.sources[owners]
-        # The last entry is the label of pixels without a triangle, whose index is -1.
+        # Pixels without a triangle have index -1, and therefore get the last label.
         self._labels = np.append(labels[self._cells], np.int32(-1))
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield for each camera the label of each pixel, or -1, and the area in each pixel."""
+        """Yield for each camera the labels (or -1) and the surface areas of all pixels."""
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -86,8 +86,8 @@ def collect_votes(
 ) -> Votes:
     """Return the votes of the masks of all images for the regions on a surface.
 
-    Warns if an image has no votes. Raises a MeshError if no image has votes, or if the sizes of an
-    image and its camera differ.
+    Warns if the mesh is not visible in an image or if an image has no masks. Raises a MeshError if
+    no image has votes for a mask, or if the sizes of an image and its camera differ.
     """
     images = list(_votes_of_images(surface, masks, cameras, overlap))
     _check_images(images, cameras)
@@ -110,9 +110,9 @@ def collect_votes(
 class _ImageVotes(NamedTuple):
     """Table of the visible areas of regions in the masks of one image."""
 
-    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 if it is in no mask
+    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 for areas in no mask
     regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) area, > 0
+    areas: Floats  # (A,) visible area, > 0
     ids: Array  # (M,) ids of the masks of the image, ascending
     n_seen: int  # number of pixels in which a region is visible
 
@@ -120,7 +120,7 @@ class _ImageVotes(NamedTuple):
 def _votes_of_images(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Iterator[_ImageVotes]:
-    """Yield the votes of each image; `masks` and `cameras` must have equal lengths."""
+    """Yield the votes of each image; raise a ValueError unless there is one image per camera."""
     given, n_images = iter(masks), 0
     for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
         camera = cameras[n_images]
@@ -137,7 +137,7 @@ def _votes_of_images(
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
-    """For each mask and each region in it, sum the areas of the pixels of an image."""
+    """Return, for each pair of a region and a mask (or no mask), the total area of its pixels."""
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)
@@ -152,7 +152,7 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn if images have no votes, or raise a MeshError if no image has votes."""
+    """Warn of images without masks or visible regions; raise a MeshError if no image has votes."""
     titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]

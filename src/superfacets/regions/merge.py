@@ -42,13 +42,13 @@ def merge_small_regions(
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
+        Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 keep this label.
     min_size : float
         Minimum area of a region, >= 0, as a fraction of the mean area of the given regions.
     islands : {"keep", "nearest"}
         ``"keep"`` keeps small regions without a neighbor. With ``"nearest"``, a small region
-        without a neighbor joins the region of the face nearest to its center (Euclidean distance).
-        The resulting region is not connected. If all regions are small islands, nothing changes.
+        without a neighbor joins the region of the cell nearest to its center (Euclidean distance).
+        The resulting region is not connected. Nothing changes if there are no other regions.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -58,20 +58,20 @@ def merge_small_regions(
     -------
     RegionEdit
         Regions are renumbered without changing their order. ``sources`` is, for each new region,
-        the old label of the region that other regions joined. If ``centers`` are the centers of the
+        the old label of the region that other regions joined. If `centers` are the centers of the
         old regions, ``centers[edit.sources]`` are the centers of the new regions.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
         labels are -1, or if another parameter is not valid.
 
     Notes
     -----
-    Time is O(N + M + B log^2 B) for B borders between regions.
+    Time is O(N + M + B log^2 B) for N cells, M arcs, and B borders between regions.
 
     Examples
     --------
@@ -97,9 +97,9 @@ def merge_regions(
     islands: str,
     groups: Ints = NO_GROUPS,
 ) -> RegionEdit:
-    """Merge small regions as `merge_small_regions` does, with checked arguments.
+    """Merge small regions as `merge_small_regions` does, without checking the arguments.
 
-    Regions without neighbors only join regions of the same group of cells; see `Cut.groups`.
+    If `groups` (see `Cut.groups`) are given, regions without neighbors join only their own group.
     """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
@@ -121,7 +121,7 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join each region in `islands` to the region of the nearest cell to its center."""
+    """Return `roots`, with each region in `islands` joined to the region nearest to its center."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
@@ -145,7 +145,7 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Indices]]:
-    """Yield for each group: the islands (regions without neighbors), and cells that they may join.
+    """Yield the `islands` of each group, and the cells in `wanted` whose regions they may join.
 
     The cells are ascending. Islands that cannot join any region are skipped. Time is O(N log N).
     """
@@ -153,7 +153,7 @@ def _by_group(
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is less than all groups
+    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is lower than all other groups
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)
@@ -162,7 +162,7 @@ def _by_group(
 
 
 def _split_by(values: Array, keys: Ints) -> dict[int, Array]:
-    """Return a dict from each key to the array of its values, in their given order."""
+    """Return a dict that maps each key to its values, which keep their order."""
     found, counts = np.unique(keys, return_counts=True)
     parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])
     return dict(zip(found.tolist(), parts, strict=True))

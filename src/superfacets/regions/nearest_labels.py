@@ -22,10 +22,10 @@ _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""
 
 _FAR = 0.05
-"""Fraction of the diagonal of the mesh; points of the target at a larger distance are far."""
+"""Points of the target are far if they are farther away than this fraction of the mesh diagonal."""
 
 _MOST_FAR = 0.1
-"""`transfer` warns if a larger fraction of the target's points are far from the mesh."""
+"""`transfer` warns if more than this fraction of the points of the target are far from the mesh."""
 
 
 def transfer(
@@ -85,7 +85,7 @@ def transfer(
     Notes
     -----
     Building a bounding volume hierarchy takes O(N log N). A query near the surface takes O(log N).
-    A mesh of M faces is sampled at about N + M + 2 sqrt(N M) points.
+    A target of M faces is sampled at about N + M + 2 sqrt(N M) points.
 
     Examples
     --------
@@ -109,7 +109,7 @@ def transfer(
     nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
     if max_distance is None and not _are_points(target):
         _warn_if_far(distances, source.bounds)
-    found = np.append(given, np.int32(-1))[nearest]  # index -1 selects the appended -1
+    found = np.append(given, np.int32(-1))[nearest]  # -1 (no cell) selects the appended label
     if samples is None:
         return found
     return weighted_majority(samples.faces, found, samples.areas, goal.n_faces).winners
@@ -130,7 +130,7 @@ def _warn_if_far(distances: Floats, bounds: Floats) -> None:
 
 
 def _as_target(target: Any) -> Any:
-    """Return the target as a mesh if it has faces, and otherwise as one point per cell, (M, 3)."""
+    """Return a target with faces as a mesh, and any other target as one point per cell, (M, 3)."""
     if _are_points(target):
         return query_points(target)
     cells = as_known(target)
@@ -139,7 +139,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Return whether the target is an array or list of points, and not a pair (vertices, faces)."""
+    """Return whether the target is an array or list of points, not a pair (vertices, faces)."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

@@ -48,8 +48,8 @@ def pool(
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
         One value or row per cell or, if ``cells`` have vertices, per vertex: shape (V,) or (V, F).
-        Each cell divides its area equally among the values at its corners. If N = V, there is one
-        per cell.
+        Each cell divides its area equally among the values at its corners. If N = V, values
+        are read as one per cell.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. To
         pool values of vertices with labels of vertices (superpoints), leave out ``cells``.
@@ -212,7 +212,7 @@ def snap(
 
 @dataclass(frozen=True, eq=False)
 class _Members:
-    """Table of the members of regions, which are cells or corners of cells, sorted by region."""
+    """Table of the members of all regions, sorted by region. Members are cells or their corners."""
 
     regions: npt.NDArray[np.integer]  # (m,) region of each member
     rows: npt.NDArray[np.integer]  # (m,) row of each member in the table of values
@@ -224,7 +224,7 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield slices of regions and of their members, and the first member of each region."""
+        """Yield slices of regions and of members, and the start of each region in its slice."""
         first = 0
         while first < self.n_regions:
             start = self.starts[first]
@@ -242,7 +242,7 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Sort the cells by region or, if `values` has one row per vertex, the corners of the cells."""
+    """Sort by region the cells or, if `values` has one row per vertex, the corners of the cells."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
@@ -331,9 +331,9 @@ def _majorities(column: Array, members: _Members) -> Array:
 
 
 def _codes(values: Array) -> tuple[Ints, Array | None]:
-    """Encode integers as int32 codes that sort in the same order, and return a table of values.
+    """Encode integers as int32 codes, and return the codes and a table that maps codes to values.
 
-    The code of -1 is -1. The table maps codes to values, and is None if codes equal values.
+    The code of -1 is -1. Other codes sort like the values. The table is None if codes equal values.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:
@@ -380,7 +380,7 @@ def _weights_of(
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
-    """Convert `fill` to a dtype, or raise a ValueError if the dtype cannot represent the value."""
+    """Convert `fill` to a dtype; raise a ValueError if the dtype cannot represent the value."""
     if fill is None:
         fill = np.nan if dtype.kind == "f" else -1
     given = np.asarray(fill)

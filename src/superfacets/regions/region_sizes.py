@@ -17,10 +17,9 @@ from .edit import BorderCosts
 from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
 SPREAD = 0.2
-"""Maximum relative difference between a balanced region and its target size, if cells are small.
-With 0.2, 150 regions on the benchmark models have an undersegmentation error of 0.135, a
-compactness of 4.50 and a coefficient of variation of areas of 0.09. With 0.15, the numbers are
-0.139, 4.5 and 0.083."""
+"""Maximum relative difference between the size of a region and its target, if cells are small. With
+0.2 and 150 regions on the benchmark models, the undersegmentation error is 0.135, the compactness
+4.50 and the coefficient of variation of areas 0.09. With 0.15, they are 0.139, 4.5 and 0.083."""
 
 
 class Goals(NamedTuple):
@@ -28,12 +27,12 @@ class Goals(NamedTuple):
 
     sizes: Floats  # (N,) size of each cell
     goals: Floats  # (K,) target size of each region
-    bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of regions
-    is_exact: bool = False  # whether sizes must equal the goals, even if regions get disconnected
+    bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of any region
+    is_exact: bool = False  # True if sizes must equal `goals`, even if regions get disconnected
 
     @property
     def limits(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum size of each region."""
+        """Accepted minimum and maximum size of each region, as two arrays (K,)."""
         if self.is_exact:
             return self.goals, self.goals
         low, high = self.bounds
@@ -42,7 +41,7 @@ class Goals(NamedTuple):
 
     @classmethod
     def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Return the target sizes of a balancer; for regions added later, their current sizes."""
+        """Make goals from a balancer; for regions added later, the goal is the current size."""
         rules = balancer.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
@@ -50,7 +49,7 @@ class Goals(NamedTuple):
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
-        """Return regions with a size outside `bounds` or, if `is_exact`, not equal to the goal."""
+        """Return regions with a size outside `bounds` or, if `is_exact`, other than the goal."""
         low, high = self.limits if self.is_exact else self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())
@@ -77,10 +76,10 @@ class Goals(NamedTuple):
 def settle(
     costs: BorderCosts, labels: Ints, centers: Ints, goals: Goals, smoothing: SmoothOptions | None
 ) -> tuple[Ints, Ints]:
-    """Move cells between regions until sizes are within the limits; return labels and centers.
+    """Move cells between regions until sizes are within `goals.limits`; return labels and centers.
 
-    Moved cells make borders rough, so borders are smoothed again if `smoothing` is given. Raises a
-    MeshError if the size of a region is still out of bounds.
+    Moved cells make borders rough. Therefore, borders are smoothed again if `smoothing` is given,
+    unless sizes would then be out of bounds. Raises a MeshError if sizes are still out of bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
     labels = move_to_goals(costs, labels, goals)
@@ -96,10 +95,10 @@ def settle(
 
 
 def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
-    """Move cells between regions until the sizes of regions are within the limits, if possible.
+    """Move cells until the sizes of all regions are within `goals.limits`, and return new labels.
 
     Cells move from large to small regions, along shortest paths in the graph of adjacent regions.
-    Regions stay connected, unless exact sizes cannot be reached otherwise.
+    Some sizes may remain outside the limits. Regions stay connected if `goals.is_exact` is false.
     """
     lows, highs = goals.limits
     return _core.move_cells(

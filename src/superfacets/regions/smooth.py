@@ -21,17 +21,17 @@ of 0.6, 1 and 1.3 have a compactness of 4.59, 4.49 and 4.44, and an undersegment
 0.1232, 0.1237 and 0.1254."""
 
 MAX_CHAIN = 8
-"""Maximum number of faces that move together. With maximums of 1, 4, 8 and 16, the compactness on
-the benchmark models is 4.80, 4.60, 4.57 and 4.56."""
+"""Maximum number of adjacent faces that move to another region together. With maximums of 1, 4, 8
+and 16, the compactness on the benchmark models is 4.80, 4.60, 4.57 and 4.56."""
 
 MAX_SWEEPS = 10
 """Maximum number of sweeps over all border faces. Most meshes need 4 sweeps."""
 
 
 ROUNDNESS = 0.13
-"""Weight of second moments relative to changes of area, in units of 1 / r^2; the stiffness
-multiplies both. With a weight of 0 and 150 regions, the undersegmentation error is 0.0006 lower and
-the compactness is 0.01 higher, but regions on a square grid have a median elongation of 1.25
+"""Weight of second moments of regions relative to changes of their areas, in units of 1 / r^2; see
+`smooth_borders`. With a weight of 0 and 150 regions, the undersegmentation error falls by 0.0006
+and the compactness rises by 0.01, but regions on a square grid have a median elongation of 1.25
 instead of 1.19."""
 
 
@@ -48,9 +48,9 @@ NO_SIZES = np.empty(0)
 
 
 class SmoothOptions(NamedTuple):
-    """Parameters of `smooth_borders`, where they are described."""
+    """Parameters of border smoothing; see `smooth_borders`."""
 
-    max_distance: float = MAX_DISTANCE  # maximum distance that borders move, in units of r
+    max_distance: float = MAX_DISTANCE  # maximum distance that a border moves, in units of r
     max_chain: int = MAX_CHAIN  # maximum number of faces that move together
     stiffness: float = 0.0  # resistance to changes of area and position, in units of 1 / r
 
@@ -59,7 +59,7 @@ class SmoothOptions(NamedTuple):
     ) -> _core.SmoothOptions:
         """Convert the options for the C++ core, which measures lengths in the unit of positions.
 
-        `goals` are the sizes of cells, and the target sizes of regions, in the unit of measures.
+        `goals` are the sizes of cells, and target sizes of regions, in the unit of cell measures.
         """
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
@@ -79,8 +79,8 @@ class SmoothOptions(NamedTuple):
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
 """Options for weights ``"parts"``. On the benchmark models with 150 regions, the undersegmentation
-error and the compactness are 0.1079 and 4.410. With `max_distance` 3 they are 0.1084 and 4.396. If
-also `stiffness` is 0 and `max_chain` is 8, they are 0.1095 and 4.433."""
+error and the compactness are 0.1079 and 4.410. With a `max_distance` of 3, they are 0.1084 and
+4.396. If also `stiffness` is 0 and `max_chain` is 8, they are 0.1095 and 4.433."""
 
 
 def smooth_borders(
@@ -118,14 +118,14 @@ def smooth_borders(
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells. A cell of a graph only moves if its neighbors in
-        the same region are connected with each other.
+        its region are connected with each other.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
+        Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 keep this label.
     weights : array_like, shape (M,), optional
         One weight per arc of ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the
         bounding box. The default is `crease_weights` for the radius r = sqrt(A / (pi K)).
     centers : array_like of int, optional
-        Distinct faces that keep their labels.
+        Indices of faces that keep their labels. All indices must be different.
     max_distance : float, default 1.0
         Maximum distance that a border moves, >= 0, in units of r. The distance is the length of the
         shortest path from a moved face to the initial border of its new region. The path length
@@ -144,14 +144,14 @@ def smooth_borders(
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
         labels are -1, or if another parameter is not valid.
 
     Notes
     -----
-    Time is O(N + M), plus constant time per border face for each of up to ten sweeps.
+    Time is O(N + M) for N cells and M arcs, and O(1) per border face for each of up to ten sweeps.
 
     Examples
     --------
@@ -181,9 +181,9 @@ def straighten(
     options: SmoothOptions,
     goals: tuple[Floats, Floats] | None = None,
 ) -> Ints:
-    """Smooth the borders of checked labels; cells in `fixed` keep their labels.
+    """Smooth borders as `smooth_borders` does, without checking arguments, and return new labels.
 
-    `goals`, if given, are the sizes of all cells and the target sizes of all regions.
+    Cells in `fixed` keep their labels. `goals` are sizes of cells and target sizes of regions.
     """
     n_threads = costs.surface.n_threads
     if goals is not None and not goals[1].sum() > 0:

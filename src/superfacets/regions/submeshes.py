@@ -19,7 +19,7 @@ from ..mesh.base import Cells
 
 
 class Submesh(NamedTuple):
-    """A part of a mesh, and the indices of its cells and vertices in the whole mesh.
+    """Part of a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Attributes
     ----------
@@ -27,10 +27,10 @@ class Submesh(NamedTuple):
         The part, of the same class as the whole mesh. Cells and vertices keep their order, and
         unused vertices are removed. Points keep their normals and colors.
     cells : ndarray of int32
-        Index in the whole mesh of each cell of the part, in ascending order.
+        Index, in the whole mesh, of each cell of the part. The indices are ascending.
     vertices : ndarray of int32
-        Index in the whole mesh of each vertex of the part, ascending. For a cloud, same as
-        ``cells``.
+        Index, in the whole mesh, of each vertex of the part. Indices are ascending. For a cloud,
+        `vertices` equals `cells`.
     """
 
     mesh: Cells
@@ -88,7 +88,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     Yields
     ------
     Submesh
-        Meshes of regions 0 to K - 1, in this order. Each mesh is made when the iterator reaches it.
+        Meshes of regions 0 to K - 1, in this order. Each mesh is made when it is requested.
         The total time is O(N log N).
 
     Raises
@@ -152,11 +152,11 @@ class Splitter:
         self._whole = whole
         self._corners = kind_of(whole).corners(whole)
         n_vertices = 0 if self._corners is None else whole.n_vertices
-        # Index in the current part of each of its vertices; other entries are undefined.
+        # Index of each vertex in the current part; undefined for vertices outside the part.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:
-        """Return the mesh of the given cells."""
+        """Return the part made of `cells`, which must be ascending."""
         whole = self._whole
         kind = kind_of(whole)
         if self._corners is None:
@@ -167,14 +167,14 @@ class Splitter:
         return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
     def named_part(self, cells: Ints, region: int) -> Submesh:
-        """Return the mesh of the given cells; messages of errors name the region."""
+        """Return the part made of `cells`; the message of a MeshError contains `region`."""
         try:
             return self.part(cells)
         except MeshError as error:  # raised if all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:
-        """Number the vertices of a part in `_numbers`, and return these vertices, ascending."""
+        """Return the distinct vertices at `corners`, ascending, and number them in `_numbers`."""
         vertices = np.unique(corners)
         self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         return vertices

@@ -60,7 +60,7 @@ def vertex_labels(
     min_vertices : int, default 1
         Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
         vertices across the edges with the lowest weights, from regions that stay connected and keep
-        `min_vertices` vertices. If there are no such regions next to a region, it stays smaller.
+        `min_vertices` vertices. A region stays smaller if no neighboring region can give vertices.
     n_threads : int, optional
         As for `segment`. The labels do not depend on the number of threads.
 
@@ -170,7 +170,7 @@ def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Int
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Convert labels of cells to ids of vertices for files that neural networks read.
+    """Convert labels of cells to region ids of vertices, for files that neural networks read.
 
     Borders follow creases, and regions grow to `LEAST_IN_FILES` vertices if possible. Labels are
     >= 0 and may have gaps. Each unused vertex gets a separate id above all labels.
@@ -184,7 +184,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return ``names[labels]``, where each vertex labeled -1 gets a separate id above all names."""
+    """Return ``names[labels]``, where each vertex labeled -1 gets a unique id above all names."""
     ids = names.astype(np.int64)[labels]
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
@@ -192,7 +192,7 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return the most frequent label among the corners of each cell; of several, the lowest label.
+    """Return the most frequent label of the corners of each cell, or the lowest of several.
 
     `of_vertices` has one label per vertex. For a point cloud, `of_vertices` is returned as int64.
     """

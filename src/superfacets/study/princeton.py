@@ -26,10 +26,10 @@ _SHELVES = (
     "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
     "Plier", "Fish", "Bird", "", "Armadillo", "Bust", "Mech", "Bearing", "Vase", "Fourleg",
 )  # fmt: skip
-"""Category of models 1 to 20, of models 21 to 40, and so on. Models 261 to 280 do not exist."""
+"""Category of models 1 to 20, of models 21 to 40, and so on; empty for 261 to 280 (no models)."""
 
 CATEGORIES = tuple(name for name in _SHELVES if name)
-"""The 19 categories, in the order of their models."""
+"""Names of the 19 categories, in the order of their models."""
 
 _MODELS_PER_CATEGORY = 20
 
@@ -63,9 +63,9 @@ class Model:
     category : str
     mesh : Mesh
     ground_truths : tuple of ndarray of int32, shape (F,)
-        Segment of each face, in one array for each readable file ``N_j.seg``, in the order of j.
+        One array for each readable file ``N_j.seg``, with the segment of each face, sorted by j.
     problems : tuple of str
-        Messages about ground truths that are left out: the file is missing or does not fit.
+        Messages about ground truths that are left out, because files are missing or do not fit.
     """
 
     number: int
@@ -76,7 +76,7 @@ class Model:
 
 
 class Benchmark:
-    """A folder with all or some models of the benchmark.
+    """Folder with all or some models of the benchmark.
 
     Parameters
     ----------
@@ -116,11 +116,11 @@ class Benchmark:
         Raises
         ------
         MeshError
-            If the mesh cannot be used. Invalid ground truths only give a message in `problems`.
+            If the mesh is not valid. Invalid ground truths only give a message in `problems`.
         OSError
             If the mesh file does not exist.
         ValueError
-            If the model does not exist.
+            If the benchmark has no model with this number.
         """
         category = category_of(number)
         mesh = as_triangles(read_mesh(self.path_of(number)))
@@ -141,7 +141,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """Return the paths from N_0.seg to the last existing file, including missing files."""
+        """Return the paths of N_0.seg to the last existing N_j.seg, including missing files."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

@@ -1,4 +1,4 @@
-"""Find and load meshes for studies: models of the benchmark, and the user's files."""
+"""Find and load meshes for studies: models of the benchmark, and mesh files of the user."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ from .princeton import Benchmark, Model
 
 @dataclass(frozen=True)
 class Source:
-    """A model of the benchmark or a mesh file, which `load` reads."""
+    """A model of the benchmark or a mesh file of the user. The mesh is read by `load`."""
 
     name: str  # number of the model as text, or name of the file
     path: Path  # root folder of the benchmark, or path of the file
     category: str  # category in the benchmark; empty for other meshes
-    n_faces: int
-    n_ground_truths: int
+    n_faces: int  # number of faces of the mesh
+    n_ground_truths: int  # number of segmentations by people
     digest: str  # hash of the content of the mesh and its ground truths
     number: int = 0  # number of the model in the benchmark, from 1; 0 for other meshes
 
     @property
     def is_model(self) -> bool:
-        """Whether the mesh is a model of the benchmark, so that it has ground truths."""
+        """Whether this is a model of the benchmark, which has ground truths."""
         return self.number > 0
 
 
 @dataclass(frozen=True)
 class Sources:
-    """Meshes sorted by size, and a message for each file that is missing or not used."""
+    """Meshes sorted by number of faces, and messages about files that are missing or not used."""
 
     found: tuple[Source, ...]
     problems: tuple[str, ...]
 
 
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
-    """Return all models, or the models in `numbers`, of a benchmark that have ground truths.
+    """Return all models of a benchmark, or the models in `numbers`, that have ground truths.
 
     Raises MeshError if no model can be used, and ValueError if a model in `numbers` does not exist.
     """
@@ -76,7 +76,7 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
 
 
 def find_meshes(folder: Path) -> Sources:
-    """Return the readable mesh files of a folder."""
+    """Return the mesh files of a folder that can be read, and messages about the others."""
     found, problems = [], []
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() not in MESH_ENDINGS:
@@ -90,9 +90,9 @@ def find_meshes(folder: Path) -> Sources:
     return Sources(_by_size(found), tuple(problems))
 
 
-@lru_cache(maxsize=1)  # because consecutive tasks mostly use the same mesh
+@lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return the mesh and its ground truths; raise a MeshError if files have changed."""
+    """Return a mesh and its ground truths; raise a MeshError if files of a model have changed."""
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
         return mesh, GroundTruths(mesh, (), n_threads=1)

@@ -33,10 +33,10 @@ ORIGINAL = "ScanNet's segmenter"
 """Name of the method that made the array ``felzenszwalb``."""
 
 METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
-"""Keywords of `segment` for each method of the table."""
+"""Keywords of `segment` for each method, by the name of the method in the table."""
 
 LEAST_OBJECT = 0.002
-"""The mean IoU ignores objects that have a smaller fraction of the vertices of their room."""
+"""The mean IoU ignores objects with less than this fraction of the vertices of their room."""
 
 VERTICES_PER_SUPERPOINT = 200
 """Average number of vertices per superpoint in rooms without segments of another method."""
@@ -49,26 +49,26 @@ class Score(NamedTuple):
 
     n_superpoints: float
     error: float  # fraction of vertices whose superpoint represents another object
-    error_away: float  # error among vertices more than one edge away from object borders
-    mean_iou: float  # mean over objects of the intersection over union (IoU)
+    error_away: float  # the same among vertices more than one edge away from object borders
+    mean_iou: float  # mean intersection over union (IoU) of objects; see `LEAST_OBJECT`
     extra_pieces: float  # number of connected pieces minus number of superpoints
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A scanned room: its mesh, and the true object and segments of each vertex."""
+    """A scanned room: its mesh, the true object of each vertex, and segments by other methods."""
 
     name: str
     mesh: Mesh
     truth: Ints  # (V,) true object of each vertex, from 0; -1 means no annotation
-    given: dict[str, Ints]  # (V,) segment of each vertex, for each method by name
+    given: dict[str, Ints]  # dict from method name to the segment of each vertex, (V,)
 
     @classmethod
     def read(cls, path: Path, folders: Iterable[Path] = ()) -> Room:
         """Read a room from a file, and segments of other methods from a label file in each folder.
 
         The name of a label file begins with the name of the room and a dot. Raises a MeshError if
-        the file contains no room, or if a folder does not contain exactly one label file for it.
+        the file contains no room, or if a folder does not have exactly one label file of the room.
         """
         try:
             with np.load(path) as file:
@@ -89,12 +89,12 @@ class Room:
 
     @property
     def level(self) -> str:
-        """Noise level, which is the part of the name after the last underscore."""
+        """Noise level of the room, which is the part of its name after the last underscore."""
         return self.name.rpartition("_")[2]
 
     @property
     def edges(self) -> Longs:
-        """Vertices at the two ends of each edge, (E, 2)."""
+        """Vertices at the two ends of each edge of the mesh, (E, 2), the lower vertex first."""
         threads = checked_threads(None)
         lowest = lowest_vertices(self.mesh.vertices, False, threads)
         graph = vertex_graph(self.mesh, lowest, threads)
@@ -110,7 +110,7 @@ class Room:
         return is_used
 
     def superpoints(self, **options: Any) -> Ints:
-        """Compute superpoints with `segment`, about as many as the first entry of `given` has."""
+        """Compute superpoints with `segment`, about as many as the first method in `given` has."""
         number = self.mesh.n_vertices // VERTICES_PER_SUPERPOINT
         if self.given:
             number = len(np.unique(next(iter(self.given.values()))[self.is_used]))
@@ -125,7 +125,7 @@ class Room:
         return vertex_labels(self.mesh, result.labels, method="creases")
 
     def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
-        """Return the quality of superpoints, ignoring vertices without a face.
+        """Return the quality of superpoints. Vertices that belong to no face are ignored.
 
         Errors and IoU also ignore vertices without annotation.
         """
@@ -150,7 +150,7 @@ class Room:
 def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
     """Return a Markdown table with the mean scores of all methods at each level of noise.
 
-    Each folder contains the labels of one more method, which gets the name of the folder.
+    Each folder contains label files of another method, which gets the name of the folder.
     """
     rooms = [Room.read(path, folders) for path in sorted(paths)]
     if not rooms:
@@ -203,7 +203,7 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Return the number of connected components of the vertices in `used`; this needs SciPy."""
+    """Return the number of connected components of the vertices `used`. Needs SciPy."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

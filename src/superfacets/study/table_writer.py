@@ -16,9 +16,9 @@ _NUMBER = re.compile(r"-?[\d.,]+(\s?\w+)?")
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table, or `EMPTY` if there are no rows. This needs tabulate.
+    """Return a Markdown table, or `EMPTY` if there are no rows. This function needs tabulate.
 
-    Columns whose first cell is a number are aligned to the right.
+    A column is aligned to the right if its cell in the first row is a number.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a CSV file with all columns that occur in rows; missing values are empty cells."""
+    """Write rows to a CSV file with all keys as columns; missing values are empty cells."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

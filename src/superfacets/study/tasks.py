@@ -1,7 +1,7 @@
 """Run long studies as tasks in worker processes, with a record on disk for each piece of work.
 
-A task consists of pieces that share some work, for example loading a mesh. Each piece writes a
-record, even if it fails, so a second start runs only missing and failed pieces.
+A task consists of pieces that share some work, for example loading a mesh. Each piece has a
+record, even if it fails, so a study that is started again runs only missing and failed pieces.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
 Key = Mapping[str, Any]
-"""All inputs that the result of a piece depends on. A record with another key is outdated."""
+"""All inputs that the result of a piece depends on. If they change, its record is outdated."""
 
 Record = dict[str, Any]
 """Results of a piece. The record of a failed piece contains only the entry "reason"."""
 
 _MEMORY_SHARE = 0.8
-"""Fraction of the free memory that tasks may use; other programs need some of it."""
+"""Fraction of the free memory that tasks may use. The other part is for other programs."""
 
 
 class Job(Protocol):
-    """A job for a worker process. The job and its result are pickled."""
+    """A job for a worker process. The job and its result are sent between processes by pickle."""
 
     @property
     def memory(self) -> int:
         """Estimated memory in bytes, or 0 if it is small."""
 
     def run(self) -> Any:
-        """Run the job."""
+        """Run the job, and return its result."""
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of work, with the path and key of its record."""
+    """A piece of work, and the path and key of the record of its results."""
 
     subject: Any  # input of the piece; its type depends on the task
     path: Path
@@ -57,7 +57,7 @@ class Task(Protocol):
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
-        """Pieces of work of the task."""
+        """Pieces of the task, in the order in which they are done."""
 
     @property
     def memory(self) -> int:
@@ -77,7 +77,7 @@ def run_tasks(
     """Run tasks in worker processes, and write the records of their pieces.
 
     `title` and `memory` are as for `run_shown`. No task is started after `deadline`, in seconds of
-    `time.monotonic`. Returns a dict from paths of records that could not be written to the reasons.
+    `time.monotonic`. Returns a dict that maps the path of each record not written to the reason.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -92,16 +92,16 @@ def read_piece(piece: Piece) -> Record | None:
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, or None; a reason in `lost` replaces a record on disk."""
+    """Return the record of a piece, or None. If `lost` contains it, return the reason as record."""
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """A job that runs a task; its result maps paths of records that were not written to reasons."""
+    """Job that runs a task. The result maps paths of records not written to the reasons."""
 
     task: Task
-    deadline: float | None = None  # in seconds of `time.monotonic`, as in all processes
+    deadline: float | None = None  # in seconds of `time.monotonic`, which is equal in all processes
 
     @property
     def memory(self) -> int:
@@ -112,14 +112,14 @@ class _Recording:
         if self.deadline is not None and time.monotonic() >= self.deadline:
             return lost
         for piece in self.task.pieces:
-            # Remove old records of failures, because they would hide the reason if this worker is
-            # killed.
+            # Remove an old record of a failure. It would hide the reason if this worker was killed,
+            # because `_record_death` keeps existing records.
             if "reason" in (read_piece(piece) or {}):
                 with contextlib.suppress(OSError):
                     piece.path.unlink()
         try:
             make = self.task.prepare()
-        except Exception as error:  # recorded, so that other tasks continue
+        except Exception as error:  # recorded, so that the study continues
             for piece in self.task.pieces:
                 lost |= _record_failure(piece, reason_of(error))
             return lost
@@ -141,7 +141,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Write records of failure for all pieces without a record, after their worker was killed."""
+    """Write a record of failure for each piece without a record, after the worker was killed."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -152,12 +152,11 @@ def _record_death(task: Task, death: Killed) -> dict[Path, str]:
 def run_shown(
     title: str, jobs: Sequence[Job], n_workers: int, *, memory: int
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Run jobs in worker processes, and yield each job with its result when the job ends.
+    """Run jobs in worker processes, and yield (job, result) when a job ends.
 
-    A terminal shows a progress bar with `title`. If the worker of a job was killed, the result is a
-    `Killed`. An error of a job is raised again. Jobs start in order. Running jobs may need at most
-    `memory` bytes in total: a job waits until enough memory is free, and a job that needs more than
-    `memory` bytes runs alone.
+    A progress bar with `title` is shown in a terminal. If the worker of a job was killed, the
+    result is a `Killed`. An error of a job is raised again. Jobs start in order. Running jobs may
+    need at most `memory` bytes in total. A job that needs more than `memory` bytes runs alone.
     """
     from tqdm import tqdm
 
@@ -177,7 +176,7 @@ def run_shown(
 
 
 def memory_of_tasks() -> int:
-    """Return the memory in bytes that all running tasks may use in total."""
+    """Return how much memory, in bytes, all running tasks may use in total."""
     return int(_MEMORY_SHARE * free_memory())
 
 
@@ -194,7 +193,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return the record in a file, or None if it is missing, damaged or outdated."""
+    """Return the record in a file, or None if it is missing, damaged, or has another key."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Search arrays and compute bounding boxes, for the other modules of `tiles`."""
+"""Select, merge and search arrays, and compute bounding boxes, for other modules of `tiles`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_SPARSE = 16
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
-    """Select rows of a CSR array; return new offsets, and the indices of the selected entries."""
+    """Select rows of a CSR array; return their new offsets, and the indices of their entries."""
     return _core.choose_lists(offsets, np.asarray(chosen, np.int64))
 
 
@@ -46,7 +46,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """Return the index of each value in `among`, or -1; `order` sorts `among`, if it is given."""
+    """Return the index of each value in `among`, or -1. `order`, if given, sorts `among`."""
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)
@@ -55,7 +55,7 @@ def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
 
 
 def is_among(values: Array, among: Array) -> Bools:
-    """Return whether each value occurs in `among`, an ascending array."""
+    """Return whether each value occurs in the ascending array `among`."""
     return index_in(values, among) >= 0
 
 
@@ -72,12 +72,12 @@ def compacted(values: Array) -> tuple[Longs, Ints]:
 
 
 def box_of(points: Floats) -> Floats:
-    """Return the bounding box of points, (2, 3): minimum and maximum."""
+    """Return the bounding box of points: minimum and maximum of the coordinates, shape (2, 3)."""
     columns = [points[:, axis] for axis in range(3)]  # faster than points.min(axis=0)
     return np.array([[values.min() for values in columns], [values.max() for values in columns]])
 
 
 def joined_boxes(boxes: Sequence[Floats]) -> Floats:
-    """Return the bounding box of several bounding boxes, (2, 3)."""
+    """Return the smallest bounding box that contains all the given boxes, shape (2, 3)."""
     stacked = np.stack(boxes)
     return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])

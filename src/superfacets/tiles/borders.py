@@ -31,7 +31,7 @@ file ``stiffness.cpp``, so that sums are equal to the last bit."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Return the names of the cell arrays that smoothing needs, and of the given arrays of arcs."""
+    """Return the names of all arrays that smoothing needs, including the arrays `arcs` of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -39,19 +39,19 @@ def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class BorderRule:
-    """Parameters of the cost of region borders, which smoothing minimizes."""
+    """Parameters of the cost of region borders, and of the smoothing that minimizes this cost."""
 
-    lengths: str  # name of the array with the length of each arc
-    unit: float  # factor from stored lengths of arcs to weights
+    lengths: str  # name of the array of arcs with their lengths
+    unit: float  # weight of an arc with length 1
     scale: float  # expected radius of a region; if 0, diagonal of the bounding box
     n_threads: int
-    crease_scale: float = CREASE_SCALE
+    crease_scale: float = CREASE_SCALE  # see `BorderCosts`
     smoothing: SmoothOptions = field(default_factory=SmoothOptions)
     part_costs: PartCosts | None = None  # part costs of cells or, with `firsts`, of coarse cells
     firsts: Longs | None = None  # (T,) index of the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the border costs of a part, and remove its ``lengths`` to save memory."""
+        """Return the border costs of a part. Its array ``lengths`` is removed to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
         if (costs := self.part_costs) is not None:
@@ -69,10 +69,10 @@ def straighten_tiled(
 ) -> None:
     """Smooth borders by changing labels in place, like `smooth_borders` on the whole mesh or cloud.
 
-    Only the *band* is in memory, which consists of all cells within `STEPS` arcs of a border. The
-    smoother tries to move cells at borders, and each trial reads only nearby cells. Cells at the
-    outer edge of the band lack neighbors. If the smoother tries to move one of them, the band grows
-    around this cell, and the smoother starts again.
+    Only the *band* is in memory, which consists of all cells within `STEPS` arcs of a border. C++
+    code tries to move cells at borders, and each trial reads only nearby cells. Cells at the outer
+    edge of the band lack neighbors. If the code tries to move one of them, the band grows around
+    this cell, and smoothing starts again.
     """
     sums = np.empty(0), np.empty((0, 3))
     if rule.smoothing.stiffness:
@@ -88,7 +88,7 @@ def straighten_tiled(
         if not len(growing):
             break
         more = cells[growing]
-        del band  # frees its memory before the next band is loaded
+        del band  # to free memory before the next band is loaded
         marks.add(more)
     labels[cells] = moved
 
@@ -116,7 +116,7 @@ _BY_CELL = ("cells", "measures", "positions")
 
 
 def _sort_by_cell(store: TileStore, tile: int) -> Longs:
-    """Write the cells of a tile, sorted by number; return the first row of each block."""
+    """Write a tile's cells sorted by number; return the first row of every 16 blocks of numbers."""
     part = Part({name: store.read(tile, name) for name in _BY_CELL})
     part = part.take(np.argsort(part.columns["cells"]))
     part.save(store.scratch, f"tile{tile}/by_cell")
@@ -125,7 +125,7 @@ def _sort_by_cell(store: TileStore, tile: int) -> Longs:
 
 
 def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
-    """Add area and weighted position of each cell of a block to the sums of its region."""
+    """Add the area and weighted position of each cell in `part` to the sums of its region."""
     cells, measures = part.columns["cells"], part.columns["measures"]
     of_cells = labels[cells]
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
@@ -138,7 +138,7 @@ def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
 
 
 class _Marks:
-    """Marks of cells: 0 outside the band, 1 at its outer edge, larger numbers nearer to borders.
+    """Marks of cells: 0 outside the band, 1 at its outer edge, and larger numbers near borders.
 
     The array ``steps`` of a tile contains the marks of its cells, and after them the marks of its
     ghosts, which are neighbors of its cells in other tiles.
@@ -148,10 +148,10 @@ class _Marks:
         self._store = store
         self._run = run
         self._n_steps = STEPS[store.kind]
-        self._known: dict[int, Bytes] = {}  # last marks of ghosts, by tile
+        self._known: dict[int, Bytes] = {}  # latest marks of the ghosts of each tile
 
     def begin(self, labels: Ints) -> None:
-        """Mark all cells that have a neighbor with another label, and all cells near them."""
+        """Mark all cells that have a neighbor with another label, and the cells around them."""
         store = self._store
         for tile in range(store.n_tiles):
             store.write(tile, "labels", labels[store.cells_and_ghosts(tile)])
@@ -159,7 +159,7 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Double the width of the band, and mark all cells within this many arcs of `cells`."""
+        """Double the band width, up to `MOST_STEPS`, and mark cells within it around `cells`."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
@@ -182,7 +182,7 @@ class _Marks:
 
 
 def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
-    """Mark the cells of a tile near borders of regions; return the marks of its ghosts."""
+    """Mark cells of a tile near borders of regions; return the marks of the ghosts of the tile."""
     arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     labels = store.read(tile, "labels")
     steps = np.zeros(len(labels), np.uint8)
@@ -191,13 +191,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark the cells of `cells` in a tile, and cells near them; return the marks of its ghosts."""
+    """Mark cells of a tile in or near `cells`; return the marks of the ghosts of the tile."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks of cells of a tile and of nearby cells; return the marks of its ghosts."""
+    """Raise marks of a tile at and near `places`; return the marks of the ghosts of the tile."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -205,7 +205,7 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.u
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Raise the marks of the cells `front`, spread these marks in the tile, and write all marks.
+    """Raise marks of the cells `front`, spread them to nearby cells of the tile, and write all.
 
     A spreading mark decreases by 1 per arc. No mark is lowered. Returns the marks of the ghosts.
     """
@@ -228,7 +228,7 @@ def _spread(
 def _write_band(
     store: TileStore, tile: int, lengths: str, firsts: Longs | None
 ) -> tuple[Ints, Ints]:
-    """Write the marked cells of a tile and their arcs; return their curve indices and numbers."""
+    """Write a tile's marked cells and arcs; return the cells' curve indices and numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
@@ -237,7 +237,7 @@ def _write_band(
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
-    if firsts is not None:  # so that numbers are unique among all tiles
+    if firsts is not None:  # unique numbers among all tiles
         part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]
@@ -251,8 +251,8 @@ def _load_band(store: TileStore, ends: str, tile: int) -> Part:
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
     """Replace the targets of arcs by ranks of cells in the band; return the *ends* of the band.
 
-    For faces, ends are the vertices of all sides at which arcs leave the band. For points, ends are
-    the ranks of the points with an arc to a point outside the band.
+    For faces, ends are the vertices of all sides across which an arc leaves the band. For points,
+    ends are the ranks of the points with an arc to a point outside the band.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -270,15 +270,15 @@ def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Band:
-    """All cells near borders of regions, sorted by cell number."""
+    """The cells of all tiles that are near borders of regions, sorted by cell number."""
 
     store: TileStore
     part: Part
-    ends: Array  # vertices or ranks of points where arcs leave the band, see `_connect`
+    ends: Array  # vertices (or ranks of points) where arcs leave the band, see `_connect`
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
-        """Collect the marked cells of all tiles."""
+        """Make the band of the marked cells of all tiles."""
         found = run.all(_write_band, store, store.n_tiles, rule.lengths, rule.firsts)
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
@@ -290,7 +290,7 @@ class _Band:
     def straightened(
         self, rule: BorderRule, labels: Ints, centers: Ints, sums: tuple[Floats, Floats]
     ) -> tuple[Ints, Ints | Longs]:
-        """Return new labels of the band, and the indices of cells around which it must grow."""
+        """Return new labels of all cells, and indices of cells around which the band must grow."""
         costs, cells = rule.costs(self.store, self.part), self.part.columns["cells"]
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
@@ -302,10 +302,10 @@ class _Band:
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """Return the faces that share with the given faces a vertex at the end of the band.
+        """Return all faces that share a vertex in `ends` with one of the faces `cells`.
 
-        If there are holes at a vertex, two of its faces may be far apart along arcs. Therefore, the
-        band must also grow from the face that lacks a neighbor. Points are returned unchanged.
+        If holes in a mesh meet at a vertex, two of its faces may be far apart along arcs. The band
+        must also grow around the face that lacks a neighbor. Points are returned unchanged.
         """
         if self.store.kind == "points":
             return cells
@@ -315,15 +315,15 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Return whether each face has a chosen vertex that is an end of the band."""
+        """Return whether each face has a vertex in `ends` for which `is_chosen` is true."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
-        """Return for each cell whether a move to another region may read cells outside the band.
+        """Return for each cell whether moving it to another region may read cells outside the band.
 
-        Moving a face reads faces around its corners; moving a point, neighbors of neighbors.
+        Moving a face reads the faces at its corners. Moving a point reads neighbors of neighbors.
         """
         if self.store.kind != "points":
             return self._have_end()

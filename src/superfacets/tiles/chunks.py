@@ -1,4 +1,4 @@
-"""Stage 0 on disk: read the input in chunks, weld vertices, and sort cells by Morton code."""
+"""Stage 0 on disk: read the input in chunks, weld vertices, and sort the cells by Morton code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .store import RANGE
 
 @dataclass(frozen=True)
 class BlockRows:
-    """A table on disk in a scratch folder, stored in blocks of `size` rows."""
+    """Table in a scratch folder, with one array on disk for every `size` rows."""
 
     scratch: Scratch
     name: str
@@ -29,7 +29,7 @@ class BlockRows:
     n_rows: int
 
     def read(self, begin: int, end: int) -> Array:
-        """Return the rows from `begin` to `end` - 1."""
+        """Return rows `begin` to `end` - 1 of the table."""
         parts = []
         for block in range(begin // self.size, -(-end // self.size)):
             first = block * self.size
@@ -41,7 +41,7 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """Find the lowest vertex at the position of each vertex; return None if all positions differ.
+    """Return the lowest vertex at each vertex's position, or None if all positions differ.
 
     The values 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
     are split into buckets by a hash of the position, and each bucket is welded separately. A
@@ -61,7 +61,7 @@ def weld(
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Write the vertices of a block, sorted by bucket; raise a MeshError if one is not finite."""
+    """Write the vertices of a block sorted by bucket; raise a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -98,7 +98,7 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
-    """Write all pairs (duplicate, lowest vertex at its position); return whether any exist."""
+    """Write the pairs (vertex, lowest vertex at its position); return whether there are any."""
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -141,10 +141,10 @@ histogram counts the lower bits of these codes."""
 
 @dataclass(frozen=True)
 class Chunks:
-    """Input cells (faces or points), split in input order into chunks of `size` cells."""
+    """Cells (faces or points) of the input, split in input order into chunks of `size` cells."""
 
     pieces: Pieces
-    lowest: Rows | None  # lowest vertex at the position of each vertex; None: all differ
+    lowest: Rows | None  # lowest vertex at each vertex's position; None if vertices are not welded
     size: int
     n_threads: int
 
@@ -215,7 +215,7 @@ def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
 
 
 def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
-    """Return how many of the first `n_left` cells, sorted by (code, run, row), are in each run.
+    """Return how many of the first `n_left` cells in the order (code, run, row) are in each run.
 
     Only the rows of each run in `ranges` (first row and last row + 1) are used. All codes in these
     rows have the same upper bits.
@@ -230,7 +230,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # code of the cell at index n_left - 1
+    code = int(np.searchsorted(ends, n_left))  # code of the last of the first `n_left` cells
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:
@@ -242,7 +242,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
 
 
 def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
-    """Merge the cells of a tile from all runs, sorted by (code, run), with a column ``codes``."""
+    """Return the cells of a tile, merged from all runs by (code, run), with a column ``codes``."""
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
@@ -253,7 +253,7 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Return a stable argsort of uint32; two passes are fast, as NumPy radix-sorts 16-bit keys."""
+    """Argsort uint32 codes stably in two passes, because NumPy sorts 16-bit keys much faster."""
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -14,8 +14,8 @@ from .part import Part
 from .store import TileStore, weighted_sum
 
 PAIRS_AT_ONCE = 1 << 21
-"""Approximate number of point pairs, of 25 bytes each, that are in memory at a time. All pairs of
-equal cost are in memory together."""
+"""Approximate number of point pairs, of 25 bytes each, that are in memory at a time. Pairs with the
+same cost are always in memory together."""
 
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
@@ -23,11 +23,11 @@ OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
     """Flip the normals in ``estimated`` so that normals of neighbors agree, as `segment` does.
 
-    Most of the area of each connected component faces the viewpoint, if there is a viewpoint.
+    If there is a viewpoint, most of the area of each connected component then faces it.
 
     Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs with similar
     normals are joined first, tile by tile. Then all other pairs are joined in the order of their
-    costs. The tree takes 5 bytes of memory per point. Sums are added in curve order.
+    costs. The tree takes 5 bytes of memory per point. Sums are computed in curve order.
     """
     sets = _core.TurnedSets(store.n_cells)
     for tile in range(store.n_tiles):
@@ -46,7 +46,7 @@ def has_open_cloud(store: TileStore, run: Run) -> bool:
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """Return a tile as arguments of methods of `_core.TurnedSets`; see C++ `NormalTile`."""
+    """Return the arguments that `_core.TurnedSets` needs for a tile; see C++ `NormalTile`."""
     rows, ghosts = store.rows_of(tile, store.read(tile, "near"))
     own = np.arange(*store.starts[tile : tile + 2], dtype=np.int32)
     numbers, normals = (
@@ -57,7 +57,7 @@ def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Join pairs of points whose normals differ, in the order of costs, then of point numbers."""
+    """Join the pairs of points that `join_alike` has not joined, in the order of costs."""
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
@@ -93,11 +93,11 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
-        normals[is_turned] *= -1.0  # normals then agree with the normal of the root
+        normals[is_turned] *= -1.0  # so that they agree with the normal of the root
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
-    for tile in tiles:  # sum up 3 x the volume of cones with apex at the centroid
+    for tile in tiles:  # sum of 3 x the volumes of cones with their apex at the center
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T
@@ -126,7 +126,7 @@ def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Boo
 
 
 def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
-    """Return the curve indices of points of a tile that are roots of connected components."""
+    """Return the curve indices of a tile's points that are roots of connected components."""
     begin, end = store.starts[tile : tile + 2]
     places = np.arange(begin, end, dtype=np.int32)
     is_root = sets.roots(begin, end)[0] == places
@@ -136,7 +136,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
 def _read_apart(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
-    """Return component, flip flag and [area, position, normal] of points that are not copies."""
+    """Return components, flip flags, and [areas, positions, normals] of a tile, without copies."""
     root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
     at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
     components = np.searchsorted(roots, root_of[at]).astype(np.int64)

@@ -19,14 +19,14 @@ from .part import Part
 from .store import RANGE, TileStore, tile_starts
 
 NOT_COPIED = -1
-"""Entry in the array ``lowest`` of a point that is not a copy of another point."""
+"""Value in the array ``lowest`` for points that are not copies of other points."""
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals", "axes")
-"""Arrays of points in a run, a block or a tile. ``normals`` and ``axes`` are optional."""
+"""Names of the arrays of points in a run, a block or a tile; the last two arrays are optional."""
 
 
 class _Ordered(NamedTuple):
-    """Some consecutive points in their final order, stored in the folder ``ordered/{name}``."""
+    """Consecutive points in their final order, stored in the folder ``ordered/{name}``."""
 
     name: str
     n_points: int
@@ -44,7 +44,7 @@ def sort_cloud(
     these points in memory. Therefore, the sorted points are first split into blocks, and all points
     of equal code are in one block. Each block is ordered, and the blocks are split into tiles.
     Tiles get ``cells``, ``numbers``, ``positions``, ``normals`` if the input has normals, and
-    ``lowest``, which is for each copy the curve index of the lowest point at its position.
+    ``lowest``, which contains for each copy the curve index of the lowest point at its position.
 
     Returns the tiles, with a total measure of 0, and the bounding box of the points (copies
     excluded) in each `RANGE` of the curve, (R, 2, 3).
@@ -123,7 +123,7 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
     for chunk in range(len(counts)):
         found[:-1, chunk] = np.searchsorted(scratch.load(f"runs/{chunk}/codes"), wanted)
     found[-1] = cuts[-1]
-    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # without empty blocks
+    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # removes empty blocks
     kept = [0]
     for cut in range(1, len(firsts) - 1):
         if firsts[cut + 1] - firsts[kept[-1]] > size:
@@ -139,7 +139,7 @@ def _order_block(
     `first_copies` contains the cell number of the first copy of each chunk.
     """
     cuts = scratch.load("blocks", block, block + 2)
-    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # only if all codes are equal
+    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # possible only if all codes are equal
         return _order_in_parts(scratch, block, cuts, chunks, first_copies)
     points = read_cut(scratch, cuts, COLUMNS)
     codes, is_copy = points.columns.pop("codes"), points.columns["lowest"] != NOT_COPIED
@@ -156,7 +156,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Do the work of `_order_block` for a block of one code, with up to `size` points in memory."""
+    """Order a block of points with equal codes, with only up to `size` of them in memory."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -179,7 +179,7 @@ def _order_in_parts(
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Convert ``lowest`` from numbers in the input to curve indices in the same block."""
+    """Convert ``lowest`` from input indices to curve indices; both points are in one block."""
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
@@ -200,7 +200,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in final order; ``cells`` are final for copies, and start at 0 for others."""
+    """Write points in final order. Copies get final ``cells``, and other points indices from 0."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -210,7 +210,7 @@ def _write_ordered(
 
 
 def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Floats:
-    """Collect the points of a tile from all parts, and write them; return boxes of its ranges."""
+    """Write the points of a tile, taken from `parts`; return the bounding boxes of its ranges."""
     begin, end = store.starts[tile], store.starts[tile + 1]
     found, first, n_before = [], 0, 0
     for part in parts:
@@ -228,16 +228,16 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box if all points are copies
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # empty box, if all points are copies
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 
 
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
-    """Halve a set of points repeatedly, like C++ `refined_morton_order`, to parts of `most` points.
+    """Split points by repeated halving, like C++ `refined_morton_order`, and yield the parts.
 
-    `names` are the folders that contain the points, which are removed. Parts have at most `most`
-    points and are yielded in the final order. The points within a part are sorted by number.
+    The points are in the folders `names`, which are removed. Parts have at most `most` points, and
+    are yielded in the final order of points. The points within a part are sorted by number.
     """
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:
@@ -265,7 +265,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
 
 
 def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_points: int) -> tuple[float, int]:
-    """Return coordinate and number of the median of points sorted by (coordinate, number).
+    """Return the coordinate and number of the median of points sorted by (coordinate, number).
 
     One coordinate of all points is in memory, which takes 8 bytes per point.
     """

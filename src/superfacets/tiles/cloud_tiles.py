@@ -21,7 +21,7 @@ from .part import Part
 from .store import RANGE, TileStore
 
 LEFTOVERS = ("axes", "near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
-"""Temporary arrays, which `make_cloud_tiles` removes at its end."""
+"""Names of temporary arrays, which `make_cloud_tiles` finally removes."""
 
 
 def make_cloud_tiles(
@@ -49,14 +49,14 @@ def make_cloud_tiles(
     run.all(_share_areas, store, store.n_tiles)
     run.all(_follow_lowest, store, store.n_tiles)
     store.remove_from_all(*LEFTOVERS)
-    measures = np.empty(store.n_cells)  # by cell number, for sums in this order
+    measures = np.empty(store.n_cells)  # by cell number, because sums are computed in this order
     for tile in tiles:
         measures[store.read(tile, "cells")] = store.read(tile, "measures")
     return replace(store, total_measure=_core.sum_of(measures, n_threads))
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Return pairs of curve indices: (point, neighbor) and (copy, lowest point at its position)."""
+    """Return curve indices of all pairs (point, neighbor) and (copy, lowest point) of a tile."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -66,7 +66,7 @@ def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
 
 
 def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
-    """Write the pairs that end in other tiles, sorted by tile; return the rows of each tile."""
+    """Write the pairs that end in other tiles, sorted by tile; return rows for each other tile."""
     sources, targets = _pairs(store, tile)
     tiles = store.tiles_of(targets)
     leaves = np.flatnonzero(tiles != tile)
@@ -79,7 +79,7 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write the neighbors of the points of a tile; `entering` are rows of pairs of other tiles."""
+    """Write the neighbors of a tile's points. `entering` lists (tile, first row, end) of pairs."""
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
@@ -104,7 +104,7 @@ def _share_areas(store: TileStore, tile: int) -> None:
 
 
 def _follow_lowest(store: TileStore, tile: int) -> None:
-    """Write areas and normals; copies get the values of the lowest point at their position."""
+    """Write areas and normals. A copy gets the values of the lowest point at its position."""
     lowest = store.read(tile, "lowest")
     at = np.flatnonzero(lowest != NOT_COPIED)
     for name, followed in (("shared", "measures"), ("estimated", "normals")):
@@ -117,10 +117,10 @@ def _follow_lowest(store: TileStore, tile: int) -> None:
 def _find_nearest(
     store: TileStore, tile: int, boxes: Floats, at_once: int, wants_normals: bool, n_threads: int
 ) -> None:
-    """Write nearest points, their squared distances, areas and, if wanted, normals for a tile.
+    """Write nearest points of a tile's points, squared distances, areas and, if wanted, normals.
 
-    The search starts in the tile, and continues in ranges of other tiles, sorted by the distance of
-    their bounding boxes. Each point found reduces the search radius, so distant boxes are skipped.
+    The search starts in the tile. It continues in ranges of other tiles, in the order of distance
+    of their bounding boxes. Each point found reduces a search radius, so distant boxes are skipped.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _read_apart(store, *store.starts[tile : tile + 2])
@@ -179,7 +179,7 @@ def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[In
 def _write_directions(
     store: TileStore, tile: int, own: Part, places: Ints, known: Part, n_threads: int
 ) -> None:
-    """Write normals with arbitrary sign: the direction of least variance of the nearest points."""
+    """Write normals with arbitrary sign: the directions of least variance of nearest points."""
     rows, ghosts = store.rows_of(tile, places)
     foreign = Part.joined([known], "places").at(ghosts)
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
@@ -193,7 +193,7 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return each point's area from squared distances of neighbors, exactly as C++ `area_around`.
+    """Return each point's area from squared distances of neighbors, like C++ `area_around`.
 
     Each row of distances must be ascending. Missing neighbors have an infinite distance.
     """
@@ -215,7 +215,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Return squared distances between boxes, (..., 2, 3), or points, (..., 1, 3)."""
+    """Return squared distances between a and b: boxes, (..., 2, 3), or points, (..., 1, 3)."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -224,7 +224,7 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Return the ranges of other tiles within the squared search radii `reach`, nearest first."""
+    """Return ranges of other tiles within the squared search radii `reach`, nearest first."""
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):
@@ -247,10 +247,10 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors that are too distant compared with the smaller area of the two points.
+    """Drop each neighbor that is too far away for the smaller area of the two points.
 
-    Writes ``near``, (n, 6), the curve indices of the other neighbors, nearest first, with -1 for
-    dropped neighbors, and ``areas``, computed without them. Copies have no neighbors and area 0.
+    Writes ``near``, (n, 6), the curve indices of neighbors, nearest first, with -1 for dropped
+    neighbors, and ``areas`` without dropped neighbors. Copies have no neighbors and area 0.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")

@@ -32,10 +32,10 @@ def make_mesh_tiles(
 
     Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. `n_threads` is the
     number of threads used for each tile. Smoothed positions are bit-identical to the result of
-    `mesh.denoising.smoothed`. To smooth the mesh, it is first split into tiles. Smoothing changes
+    `mesh.denoising.smoothed`. A mesh to be smoothed is first split into tiles. Smoothing changes
     the order of faces along the curve, so the smoothed mesh is split again.
 
-    Raises a MeshError, like `Mesh`, if a coordinate or index is invalid, or for too many faces.
+    Raises a MeshError, like `Mesh`, for invalid coordinates or indices, and for too many faces.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads, welds)
     store = tiles_of_chunks(chunks, scratch, run)
@@ -55,9 +55,9 @@ def make_mesh_tiles(
 def _smooth_all(
     store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int
 ) -> tuple[int, float]:
-    """Smooth all tiles, and write new positions; return the number of steps, and the slack.
+    """Smooth all tiles, and write the new positions; return the number of steps, and the slack.
 
-    Each step processes every tile together with its halo, which is two rings of faces.
+    Each step processes every tile together with its halo, the two rings of faces around the tile.
     """
     assert store.halos is not None
     halos = store.halos
@@ -95,7 +95,7 @@ def _faces_around(
 def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:
     """Write the positions of the vertices of a tile after one more step.
 
-    A step moves all vertices twice, so it depends on vertices up to two edges away.
+    A step moves all vertices twice, so new positions depend on vertices up to two edges away.
     """
     ids = store.read(tile, "around/ids")
     points = _points_after(store, tile, others, step, ids)
@@ -107,7 +107,7 @@ def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads
 
 
 def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids: Longs) -> Floats:
-    """Return the positions after `step` steps of the vertices `ids`, in a tile and its halo."""
+    """Return the positions, after `step` steps, of the vertices `ids` of a tile and its halo."""
     name = f"smoothed{step}" if step else "vertices/points"
     points = np.empty((len(ids), 3))
     for other in others:
@@ -120,7 +120,7 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
 def _measure(
     store: TileStore, tile: int, others: list[int], n_threads: int
 ) -> tuple[Longs, Roughness]:
-    """Return the roughness at the sampled faces in a tile, and the indices of these samples."""
+    """Return the indices of the sampled faces in a tile, and the roughness at these faces."""
     own = Part.of_tile(store, tile, OF_FACES)
     faces = sampled_faces(store.n_cells)
     samples = np.flatnonzero(np.isin(faces, own.columns["cells"]))
@@ -137,7 +137,7 @@ def _measure(
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Return smoothed positions of all vertices; of welded vertices, only the lowest is changed."""
+    """Return a table of smoothed positions. Of welded vertices, only the lowest is changed."""
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
@@ -154,7 +154,7 @@ def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
 def _write_block(
     store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
 ) -> None:
-    """Write the positions of a block of vertices; `cuts` are the rows of the block in each tile."""
+    """Write a block of vertex positions. `cuts` are the first and end row of the block per tile."""
     begin = block * size
     points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
     for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():

@@ -12,7 +12,7 @@ from .part import Lists, Part
 from .store import TileStore
 
 VERTICES_AT_ONCE = 1 << 22
-"""Vertices shared by tiles are searched in ranges of this number of consecutive vertices."""
+"""Number of consecutive vertices among which vertices shared by tiles are searched at a time."""
 
 STEPS = 12
 """Maximum number of arcs from a point to other points that affect the weights of its arcs: 1 to the
@@ -25,13 +25,13 @@ OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``outer`` cells of each tile, from which halos are read; return the tiles to read.
+    """Write the ``outer`` cells of all tiles; return, for each tile, the tiles with its halo.
 
     Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
     shared vertices, and all faces that share a vertex with these faces. The halo of a tile consists
-    of the faces of other tiles within the same two rings. These faces are in tiles that meet the
-    tile, and in tiles that meet these tiles, so all of them are returned. For points, the lists are
-    empty, because their halo is found by following arcs.
+    of the outer faces of other tiles in the two rings of faces around it. The tiles returned are
+    the tiles that meet the tile, and the tiles that meet these tiles. For points, the lists are
+    empty, because halos of points are found by following arcs.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -46,7 +46,7 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
 
 
 def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
-    """Return the faces `own` of a tile and its halo, from the tiles `others`, sorted by number."""
+    """Return the faces `own` of a tile and its halo in the tiles `others`, sorted by number."""
     names = (*OF_FACES, "places")
     outer = [Part.load(store.scratch, f"tile{other}/outer", names) for other in others]
     ids = own.vertices["ids"]
@@ -72,13 +72,13 @@ def _shared_vertices(store: TileStore) -> Longs:
             ids = store.read(tile, "vertices/ids")
             begin, end = np.searchsorted(ids, [first, first + VERTICES_AT_ONCE])
             parts.append(ids[begin:end])
-        every = np.sort(np.concatenate(parts), kind="stable")  # fast on sorted parts
+        every = np.sort(np.concatenate(parts), kind="stable")  # fast, because each part is sorted
         shared.append(merged([every[1:][every[1:] == every[:-1]]]))
     return np.concatenate(shared)
 
 
 def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the outer faces of a tile; return its vertices that are shared with other tiles."""
+    """Write the outer faces of a tile; return the vertices that it shares with other tiles."""
     faces = Part.of_tile(store, tile, OF_FACES)
     offsets, corners = faces.corners()
     is_shared = is_among(faces.vertices["ids"], shared)
@@ -89,7 +89,7 @@ def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
 
 
 def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
-    """Return for each tile the set of other tiles that share a vertex with it."""
+    """Return, for each tile, the set of other tiles that share a vertex with the tile."""
     n_tiles = len(vertices_of)
     ids = np.concatenate(vertices_of)
     tiles = np.repeat(np.arange(n_tiles), [len(some) for some in vertices_of])
@@ -123,7 +123,7 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """Return the points of a tile and its halo in curve order; the outermost have no neighbors."""
+    """Return the points of a tile and its halo in curve order, the outermost without neighbors."""
     parts = [Part.of_tile(store, tile, OF_POINTS)]
     known = np.empty(0, np.int32)  # curve indices of points in the halo
     for step in range(STEPS):

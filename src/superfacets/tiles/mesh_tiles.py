@@ -19,7 +19,7 @@ BLOCK = 4096
 """Number of values per block in blocked sums; it must equal ``kSumBlock`` in the C++ core."""
 
 OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
-"""Arrays of a sorted run of faces; corners have vertex numbers and positions."""
+"""Names of the arrays of a sorted run of faces, with vertex numbers and positions of corners."""
 
 
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
@@ -50,7 +50,7 @@ def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
 
     This is an external merge sort with about one chunk in memory at a time. A first pass over the
     input finds the bounding box of all centroids. A second pass writes each chunk as a run sorted
-    by Morton code; chunks in the cache are not read again. The row at which each tile begins in
+    by Morton code. Chunks in the cache are not read again. The row at which each tile begins in
     each run follows from histograms of the codes. Finally, the runs are merged tile by tile.
     """
     pieces = chunks.pieces
@@ -86,9 +86,9 @@ def _points(faces: Part) -> Array:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Return the boxes of vertices and of centroids of a chunk, and the sums of its areas by block.
+    """Return a chunk's boxes of vertices and of centroids, and the area of each block of faces.
 
-    The faces of the chunk are stored in the cache if it has enough room.
+    The faces are stored in the cache if it has enough room.
     """
     faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)
@@ -114,7 +114,7 @@ def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
     centroids, areas = _measured(faces, n_threads)
     ids, corners = compacted(faces.corners()[1])
     last = np.empty(len(ids), np.int64)
-    last[corners] = np.arange(len(corners))  # last corner at each vertex
+    last[corners] = np.arange(len(corners))  # index of the last corner at each vertex
     columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
     vertices = {"ids": ids, "points": _points(faces).take(last, axis=0).astype(np.float64)}
     tiled = Part(columns, faces.lists).with_corners(corners, vertices)

@@ -59,7 +59,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     OSError
         If a file or a folder cannot be read.
     TypeError
-        If the source is of another type.
+        If the source is not a `TiledSource`.
     """
     if isinstance(source, (str, os.PathLike)):
         return joined_pieces([_opened(file, scratch) for file in files_of(Path(source))])
@@ -117,7 +117,7 @@ def _checked_points(array: Array, name: str, count: str) -> Array:
 
 
 def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
-    """Return arrays as pieces without copying, as they may be memory maps larger than memory."""
+    """Return arrays as pieces, not copied because memory maps may be larger than memory."""
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":

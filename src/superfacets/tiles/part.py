@@ -23,7 +23,7 @@ from .arrays import compacted, index_near, merged, rows
 from .store import TileStore
 
 Columns: TypeAlias = dict[str, Array]
-"""Arrays of equal length, by name."""
+"""Dict that maps names to arrays of equal length."""
 
 
 def taken(columns: Columns, chosen: Array) -> Columns:
@@ -55,8 +55,8 @@ class Part:
         ``cells`` (cell numbers) and ``positions``. Triangles have ``corners``, (n, 3), which are
         row indices of `vertices`.
     lists : dict of str to Lists
-        CSR lists by name: ``arcs``, for points also ``neighbors``, and for polygons also
-        ``corners``, with ``vertices``, which are row indices of `vertices`.
+        CSR lists by name: ``arcs`` of all cells, ``neighbors`` of points, and ``corners`` of
+        polygons, whose entries ``vertices`` are row indices of the attribute `vertices`.
     vertices : Columns
         Vertices of faces: their ascending numbers ``ids``, and their positions ``points``.
     """
@@ -78,18 +78,18 @@ class Part:
         return part.with_corners(corners, taken(self.vertices, used))
 
     def at(self, places: Array) -> Part:
-        """Return the cells with these curve indices; the part must be in curve order."""
+        """Return the cells with the curve indices `places`; this part must be in curve order."""
         return self.take(np.searchsorted(self.columns["places"], places))
 
     def corners(self) -> tuple[Longs, Ints]:
-        """Return the first corner of each face, and the row in `vertices` of each corner, flat."""
+        """Return CSR offsets of the corners of faces, and the row in `vertices` of each corner."""
         if "corners" in self.lists:
             return self.lists["corners"].offsets, self.lists["corners"].entries["vertices"]
         corners = self.columns["corners"]
         return np.arange(0, corners.size + 1, 3), corners.reshape(-1)
 
     def with_corners(self, corners: Ints, vertices: Columns) -> Part:
-        """Return the same cells with new vertices; `corners` are rows of `vertices`, flat."""
+        """Return the same cells with new `vertices`, whose row for each corner is in `corners`."""
         if "corners" in self.lists:
             lists = Lists(self.lists["corners"].offsets, {"vertices": corners})
             return replace(self, lists=self.lists | {"corners": lists}, vertices=vertices)
@@ -97,7 +97,7 @@ class Part:
         return replace(self, columns=columns, vertices=vertices)
 
     def mesh(self, store: TileStore) -> FaceMesh:
-        """Return the faces as a mesh with the bounds of the whole mesh, without any checks."""
+        """Return the faces as a mesh, unchecked and with the bounds of the whole mesh."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
         if "corners" in self.lists:
@@ -114,7 +114,7 @@ class Part:
             scratch.save(f"{folder}/{name}", array)
 
     def keep(self, scratch: Scratch, folder: str) -> bool:
-        """Store all arrays in the cache of `scratch`; return False if the cache is too small."""
+        """Store all arrays in the cache of `scratch`; return False if the cache is full."""
         return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
 
     @property
@@ -155,7 +155,7 @@ class Part:
         cls, store: TileStore, tile: int, names: Sequence[str], begin: int = 0,
         end: int | None = None,
     ) -> Part:  # fmt: skip
-        """Read cells of a tile like `load`, and add the column ``places`` (curve indices)."""
+        """Read cells of a tile like `load`, and add their curve indices as column ``places``."""
         part = cls.load(store.scratch, f"tile{tile}", names, begin, end)
         first = store.starts[tile] + begin
         part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
@@ -163,7 +163,7 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """Concatenate the cells of parts, and sort them by the column `key` if it is given."""
+        """Return the cells of all parts as one part, sorted by the column `key` if it is given."""
         return cls.joined_from(parts.__getitem__, len(parts), key)
 
     @classmethod
@@ -191,7 +191,7 @@ class Part:
         return whole
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
-        """Copy the cells of `part` to the rows `at` of this object."""
+        """Copy the cells of `part` to the rows `at`. `vertex_ids` are the vertices of this part."""
         if part.vertices:
             numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
             part = part.with_corners(numbers[part.corners()[1]], part.vertices)
@@ -210,7 +210,7 @@ def _empty(columns: Columns, n_rows: int) -> Columns:
 
 
 def in_order_of_cells(part: Part) -> Part:
-    """Return points sorted by cell number; ``neighbors`` of arcs become row indices of points."""
+    """Return points sorted by cell number, with arcs whose ``neighbors`` are row indices."""
     order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))
@@ -222,9 +222,9 @@ def in_order_of_cells(part: Part) -> Part:
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
     """Replace ``targets`` of arcs, which are curve indices, by ``neighbors``, which are ranks.
 
-    `places` are ascending curve indices, and `ranks` are their ranks. Arcs to other targets are
-    dropped, and their indices are also returned. If `sorts` is true, the arcs of each cell are
-    sorted by rank, as in a graph of points.
+    `places` are ascending curve indices, and `ranks` contains the rank of each cell in `places`.
+    Arcs to other cells are dropped, and their indices are also returned. If `sorts` is true, the
+    arcs of each cell are sorted by rank, as in a graph of points.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])
@@ -241,7 +241,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """Return the surface (graph and geometry) of a part, without angles between faces."""
+    """Return the surface (graph and geometry) of a part. Its angles between faces are not valid."""
     arcs = part.lists["arcs"]
     graph = arcs.offsets, arcs.entries["neighbors"]
     handle: _core.Surface

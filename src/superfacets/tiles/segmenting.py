@@ -48,14 +48,14 @@ TILE_SIZE = 1 << 18
 """Default number of cells of a tile."""
 
 BYTES_AT_WORK = 500
-"""Peak working memory, in bytes per cell of a tile."""
+"""Peak memory for processing a tile, in bytes per cell of the tile."""
 
 BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 """Disk space used by the scratch folder, in bytes per cell."""
 
 MEMORY_PART = 8
 """The default size of the cache is the memory limit of the process divided by MEMORY_PART. All
-tiles that are processed at the same time may use the same amount of memory in addition."""
+tiles that are processed at the same time may together use the same amount in addition."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space, in bytes, that each thread reserves for its stack and its heap."""
@@ -190,7 +190,7 @@ def segment_tiled(
     >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
     True
     """
-    checked_choice(weights, "weights", _WEIGHTS)  # arrays are not supported
+    checked_choice(weights, "weights", _WEIGHTS)  # weights given as an array are not supported
     if init is not None:
         checked_choice(init, "init", ("geodesic",))
     loop = LoopOptions.checked(
@@ -207,7 +207,7 @@ def segment_tiled(
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     seen_from = None if viewpoint is None else checked_viewpoint(viewpoint)
-    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # reused by all stages
+    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # memory that all stages reuse
         return _run(source, options, place, on_tile, seen_from)
 
 
@@ -227,7 +227,7 @@ class Place:
         cls, source: TiledSource, tile_size: int, scratch: StrPath | None, cache: int | None,
         out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
-        """Make the options from parameters of `segment_tiled`, after checks."""
+        """Check parameters of `segment_tiled`, and make the options from these parameters."""
         workers = checked_count(workers, "workers")
         if cache is None:
             cache = memory_of_process() // MEMORY_PART
@@ -337,7 +337,7 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 
 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
-    """Run stages 1 and 2: write the arcs of all tiles, and the lengths of arcs."""
+    """Run stages 1 and 2, which write the arcs of all tiles; return facts for later stages."""
     has_border_weights = options.cleanup.smooth and options.weights.has_other_unit
     spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
     rule = WeightRule(plan.size.radius, options.weights, has_border_weights, graph.n_threads, spare)
@@ -348,14 +348,14 @@ def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, f
 def _cluster(
     graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
 ) -> tuple[Segmentation, BorderRule]:
-    """Run stages 3 and 4; also return the parameters of border costs, with `unit` still 0."""
+    """Run stages 3 and 4; return the result, and parameters of border costs with a `unit` of 0."""
     loop, size, bounds = options.loop, plan.size, graph.store.bounds
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
     if not graph.straight_unit:
         coarsening = coarsened(graph, plan, loop, timings)
         return segment_cells(graph, coarsening, bounds, plan, loop), borders
-    # If the loop runs on all cells, it needs additional long arcs, which tiles do not store.
+    # A loop that runs on all cells needs additional long arcs, which tiles do not store.
     is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
     is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
     cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)

@@ -44,9 +44,9 @@ class TileStore:
     scratch: Scratch
     kind: Kind
     starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE, and N
-    bounds: Floats  # (2, 3) bounding box of the points, or of the vertices used by faces
+    bounds: Floats  # (2, 3) bounding box of the points, or of the vertices that faces use
     total_measure: float  # sum of all measures, added in the order of `segment`
-    halos: list[list[int]] | None = None  # result of `find_halos`; None before it has run
+    halos: list[list[int]] | None = None  # result of `find_halos`; None if it has not run
 
     @property
     def n_tiles(self) -> int:
@@ -55,7 +55,7 @@ class TileStore:
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, N."""
+        """Number of cells in all tiles, N."""
         return self.starts[-1]
 
     def size(self, tile: int) -> int:
@@ -71,7 +71,7 @@ class TileStore:
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
-        """Return for each curve index its row among the cells and ghosts of a tile, and the ghosts.
+        """Return the row of each curve index among cells and ghosts of a tile, and the ghosts.
 
         Rows of ghosts follow the rows of the cells. Ghosts are the given curve indices of other
         tiles, ascending. The row of index -1 is -1.
@@ -91,7 +91,7 @@ class TileStore:
         self.scratch.save(f"tile{tile}/{name}", array)
 
     def has(self, tile: int, name: str) -> bool:
-        """Whether a tile has an array with this name."""
+        """Return whether a tile has an array with this name."""
         return self.scratch.has(f"tile{tile}/{name}")
 
     def remove(self, tile: int, name: str) -> None:
@@ -105,7 +105,7 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the cell numbers of a tile and of its ghosts, which arc targets index."""
+        """Return the cell numbers of a tile's cells, then ghosts, in the order of arc targets."""
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
@@ -114,7 +114,7 @@ class TileStore:
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Return values of an array at ascending curve indices, reading one tile at a time."""
+        """Return the values of an array at ascending curve indices; one tile is read at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -123,7 +123,7 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Return values of an array at curve indices in any order; most should be in this tile."""
+        """Return the values of an array at any curve indices, most of which should be in `tile`."""
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -133,16 +133,16 @@ class TileStore:
 
 
 def weighted_sum(store: TileStore, tile: int, name: str) -> Array:
-    """Return the sum of the rows of an array of a tile, weighted by the areas of the cells."""
+    """Return the sum of the rows of a tile's array, weighted by the areas of the cells."""
     return np.asarray(np.einsum("i,ij->j", store.read(tile, "measures"), store.read(tile, name)))
 
 
 _LOW_BITS = (1 << 20) - 1
-"""Mask of the lower bits of a cell number, which `find_cells` uses as a hash."""
+"""Mask of the lower bits of cell numbers, which `find_cells` uses as a hash value."""
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Return the indices of entries of `wanted` that are in a tile, and their rows in the tile."""
+    """Return the indices in `wanted` of cells that are in a tile, and their rows in the tile."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
@@ -152,7 +152,7 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """Return the starts of up to n_tiles tiles of similar size, as curve indices, and n_cells."""
+    """Return the curve indices at which up to n_tiles similar tiles start, and last, n_cells."""
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)

@@ -31,46 +31,46 @@ from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore, weighted_sum
 
 Origin = tuple[float, float, float]
-"""Position of the common apex of all cones over faces, whose volumes are summed."""
+"""Position of the apex of cones over all faces, whose signed volumes sum to the mesh volume."""
 
 
 @dataclass(frozen=True)
 class WeightRule:
-    """Parameters to compute arc weights."""
+    """Parameters for the computation of arc weights."""
 
-    radius: float  # expected radius of a region
+    radius: float  # expected radius of a region, in the unit of the positions
     options: WeightOptions
-    has_border_weights: bool  # whether default weights are computed, too, for border costs
+    has_border_weights: bool  # True to compute additional weights for border costs
     n_threads: int
-    spare: float = 1.0  # factor for the unit of lengths, relative to the default unit
-    is_turned: bool = False  # whether normals point inward, so that they must be flipped
+    spare: float = 1.0  # unit of arc lengths, relative to the default unit
+    is_turned: bool = False  # True if normals point inward and must be flipped
     evened: float = 0.0  # result of `evened_share`, larger for hollow shapes
-    of_machine_part: bool = False  # whether to use weights for machine parts
+    of_machine_part: bool = False  # True to compute weights for machine parts
 
     @property
     def has_hollows(self) -> bool:
-        """Whether weights depend on the ratio of enclosed volume to area."""
+        """Whether arc weights depend on how hollow the mesh is (ratio of volume to area)."""
         params = self.options.params
         return bool(params["weights"] in ("creases", "parts") and params["alpha"])
 
 
 class ArcFacts(NamedTuple):
-    """Facts about all tiles that later stages need."""
+    """Results of `find_arcs` for all tiles, which later stages need."""
 
-    unit: float  # weight of an arc with ``lengths`` 1
-    border_unit: float  # default weight of an arc with ``border_lengths`` 1
-    sliver_area: float  # area of faces that are long and thin compared with regions
-    of_machine_part: bool  # whether the mesh looks like a machine part
+    unit: float  # weight of an arc whose value in ``lengths`` is 1
+    border_unit: float  # weight of an arc whose value in ``border_lengths`` is 1
+    sliver_area: float  # total area of faces that are long and thin compared with regions
+    of_machine_part: bool  # True if the mesh looks like a machine part
 
 
 @dataclass(frozen=True)
 class _TileSums:
-    """Sums of weights over the arcs of a tile, and properties of its faces."""
+    """Sums of arc weights of a tile, and properties of the faces of the tile."""
 
     weights: float
     border_weights: float
     has_boundary: bool = True
-    is_inconsistent: bool = False  # whether some neighboring faces differ in orientation
+    is_inconsistent: bool = False  # True if some neighboring faces differ in orientation
     edges: EdgeSums = NO_SUMS
     volume: float = 0.0
     sliver_area: float = 0.0
@@ -82,7 +82,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     Each tile gets the CSR lists ``arcs``. In a tile of n cells, a target t < n is row t of the
     cells, and other targets are row t - n of ``ghosts``, the ascending curve indices of neighbors
     in other tiles. ``ghost_cells`` contains the cell numbers of ghosts. Arcs have ``lengths``, and
-    also ``border_lengths`` if `has_border_weights` is true, and ``sides`` if the cells are faces.
+    also ``border_lengths`` if `has_border_weights` is true, and ``sides`` if cells are faces.
     """
     halos = find_halos(store, run) if store.halos is None else store.halos
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
@@ -127,7 +127,7 @@ def _weigh_faces(
     faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
-    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
+    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # the vertices are already welded
     surface = Surface.of_part_of_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
     edges = NO_SUMS
@@ -166,7 +166,7 @@ def _weigh_points(
 def _write_arcs(
     store: TileStore, tile: int, cells: Part, graph: tuple[Longs, Ints]
 ) -> tuple[Longs, Longs]:
-    """Write the arcs of a tile; return the offsets of the arcs, and their indices in `graph`.
+    """Write the arcs of a tile in CSR form; return their offsets, and their indices in `graph`.
 
     `cells` must contain the cells of the tile and their neighbors, and `graph` the arcs of `cells`.
     """
@@ -193,7 +193,7 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the arc weights of a tile, and default weights if requested; return their sums."""
+    """Write the arc weights of a tile, and weights for border costs if needed; return the sums."""
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
     if rule.has_border_weights:
@@ -204,7 +204,7 @@ def _write_weights(
 
 
 def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threads: int) -> None:
-    """Quantize the weights of a tile to ``lengths``, and default weights to ``border_lengths``."""
+    """Quantize the weights of a tile to ``lengths``, and border weights to ``border_lengths``."""
     names = (("weights", "lengths"), ("border_weights", "border_lengths"))
     for (name, rounded), unit in zip(names, units, strict=True):
         if store.has(tile, f"arcs/{name}"):
@@ -213,7 +213,7 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Return whether a face has an edge without neighbor; `sides` are the sides that arcs cross."""
+    """Return whether any face has a boundary edge; `sides` are the face sides that arcs cross."""
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]
@@ -222,7 +222,7 @@ def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
     is_open = ~is_crossed & (corners != corners[following])
     if not is_open.any():
         return False
-    # If two sides of a face are the same edge, arcs cross the first one, and the other is not open.
+    # If two sides of a face are the same edge, arcs cross only the first, but neither is open.
     faces = np.unique(np.searchsorted(offsets, np.flatnonzero(is_open), side="right") - 1)
     starts, at = rows(offsets, faces)
     low, high = np.sort([corners[at], corners[following[at]]], axis=0)

@@ -1,4 +1,4 @@
-"""Stages 3 and 4 on a graph of cells on disk, with one tile at a time in memory."""
+"""Stages 3 and 4 on disk: cluster the cells of a graph that is read tile by tile."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class TiledGraph:
     store: TileStore  # tiles with arcs from `find_arcs`
     run: Run
     n_threads: int  # number of threads used for each tile
-    is_parallel: bool = False  # whether several tiles are processed simultaneously
-    straight_unit: float = 0.0  # same as in `_core.OrderedGraph`
-    crease_limit: float = np.inf  # same as in `_core.OrderedGraph`
+    is_parallel: bool = False  # True if several tiles are processed simultaneously
+    straight_unit: float = 0.0  # unit of arc lengths if they include straight distances, or 0
+    crease_limit: float = np.inf  # coarse cells do not cross arcs with at least this crease cost
 
     is_symmetric = True
     """Whether the arcs a -> b and b -> a always have the same length."""
@@ -44,7 +44,7 @@ class TiledGraph:
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
         found = run.all(_connect, store, store.n_tiles, firsts, unit, self.n_threads)
         counts, targets, lengths = map(list, zip(*found, strict=True))
-        del found  # so that `_in_a_row` can free each array
+        del found  # so that `_in_a_row` can free each array after copying it
         graph = _core.graph_in_place(
             _in_a_row(positions), _in_a_row(measures), np.append(0, np.cumsum(_in_a_row(counts))),
             _in_a_row(targets), _in_a_row(lengths), unit, n_threads,
@@ -55,7 +55,7 @@ class TiledGraph:
     def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> TiledRegions:
-        """Assign all cells to their nearest centers; a finite `reach` is not supported."""
+        """Assign all cells to their nearest centers; the maximum distance `reach` must be inf."""
         assert np.isinf(reach)
         regions = TiledRegions(self, centers)
         if islands == _core.Islands.KEEP:
@@ -63,11 +63,11 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Label islands (connected cells with label -1); return labels and number of islands.
+        """Label islands (components of cells labeled -1); return all labels, and number of islands.
 
         An island gets the label of the labeled cell that is nearest to any cell of the island. Of
         equally near cells, the lowest is used. The cells of all islands are in memory. The third
-        result is empty, because no centers are added.
+        array, for new centers, is empty.
         """
         assert not len(groups)
         store, n_islands = self.store, 0
@@ -85,7 +85,7 @@ class TiledGraph:
         return labels, n_islands, np.empty(0, np.int32)
 
     def join_loose_pieces(self, labels: Ints, centers: Ints) -> Ints:
-        """Return the same as `_core.join_loose_pieces`; only loose cells and arcs are in memory."""
+        """Return the same as `_core.join_loose_pieces`, with only loose cells in memory."""
         store, run = self.store, self.run
         own = [store.read(tile, "cells") for tile in range(store.n_tiles)]
         jobs = [
@@ -144,10 +144,10 @@ class TiledGraph:
 
 @dataclass(eq=False)
 class TiledCoarseGraph:
-    """Graph of coarse cells in tiles on disk, with the methods of `_core.CoarseGraph`."""
+    """Graph of the coarse cells of all tiles, with the methods of `_core.CoarseGraph`."""
 
     graph: _core.OrderedGraph  # graph of all coarse cells, in memory
-    fine: TiledGraph  # ``coarse`` of tiles: coarse cell of each cell, minus `firsts[tile]`
+    fine: TiledGraph  # in its tiles, ``coarse`` is the coarse cell of each cell minus firsts[tile]
     firsts: Longs  # (T + 1,) index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
@@ -171,9 +171,9 @@ class TiledCoarseGraph:
         *,
         needs_lengths: bool = False,
     ) -> tuple[Array, Ints]:
-        """Extend labels and path lengths of coarse cells to labels of all cells.
+        """Extend the labels and path lengths of coarse cells to labels of all cells.
 
-        The returned array of lengths is empty. The graph of coarse cells is freed to save memory.
+        Returns no path lengths (an empty array), and the labels. Frees `graph` to save memory.
         """
         del self.graph
         store, waiting = self.fine.store, {}
@@ -184,7 +184,7 @@ class TiledCoarseGraph:
         return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return, for each region of coarse cells, the cell nearest to the mean of the region."""
+        """Return, for each region of coarse cells, the cell nearest to its mean position."""
         means = _core.region_means(self.graph, labels, len(centers))
         parts = np.split(labels, self.firsts[1:-1])
         jobs = [(tile, part, means) for tile, part in enumerate(parts)]
@@ -196,7 +196,7 @@ class TiledCoarseGraph:
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Concatenate arrays, and remove each array from the list after copying it, to save memory."""
+    """Concatenate arrays; to save memory, remove each array from `parts` after copying it."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -209,7 +209,7 @@ def _in_a_row(parts: list[Array]) -> Array:
 def _divide(
     store: TileStore, tile: int, cell_size: int, steps: tuple[float, float], n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Divide a tile into coarse cells, and write them; return their positions and areas.
+    """Divide a tile into coarse cells, and write these; return their positions and areas.
 
     `steps` contains `straight_unit` and `crease_limit` of `TiledGraph`. In the graph, ghosts
     follow the cells of the tile. Ghosts have no arcs, and their positions are not used.
@@ -238,7 +238,7 @@ def _divide(
 def _connect(
     store: TileStore, tile: int, firsts: Longs, straight_unit: float, n_threads: int
 ) -> tuple[Longs, Ints, Array]:
-    """Return the arcs of the coarse cells of a tile: number per coarse cell, targets, lengths."""
+    """Return the arcs of the coarse cells of a tile: number for each cell, targets, lengths."""
     ghosts = store.read(tile, "ghosts")
     tiles = store.tiles_of(ghosts)
     around = store.read_at("coarse", ghosts) + firsts[tiles]
@@ -266,21 +266,21 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Return the cell of a tile nearest to the mean of each region, after its squared distance."""
+    """Return the nearest cell to the mean of each region, after its squared distance."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
 
 UNREACHED = np.iinfo(np.uint64).max
-"""Path length of cells that no path has reached yet."""
+"""Value of the path length for cells that no path has reached yet."""
 
 
 class TiledRegions:
-    """Assigns all cells on disk to their nearest centers, with methods of `_core.Clustering`.
+    """Assigns all cells on disk to nearest centers, with the methods of `_core.Clustering`.
 
     Shortest paths are computed tile by tile. A path that leaves a tile is proposed to the tile in
     which it ends. When no proposals are left, no arc can shorten a path. Then each cell has its
-    shortest path, and of equally short paths the one with the lowest label. The result does not
+    shortest path, or, of equally short paths, the path with the lowest label. The result does not
     depend on how cells are split into tiles.
     """
 
@@ -290,7 +290,7 @@ class TiledRegions:
         """Expand paths from the centers, and from the proposed paths to each tile in `waiting`."""
         self._graph = graph
         self._store = graph.store
-        # Version number of the paths of each tile on disk, or -1 if the tile has no paths yet.
+        # Version number of each tile's paths on disk, or -1 if the tile has no paths yet.
         self._versions = dict.fromkeys(range(graph.store.n_tiles), -1)
         self._centers = centers
         self._expand(centers, 0, waiting or {})
@@ -308,7 +308,7 @@ class TiledRegions:
         return labels
 
     def adopt_orphans(self) -> None:
-        """Make the lowest cell of each island a center; islands are components without a center."""
+        """Add the lowest cell of each island (component without a center) to the centers."""
         labels = self.labels()
         if labels.min() < 0:
             cells, _, islands = _find_islands(self._store, labels, self._graph.run)
@@ -317,7 +317,7 @@ class TiledRegions:
             self._centers = np.concatenate([self._centers, orphans])
 
     def _expand(self, cells: Ints, first_label: int, waiting: dict[int, list[Part]]) -> None:
-        """Add centers with labels from `first_label` on; expand paths until none gets shorter."""
+        """Add centers labeled from `first_label` on, and expand paths until none gets shorter."""
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
         found = self._graph.run.all(find_cells, self._store, self._store.n_tiles, cells)
@@ -351,12 +351,12 @@ class TiledRegions:
 
 
 def _proposals(places: Longs, lengths: Array, labels: Ints) -> Part:
-    """Return a table of proposed paths: curve index of the end, length (uint64), and label."""
+    """Return a table of proposed paths: curve index of the last cell, length (uint64), label."""
     return Part({"places": places, "lengths": lengths, "labels": labels})
 
 
 def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
-    """Return lengths and labels of the paths to the cells of a tile and to its ghosts."""
+    """Return the lengths and labels of the paths to the cells of a tile and to its ghosts."""
     if version < 0:
         n_cells = store.size(tile) + len(store.read(tile, "ghosts"))
         return np.full(n_cells, UNREACHED, np.uint64), np.full(n_cells, -1, np.int32)
@@ -370,7 +370,7 @@ def _improve(
 ) -> Part:
     """Apply proposed paths to a tile, expand them, and return proposed paths to other tiles.
 
-    Paths are written with a new version, so that the job can be repeated if its worker is killed.
+    Paths are written as a new version, so that the job can be repeated if its worker is killed.
     """
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known, found = _paths_of(store, tile, version), proposals.columns
@@ -378,7 +378,7 @@ def _improve(
         *store.arcs(tile), *known, (found["places"] - store.starts[tile]).astype(np.int32),
         found["lengths"], found["labels"], n_threads,
     )  # fmt: skip
-    # One array for both, so that a killed worker cannot have written only one of them.
+    # Lengths and labels form one array, so that a killed worker cannot write only one of them.
     store.write(tile, f"paths{next_version}", np.concatenate([lengths.view(np.int32), labels]))
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     every = _proposals(ghosts, lengths[n_own:], labels[n_own:])
@@ -386,13 +386,13 @@ def _improve(
 
 
 def _first_of_each(islands: Ints, *keys: Array) -> Longs:
-    """Return the index of the first cell of each island, if cells are sorted by the given keys."""
+    """Return the index of the first cell of each island in the order of the given keys."""
     order = np.lexsort([*reversed(keys), islands])
     return order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
 
 
 def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints]:
-    """Return the cells with label -1, their positions, and the island (component) of each cell."""
+    """Return all cells labeled -1, their positions, and the island (component) of each cell."""
     jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
     parts = run(_unlabeled, store, jobs)
     cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
@@ -411,17 +411,17 @@ def _components(pairs: Longs, n_nodes: int) -> Ints:
 
 
 def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
-    """Split the regions into pieces that are connected within a tile; return their number."""
+    """Write the pieces of regions that are connected within a tile; return their number."""
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
     pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
-    n_own = int(pieces[: len(labels)].max()) + 1  # pieces with only ghosts come last
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces of ghosts only have the highest numbers
     store.write(tile, "pieces", pieces)
     return n_own
 
 
 def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> tuple[Longs, Longs]:
-    """Return the pieces with centers, and pairs of connected pieces in different tiles."""
+    """Return a tile's pieces with centers, and pairs of pieces connected across tile borders."""
     ghosts, pieces = store.read(tile, "ghosts"), store.read(tile, "pieces").astype(np.int64)
     own, at_ghosts = np.split(firsts[tile] + pieces, [store.size(tile)])
     shared = np.flatnonzero(at_ghosts < firsts[tile + 1])
@@ -444,7 +444,7 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
     at = np.flatnonzero(labels < 0)
     around, (offsets, targets, _) = store.cells_and_ghosts(tile), store.arcs(tile)
     sources = np.repeat(np.arange(len(labels)), np.diff(offsets))
-    is_inside = labels[sources] < 0  # then targets are unlabeled, too
+    is_inside = labels[sources] < 0  # their targets are unlabeled, too
     pairs = np.stack([around[sources[is_inside]], around[targets[is_inside]]])
     return around[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
@@ -452,7 +452,7 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
 def _nearest_labeled(
     store: TileStore, tile: int, labels: Ints, points: Floats, n_threads: int
 ) -> tuple[Floats, Ints]:
-    """Return the squared distance from each point to the nearest labeled cell, and this cell."""
+    """Return each point's squared distance to a tile's nearest labeled cell, and this cell."""
     cells = store.read(tile, "cells")
     at = np.flatnonzero(labels >= 0)
     if not len(at):

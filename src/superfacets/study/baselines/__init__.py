@@ -1,4 +1,4 @@
-"""Segmentation methods of other authors, for comparisons with superfacets."""
+"""Segment meshes with the methods of other authors, for comparisons with superfacets."""
 
 from .metis import metis_partition
 from .spectral import AffinityEmbedding, affinity_embedding, normalized_cuts

@@ -1,4 +1,4 @@
-"""Compute the input of the baseline methods: weighted face graph and connected components."""
+"""Compute the input of the baseline methods: the weighted face graph, and its components."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ...mesh.faces import FaceMesh
 
 @dataclass(frozen=True)
 class Component:
-    """A connected component of the face graph, with faces renumbered from 0."""
+    """A connected component of the face graph, whose faces are numbered from 0 to n - 1."""
 
     faces: Longs  # (n,) index of each face in the mesh, ascending
     arcs: Longs  # (m,) index in the graph of each arc from these faces, sorted by face
@@ -34,7 +34,7 @@ class Component:
 
 @dataclass(frozen=True)
 class FaceCells:
-    """A mesh, its weighted face graph, and timings and parameters for the result."""
+    """A mesh, its weighted face graph, and the timings and parameters of the run so far."""
 
     mesh: FaceMesh
     faces: FaceGraph
@@ -62,7 +62,7 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
-        """Return a `Segmentation` with the labels, renumbered without gaps, and their centers."""
+        """Return a `Segmentation` with these labels, renumbered without gaps, and their centers."""
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
@@ -71,7 +71,7 @@ class FaceCells:
 
 
 def component_graph(cells: FaceCells, component: Component) -> CellGraph:
-    """Return the weighted cell graph of one component."""
+    """Return one component as a weighted cell graph."""
     graph = cells.graph
     return CellGraph(
         graph.positions[component.faces],
@@ -103,7 +103,7 @@ def read_face_cells(
 
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
-    """Return for each arc the mean of the weights of the arc and its reverse arc."""
+    """Return, for each arc, the mean weight of the arc and its reverse arc."""
     there = np.lexsort((graph.neighbors, graph.sources))
     back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)

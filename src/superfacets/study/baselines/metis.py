@@ -18,14 +18,14 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""Scale s of the border cost exp(-w / s) of an edge, where w is the weight per length. Unit: mean
-weight per length. Between 1 and 3, the undersegmentation error on 95 benchmark models changes by
-0.001."""
+"""Scale s of the border cost exp(-w / s) per length of an edge, where w is the weight per length. s
+is in units of the mean of w. With scales from 1 to 3, the undersegmentation error on 95 benchmark
+models changes by 0.001."""
 
 IMBALANCE = 0.5
 """Maximum amount by which the area of a part exceeds the mean area, as a fraction of the mean. With
-0.03, the default of METIS, borders often miss creases, and the undersegmentation error is 0.002
-higher."""
+0.03, the default of METIS, many borders do not follow creases, and the undersegmentation error is
+0.002 higher."""
 
 LARGEST_CELL = 0.25
 """Areas of faces are limited to this fraction of the mean area of a part, because METIS leaves
@@ -33,8 +33,8 @@ parts empty and prints warnings if a face is larger than a part."""
 
 SEED = 0
 
-_MEAN_INTEGER = 1000  # mean of areas and of costs after conversion to integers
-_LARGEST_SUM = 2**30  # upper bound of the sum of these integers, as METIS may use 32 bits
+_MEAN_INTEGER = 1000  # mean of areas, and of costs, after conversion to integers
+_LARGEST_SUM = 2**30  # limit of the sum of these integers, because METIS may use 32 bits
 
 
 def metis_partition(
@@ -54,14 +54,14 @@ def metis_partition(
     while the area of a part is at most 1.5 times the mean (see `imbalance`). An edge e on a border
     costs ``|e| exp(-w / (s |e|))``. Here w is the weight of the arc across the edge, and s is twice
     the sum of all weights divided by the sum of all edge lengths. Therefore, borders are short or
-    in creases. The unit of the weights does not matter.
+    in creases. The result does not depend on the unit of the weights.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. Connected components are divided
-        separately. Each component gets one part, and each further part goes to the component with
-        the largest area per part.
+        Any surface mesh, as for `superfacets.segment`. Connected components are divided separately.
+        Each component gets one part, and each further part is added to the component with the
+        largest area per part.
     n_segments : int, optional
         Number of parts k, from 1 to the number of faces. The default is 150, or the number of faces
         if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,
@@ -80,12 +80,12 @@ def metis_partition(
     Returns
     -------
     Segmentation
-        ``centers`` are from `update_centers`. METIS does not guarantee connected parts.
+        ``centers`` are computed by `update_centers`. Parts may be disconnected.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
     MissingExtraError
@@ -134,12 +134,12 @@ def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
 
 
 def _cutting_costs(cells: FaceCells) -> Floats:
-    """Return for each arc the cost of a border along its edge, in the unit of edge lengths."""
+    """Return, for each arc, the cost of a border along its edge, in the unit of edge lengths."""
     sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights
-    if not weights.any() or not lengths.any():  # tiny lengths are 0 because their squares underflow
+    if not weights.any() or not lengths.any():  # squares of tiny lengths underflow to 0
         return lengths
     scale = CREASE_SCALE * weights.sum() / lengths.sum()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -150,8 +150,8 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
     """Return the number of parts of each component, given areas and numbers of faces.
 
-    Each component gets one part. Each further part goes to the component with the largest area per
-    part; of several, to the first.
+    Each component gets one part. Each further part is added to the component with the largest area
+    per part, and of several such components, to the first.
     """
     counts = [1] * len(areas)
     queue = [(-area, index) for index, area in enumerate(areas) if sizes[index] > 1]
@@ -169,7 +169,7 @@ def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> 
 def _divide(
     metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int, excess: int
 ) -> Longs:
-    """Return the part of each face, 0 to n_parts - 1; `excess` is 1,000 times the imbalance."""
+    """Return the part of each face, 0 to n_parts - 1. `excess` is 1,000 times the imbalance."""
     n_faces = len(areas)
     if n_parts == 1:
         return np.zeros(n_faces, np.int64)
@@ -189,7 +189,7 @@ def _divide(
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Limit areas to `LARGEST_CELL` times the mean area of a part, or return ones if impossible."""
+    """Limit areas to `LARGEST_CELL` times the mean area of a part; return ones if impossible."""
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
     kept = falling[::-1].cumsum()[::-1]  # sum of the areas that are not limited
@@ -200,7 +200,7 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
 
 
 def _merge_pairs(component: Component, costs: Longs) -> Any:
-    """Return the costs as a sparse matrix, where costs of arcs between the same faces are added."""
+    """Return the costs as a sparse matrix, in which arcs between the same faces are summed."""
     from scipy.sparse import csr_array
 
     n = len(component.faces)
@@ -211,7 +211,7 @@ def _merge_pairs(component: Component, costs: Longs) -> Any:
 
 
 def _whole_numbers(values: Floats) -> Longs:
-    """Scale values, and round them to integers >= 1, or return ones if all values are 0."""
+    """Scale values, and round them to integers >= 1; return ones if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)

@@ -1,4 +1,4 @@
-"""Compute normalized cuts of meshes from the leading eigenvectors of face affinities."""
+"""Segment meshes by normalized cuts, from the leading eigenvectors of face affinities."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
 """Width s of the affinity exp(-d / s), as a fraction of the mean path length. On small benchmark
-models with alpha > 0, no value from 0.02 to 1 has a smaller undersegmentation error."""
+models with alpha > 0, no width from 0.02 to 1 has a smaller undersegmentation error."""
 
 ALPHA = 100.0  # best alpha for normalized cuts according to the paper
 
 MAX_MEMORY = 6e9  # default memory limit in bytes, sufficient for all pairs of 37,000 faces
 
-_N_SAMPLES = 256  # number of faces from which the mean path length is estimated, within 2 %
+_N_SAMPLES = 256  # number of faces to estimate the mean path length from, with an error of 2 %
 
 # The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
 # of computed eigenvectors, plus _BLOCK_SLACK. On benchmark models, the error of eigenvalues is 1e-6
@@ -36,24 +36,24 @@ _N_POWERS = 12
 
 _N_ROWS = 1024  # number of rows of a sparse array that are processed together
 
-_MAX_ROTATIONS = 50  # maximum number of iterations to find the rotation; about 30 are needed
-_ROTATION_TOL = 1e-9  # the iteration stops below this relative improvement
+_MAX_ROTATIONS = 50  # maximum number of iterations to find the rotation; about 30 are usual
+_ROTATION_TOL = 1e-9  # iterations stop if the relative improvement is smaller
 
 # Memory in bytes for each pair of faces within `reach`, including temporary arrays.
 _BYTES_PER_NEAR_PAIR = 32
 
 
 class _EmbeddedComponent(NamedTuple):
-    """Leading eigenvectors of one connected component of the mesh."""
+    """Leading eigenvalues and eigenvectors of one connected component of the mesh."""
 
     faces: Longs  # (n,) index of each face in the mesh
     eigenvalues: Singles  # (m,) in descending order; the first is 1
-    vectors: Singles  # (n, m) eigenvector of each eigenvalue as a column
+    vectors: Singles  # (n, m) eigenvectors as columns, in the order of `eigenvalues`
 
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh, from which normalized cuts with 1 to `n_vectors` regions follow."""
+    """Eigenvectors of a mesh, from which `segment` computes 1 to `n_vectors` regions."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -71,12 +71,12 @@ class AffinityEmbedding:
 
     @property
     def params(self) -> dict[str, Any]:
-        """Parameters; ``sigma_length`` is the width of the affinity in units of arc weights."""
+        """All parameters; ``sigma_length`` is the width of the affinity in units of arc weights."""
         return self._cells.params
 
     @property
     def eigenvalues(self) -> Singles:
-        """Leading eigenvalues of D^-1/2 W D^-1/2, descending from 1; at least one per component."""
+        """Leading eigenvalues of D^-1/2 W D^-1/2, from 1 downward, at least one per component."""
         values = np.concatenate([component.eigenvalues for component in self._components])
         return np.sort(values)[::-1][: max(self.n_vectors, len(self._components))]
 
@@ -114,7 +114,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> Longs:
-        """Return how many of the k leading eigenvectors belong to each component, at least one."""
+        """Return how many of the k leading eigenvectors belong to each component (at least one)."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -136,12 +136,12 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. The affinity between components is 0, so
+        Any surface mesh, as for `superfacets.segment`. The affinity between components is 0, so
         each region is within one component.
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces. The default is 150, or the number of
         faces if that is less. There are more regions if the mesh has more than k components. In
-        rare cases, an axis is not nearest to any point, and then there is one region less.
+        rare cases, an axis is not nearest to any point, and there is one region less.
     **options
         Keywords of `affinity_embedding`: `alpha`, `eta_convex`, `weights`, `sigma`, `reach`,
         `max_memory`, `weld` and `n_threads`.
@@ -149,7 +149,7 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     Returns
     -------
     Segmentation
-        ``centers`` are as from `update_centers`. Regions may be disconnected.
+        ``centers`` are computed by `update_centers`. Regions may be disconnected.
 
     Raises
     ------
@@ -224,7 +224,7 @@ def affinity_embedding(
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type, or if more memory than `max_memory` is
         needed. The message contains the required memory.
@@ -268,7 +268,7 @@ class _Affinity:
     """Computes affinities of cells from the lengths of paths between them."""
 
     width: float  # width s of the affinity, in the unit of the arc weights
-    reach: float | None  # maximum distance R in the unit of the vertices; None: no maximum
+    reach: float | None  # maximum distance R in the unit of the vertices, or None
     n_threads: int
 
     def between_all(self, graph: CellGraph) -> Singles:
@@ -278,9 +278,9 @@ class _Affinity:
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Return the affinities of pairs of cells within a distance of `reach`, as a sparse array.
+        """Return the affinities of cells within a distance of `reach` as a symmetric sparse array.
 
-        The affinities from cell i to j and from j to i may differ; the larger one is used for both.
+        Affinities from cell i to j and from j to i may differ. The larger one is used for both.
         """
         from scipy.sparse import csr_array
 
@@ -302,7 +302,7 @@ class _Affinity:
 
 
 def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memory: float) -> None:
-    """Raise a ValueError if a component with `n_faces` faces needs more than `max_memory` bytes."""
+    """Raise a ValueError if a component of `n_faces` faces needs more than `max_memory` bytes."""
     n_columns = _krylov_size(cells.n_segments)
     n_bytes = 24.0 * n_faces**2 if n_columns >= n_faces else 12.0 * n_faces * n_columns
     if reach is None:
@@ -337,7 +337,7 @@ def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
 
 
 def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _EmbeddedComponent:
-    """Return up to `cells.n_segments` leading eigenvectors of one connected component."""
+    """Return up to `cells.n_segments` leading eigenpairs of one connected component."""
     n_faces = len(component.faces)
     if n_faces == 1:
         return _EmbeddedComponent(component.faces, np.ones(1, np.float32), np.ones((1, 1), "f4"))
@@ -353,7 +353,7 @@ def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _Embe
 
 
 def _normalize(affinities: Singles) -> Singles:
-    """Replace W by D^-1/2 W D^-1/2 in place."""
+    """Replace the affinities W by D^-1/2 W D^-1/2 in place, and return them."""
     scale = (1 / np.sqrt(affinities.sum(axis=1, dtype=np.float64))).astype(np.float32)
     affinities *= scale[:, None]
     affinities *= scale
@@ -387,7 +387,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # twice, to remove rounding errors
+        for _ in range(2):  # twice, because the first pass has rounding errors
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block
@@ -404,7 +404,7 @@ def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]
 
 
 def _discretize(vectors: Singles) -> Longs:
-    """Rotate the rows of `vectors` close to the axes, and return the nearest axis of each row."""
+    """Rotate the rows of `vectors` close to axes; return the index of each row's nearest axis."""
     from scipy.sparse import csr_array
 
     n, m = vectors.shape
@@ -412,7 +412,7 @@ def _discretize(vectors: Singles) -> Longs:
     rows = vectors.astype(np.float64) / np.maximum(norms, np.finfo(np.float32).tiny)
     rotation = _pivoted_rotation(vectors.astype(np.float64))
     labels = np.zeros(n, np.int64)
-    fit = 0.0  # sum over rows of the coordinate on the nearest axis, which is maximized
+    fit = 0.0  # sum of the coordinates of all rows on their nearest axes, which is maximized
     for _ in range(_MAX_ROTATIONS):
         labels = (rows @ rotation).argmax(axis=1)
         members = csr_array((np.ones(n), labels, np.arange(n + 1)), shape=(n, m))
@@ -425,7 +425,7 @@ def _discretize(vectors: Singles) -> Longs:
 
 
 def _pivoted_rotation(vectors: Floats) -> Floats:
-    """Return a rotation, (m, m), that moves m linearly independent rows close to the axes."""
+    """Return a rotation, (m, m), that moves m linearly independent rows of `vectors` near axes."""
     from scipy.linalg import qr
 
     _, pivots = qr(vectors.T, mode="r", pivoting=True)

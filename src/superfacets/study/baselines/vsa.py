@@ -26,7 +26,7 @@ from ...mesh.triangle_mesh import Mesh
 
 METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}  # error metrics by name
 
-INITS = ("random", "incremental")  # methods that choose the initial seeds
+INITS = ("random", "incremental")  # values of `init`: methods that choose the first seeds
 
 Progress = Callable[[int, int], object]
 
@@ -47,10 +47,10 @@ def variational_shape_approximation(
 
     Each region is approximated by a plane, its proxy, which has a center and a unit normal. Two
     steps alternate: proxies are fitted to the regions, and a flood fill grows new regions from
-    seeds. The seed of a region is its face of least error; of several faces, the lowest index is
-    used. A face without a normal is chosen only if all faces of the region have no normal. The
-    flood fill adds faces one by one. The next face is the face of least error with respect to an
-    adjacent region; of several faces, the first in the queue. Labeled faces keep their labels.
+    seeds. The seed of a region is its face with the lowest error; of several faces, the lowest
+    index is used. A face without a normal is chosen only if all faces of the region have no normal.
+    The flood fill adds faces one by one. The next face is the face with the lowest error with
+    respect to an adjacent region, or the first of several in the queue. Faces are labeled once.
 
     Parameters
     ----------
@@ -69,19 +69,19 @@ def variational_shape_approximation(
     init : {"random", "incremental"}, default "random"
         With ``"random"``, the seeds are k random faces, drawn without replacement, and the proxies
         are their planes. ``"incremental"`` starts with one region per component of the mesh, and
-        adds one seed at a time until there are k regions. The new seed is in the region of largest
-        total error, among regions of two or more faces; of several regions, the lowest is used. In
-        this region, the new seed is the face of largest error other than the old seed; of several
-        faces, the highest index is used. After each new seed, proxies are fitted and all regions
-        are flooded again.
+        adds one seed at a time until there are k regions. The new seed is in the region with the
+        largest total error, among regions of two or more faces; of several, the lowest region is
+        used. In this region, the new seed is the face with the largest error, except the old seed;
+        of several, the highest index is used. After each new seed, proxies are fitted and all
+        regions are flooded again.
     rng : int or numpy.random.Generator, default 0
-        Random number generator of ``"random"``, or its seed, an int >= 0.
+        Random number generator for ``"random"``, or an int >= 0 to seed a generator.
     max_num_iter : int, default 50
         Maximum number of flood fills with k regions.
     weld : bool, default True
         Whether to merge vertices at exactly the same position.
     n_threads : int, optional
-        As for `superfacets.segment`; flood fills and fits use one thread.
+        As for `superfacets.segment`. Flood fills and fits use one thread.
     progress : callable, optional
         Function called after each iteration with the iteration number, from 1, and the number of
         faces that changed their region, which is the number of all faces in the first iteration. If
@@ -137,7 +137,7 @@ def variational_shape_approximation(
             seeds = generator.choice(surface.n_faces, n_segments, replace=False)
             regions = _flood(surface, graph, metric, seeds)
         else:
-            regions = _flood(surface, graph, metric, [0])  # other components get seeds, too
+            regions = _flood(surface, graph, metric, [0])  # every other component gets a seed, too
             while regions.n_regions < n_segments:
                 regions.insert()
     with timed(timings, "relax"):
@@ -159,7 +159,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Alternate fits of proxies and flood fills; return number of iterations and stop reason."""
+    """Repeat fits and flood fills in turn; return number of iterations and stop reason."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):
@@ -170,7 +170,7 @@ def _relax(
             return iteration, "converged"
         if isinstance(answer, (bool, np.bool_)) and not answer:
             return iteration, "cancelled"
-        # Each labeling depends only on the previous labeling, so a repetition is a cycle.
+        # Labels depend only on the previous labels, so they repeat forever if they occur again.
         fingerprint = hashlib.blake2b(regions.labels().tobytes(), digest_size=16).digest()
         if fingerprint in seen:
             return iteration, "settled"

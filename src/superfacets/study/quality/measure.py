@@ -1,4 +1,4 @@
-"""Measure the regions of variants of `segment` on models at several resolutions."""
+"""Segment models at several resolutions with variants of `segment`, and measure the regions."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, not smooth": {"smooth": False},
 }
 """Keywords of `superfacets.segment` for each variant. `PAPERS` is the method of the paper. `PLAIN`
-has the same weights and seeds, but expansions of regions are unlimited and the stop criterion
-differs, so that it returns exactly k connected regions."""
+has the same weights and seeds, but each face gets the label of the nearest center, and the stop
+criterion differs. Therefore, it returns exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured at all resolutions of a model."""
@@ -62,28 +62,28 @@ SHARP = math.radians(45)  # minimum angle of a crease, in radians
 
 
 class Subject(NamedTuple):
-    """A mesh, and segmentations of this mesh by several people."""
+    """A mesh, and segmentations (ground truths) of this mesh by several people."""
 
     mesh: Mesh
     truths: tuple[Ints, ...]
 
 
 class Creases(NamedTuple):
-    """Creases of a mesh as pairs of adjacent faces, with each pair in both directions."""
+    """Creases of a mesh: edge lengths, and pairs of adjacent faces, each in both directions."""
 
     sources: Ints
     targets: Ints
     lengths: Floats
 
     def share_between(self, labels: Ints) -> float | None:
-        """Return the fraction of the crease length on region borders, or None without creases."""
+        """Return the fraction of crease length on region borders, or None if all lengths are 0."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, `levels` times; new faces inherit the segments of old faces."""
+    """Split each face into four, `levels` times; new faces get the segments of their old faces."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -92,9 +92,9 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 
 
 def coarsened(subject: Subject) -> Subject:
-    """Decimate to a quarter of the faces. New faces get the segments of the nearest old face.
+    """Decimate a mesh to a quarter of its faces. This function needs PyVista and SciPy.
 
-    This function needs PyVista and SciPy.
+    Each new face gets the segments of the old face with the nearest centroid.
     """
     import pyvista
     from scipy.spatial import KDTree
@@ -115,7 +115,7 @@ def _centroids(mesh: Mesh) -> Floats:
 
 
 def creases(mesh: Mesh) -> tuple[Creases, Creases]:
-    """Return the concave and the convex edges whose angle is at least `SHARP`."""
+    """Return the concave and the convex creases, which are edges with an angle >= `SHARP`."""
     faces = build_face_graph(mesh)
     measures = arc_measures(mesh, faces)
     angles = np.asarray(measures.angles)  # positive in concave edges
@@ -132,14 +132,14 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
     "x4": refined,
     "x16": lambda subject: refined(subject, 2),
 }
-"""Function for each scale that multiplies the number of faces of a model by the scale."""
+"""For each scale, a function that multiplies the number of faces of a model by the scale."""
 
 
 _RECORD_VERSION = 2  # version of the content of records
 
 
 class Case(NamedTuple):
-    """A run of one variant on one model at one scale, which gives one row of the results."""
+    """A run of one variant on one model at one scale with one k, which gives one row of results."""
 
     source: Source
     scale: str
@@ -169,7 +169,7 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """Task of a worker: measure several cases on one model at one scale."""
+    """Task of a worker process: measure several cases on one model at one scale."""
 
     pieces: tuple[Piece, ...]
     memory: int = 0
@@ -182,11 +182,11 @@ class Task:
         surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # reused by all cases
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # warm-up, because the first call is slower
+        _labels(subject, first)  # not measured, because the first call is slower
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject
-            start = time.process_time()  # CPU time, as wall time depends on other programs
+            start = time.process_time()  # CPU time, because wall time depends on other programs
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)

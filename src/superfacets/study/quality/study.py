@@ -1,4 +1,4 @@
-"""Run the quality study: do all runs that have no record yet, and write the results."""
+"""Run the quality study: measure all cases that have no record yet, and write the results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..tasks import memory_of_tasks, outcome_of, read_piece, run_tasks
 from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
 
-_RUN = ("model", "scale", "variant", "k")  # columns that identify the run of a row
+_RUN = ("model", "scale", "variant", "k")  # columns that identify the run that a row describes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class Options:
     models: tuple[int, ...] | None = None  # numbers of models; None means all models in the folder
     every: int = 1  # step in the list of models: 2 selects every second model
     ks: tuple[int, ...] = KS
-    n_finer: int = 10  # number of models that are measured at all resolutions
+    n_finer: int = 10  # number of models that are measured at all resolutions, 0 for none
     n_jobs: int = 1  # number of worker processes
 
 
@@ -39,7 +39,7 @@ class Report:
 
     rows: list[Row]  # results at the original resolution
     resolution: list[Row]  # results of some models at all resolutions
-    tables: str
+    tables: str  # all tables, as Markdown
     problems: tuple[str, ...]  # one message per unused file or failed run
 
 
@@ -47,7 +47,7 @@ def study(options: Options) -> Report:
     """Measure all variants on all models, and some variants on some models at all resolutions.
 
     Rows are written to ``runs.csv`` in the output folder, and tables to ``tables.md``. If a run
-    fails, its model is left out at that resolution, so that all means are over the same models.
+    fails, its model is left out at this resolution, so that all means are over the same models.
     Raises MeshError if no model could be measured, ValueError if a model does not exist or another
     process uses the output folder, and MissingExtraError if tabulate is not installed.
     """
@@ -73,7 +73,7 @@ def study(options: Options) -> Report:
             raise MeshError(f"all models failed; the first failure: {failures[0]}")
         tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
         runs = {tuple(row[name] for name in _RUN): row for row in rows + resolution}
-        write_csv(files[0], list(runs.values()))  # without runs that are in both lists
+        write_csv(files[0], list(runs.values()))  # a run that is in both lists is written once
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)
@@ -91,7 +91,7 @@ def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
 def _tasks(
     models: Sequence[Source], scales: Sequence[str], options: Options
 ) -> tuple[list[Task], list[Task]]:
-    """Return tasks with some models at all scales, and tasks with all models and variants at x1."""
+    """Return tasks for some models at all `scales`, and tasks for all models and variants at x1."""
     some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
     ks = sorted(set(options.ks))
 
@@ -109,7 +109,7 @@ def _tasks(
 
 
 def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
-    """Return the rows of all tasks without failures, and messages about all failures."""
+    """Return the rows of tasks without failures, and messages about the failures of all tasks."""
     rows: list[Row] = []
     failures: list[str] = []
     for task in tasks:

@@ -17,7 +17,7 @@ Means = dict[tuple[str, int], tuple[float, float]]
 
 
 def means(rows: Iterable[Row]) -> Means:
-    """Return the means over models of UE and compactness, for each variant and k."""
+    """Return the means of UE and compactness over all models, for each pair (variant, k)."""
     values: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for row in rows:
         values.setdefault((row["variant"], row["k"]), []).append((row["ue"], row["compactness"]))
@@ -94,7 +94,7 @@ def _share(cases: Iterable[bool]) -> str:
 
 
 def _mean_share(shares: Iterable[float | None]) -> str:
-    """Return the mean fraction as text, ignoring None (no creases), or "-" if all are None."""
+    """Return the mean fraction in percent, ignoring None (no creases), or "-" if all are None."""
     found = [share for share in shares if share is not None]
     return f"{100 * np.mean(found):.0f} %" if found else "-"
 
@@ -118,7 +118,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return a table of means over k for each category, sorted by the decrease of UE."""
+    """Return a table of means per category, sorted by the decrease of UE from PLAIN to DEFAULT."""
     names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

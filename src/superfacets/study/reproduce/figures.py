@@ -31,14 +31,14 @@ _STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "lines.markersize": 3.5,
-    "svg.hashsalt": "superfacets",  # makes ids in SVG files reproducible
+    "svg.hashsalt": "superfacets",  # fixed salt, so that ids in SVG files are reproducible
 }
 
-_LIGHTEST = 0.62  # fraction of white in the color for the smallest alpha of a method
+_LIGHTEST = 0.62  # fraction of white in the color of the smallest alpha of a method
 
 
 def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
-    """Plot the undersegmentation error and compactness against k, and error against compactness."""
+    """Plot undersegmentation error and compactness against k, and the error against compactness."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
@@ -53,7 +53,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
 
 def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
-    """Plot seconds against faces on logarithmic axes, with a dot for each model and method."""
+    """Plot times against numbers of faces on logarithmic axes; a dot is one model and method."""
 
     def draw(figure: Figure) -> None:
         from matplotlib.ticker import LogLocator, NullLocator
@@ -81,7 +81,7 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
 
 
 def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
-    """Plot a measure against k, with one panel per category and one curve per method."""
+    """Plot a metric against k, with one panel per category and one curve per method."""
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
@@ -117,7 +117,7 @@ def _add_curves(
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
-    """Plot error against compactness at one k, with a dot for each alpha and a line per method."""
+    """Plot the error against compactness at one k: a dot per alpha, and a line per method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]

@@ -19,11 +19,11 @@ from ..tasks import Key
 from .measure import Run, unpack_labels
 from .methods import METHODS
 
-TABLE_METHODS = ("default", "superfacets", "paper")  # methods with times in Table 1
+TABLE_METHODS = ("default", "superfacets", "paper")  # methods whose times are in Table 1
 
 _ALPHA = 200.0
 
-# Categories whose smallest models are shown. If a category has no models, another one is shown.
+# Categories whose smallest models are shown. A category without models is replaced by another.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
@@ -51,7 +51,7 @@ class Picture:
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh, as models do not have a common up axis."""
+    """Return a view of the broad side of a mesh, because models have different up axes."""
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
         return View(azimuth=20, elevation=60, up="y")
@@ -70,7 +70,7 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category; missing categories are replaced by others."""
+    """Return the smallest model of each category; a category without models is replaced."""
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -83,10 +83,10 @@ _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]
     "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
     "8": ((*((vsa, None) for vsa in _VSA), *_OURS), _VSA_CATEGORIES),
 }
-"""For each figure with models: method and alpha of each row, and the category of each column."""
+"""For each figure of models: (method, alpha) of each row, and category of each column."""
 
 GALLERY = ("1", *_ROWS)
-"""Figures with pictures: large meshes, effect of alpha, normalized cuts, variants of VSA."""
+"""Figures of pictures: large meshes, effect of alpha, normalized cuts, and variants of VSA."""
 
 
 def pictures_of(
@@ -119,7 +119,7 @@ class Drawing:
 
     picture: Picture
     labels: str  # labels, encoded by `pack_labels`
-    key: str
+    key: str  # hash of everything that the picture depends on
     folder: Path
     memory: int = 0
 
@@ -136,7 +136,7 @@ class Drawing:
             mesh, _ = load(self.picture.run.source)
             pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))
             _write(picture_path(self.folder, self.picture), pixels, self.key)
-        except Exception as error:  # so that other pictures are drawn
+        except Exception as error:  # returned, so that the other pictures are drawn
             return reason_of(error)
         return None
 

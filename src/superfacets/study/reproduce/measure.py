@@ -1,4 +1,4 @@
-"""Carry out runs. A run applies one method to one mesh to make one number of regions."""
+"""Carry out runs. A run segments one mesh with one method into a given number of regions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return all inputs that the result depends on; records with another key are outdated."""
+        """Return all inputs that the result depends on. Records with another key are outdated."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
@@ -62,7 +62,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Task:
-    """Task of a worker: runs that differ only in the number of regions, and share some work."""
+    """Task of a worker process: runs that differ only in the number of regions, and share work."""
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]  # runs whose records must contain labels, for pictures
@@ -70,7 +70,7 @@ class Task:
 
     @property
     def first(self) -> Run:
-        """First run of the task; other runs differ only in the number of regions."""
+        """First run of the task. The other runs differ only in the number of regions."""
         run: Run = self.pieces[0].subject
         return run
 
@@ -80,7 +80,7 @@ class Task:
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the mesh, do the work that all runs share, and return a function that does a run."""
+        """Load the mesh, do the work that all runs share, and return a function for one run."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
@@ -137,5 +137,5 @@ def pack_labels(labels: Ints) -> str:
 
 
 def unpack_labels(text: str) -> Ints:
-    """Decode the result of `pack_labels`."""
+    """Return the labels that `pack_labels` has encoded."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

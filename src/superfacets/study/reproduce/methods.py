@@ -24,23 +24,23 @@ class Setting:
     """Inputs of a method besides the mesh and the number of regions."""
 
     alpha: float | None
-    most_segments: int  # maximum k of all runs, for work that is shared by runs
-    seed: int  # random seed, which depends on the mesh
-    max_memory: int  # memory limit in bytes, without effect on labels
+    most_segments: int  # maximum k of all runs, because some work is shared by all k
+    seed: int  # random seed, which is different for each mesh
+    max_memory: int  # memory limit in bytes, which does not change labels
 
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """A row of the table: a method with its settings and its style in figures."""
+    """A row of the table: a method, its settings, and its style in figures."""
 
     title: str
     prepare: Callable[[FaceMesh, Setting], Segmenter]
     """Function that does the work common to all numbers of regions, and returns a `Segmenter`."""
     color: str
-    line: str = "-"  # line style of curves, as some methods have similar colors
+    line: str = "-"  # line style of curves, because some colors are similar
     figures: tuple[str, ...]  # names of figures with curves or dots of this method
     depends_on: tuple[str, ...] = ("alpha",)  # fields of `Setting` that labels depend on
-    alphas: tuple[float | None, ...] = (None,)
+    alphas: tuple[float | None, ...] = (None,)  # all values of alpha; None if there is no alpha
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""
@@ -49,10 +49,10 @@ class Method:
     """Bytes per pair of faces for methods with quadratic memory, and 0 for other methods."""
     max_faces: int | None = None
     """Models with more faces are left out, except the `least_models` smallest per category."""
-    least_models: int = 2  # number of models per category that are run even if they are too large
+    least_models: int = 2  # number of models per category that are run even if too large
     subset_max_faces: int | None = None  # with ``--subset``, models with more faces are left out
     version: int = 1
-    """Version of the settings of the method. Records of other versions are not used."""
+    """Version of the method and its settings. Records with another version are not used."""
 
 
 _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
@@ -189,7 +189,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             color="#e07b39",
             line="--",
             figures=("4", "5", "rivals"),
-            bytes_per_pair=1,  # 32 bytes per pair within reach; these are 3 % of all pairs
+            bytes_per_pair=1,  # 32 bytes for pairs within reach, which are 3 % of all pairs
             max_faces=16_000,
             least_models=2,
             subset_max_faces=None,
@@ -206,4 +206,4 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         ),
     }
 )
-"""Methods by their names for ``--methods``, in the order of legends."""
+"""Methods by name, as in the option ``--methods``, in the order of figure legends."""

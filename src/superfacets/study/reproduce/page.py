@@ -28,7 +28,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 _MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
-Section = dict[str, Any]  # title, name of the template, and values for the template
+Section = dict[str, Any]  # title and template of the section, and values for the template
 
 # Times in seconds from Table 1 of the paper, by number of faces.
 _TIMES_2014 = {
@@ -65,7 +65,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Files:
-    """Plots, times and messages that the page shows."""
+    """Plots, times and messages that the page shows in addition to `Results`."""
 
     folder: Path
     plots: dict[str, list[Path]]  # for each figure, the main plot and the plots by category
@@ -129,7 +129,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return the section with the means over models for each method and alpha, at one k."""
+    """Return the section with means over models for each method and alpha, at one k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -264,7 +264,7 @@ def _missing_section(results: Results, files: Files) -> Section:
 
 
 def _too_large(results: Results) -> list[str]:
-    """Return a line for each method that leaves out large models, with their number."""
+    """Return one line per method that leaves out large models, with the number of models."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}

@@ -1,4 +1,4 @@
-"""Plan the runs and pictures that each figure needs."""
+"""Plan the runs and pictures that the chosen figures need."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ SUBSET_KS = (50, 150, 300)
 CURVES = ("4", "6", "7")  # figures with a curve for each method and alpha
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""Figures of the paper, and "rivals", an additional figure with a curve for each method that can
-process most models."""
+"""Names of figures: numbers in the paper, and "rivals", an additional figure with a curve for each
+method that can process most models."""
 
 _USUAL_K = 150  # number of regions in pictures and times of the paper
 
@@ -40,7 +40,7 @@ class Choice:
         return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
 
     def alphas(self, method: str) -> tuple[float | None, ...]:
-        """Return all values of alpha with which a method is run."""
+        """Return all values of alpha for which a method is run."""
         row = METHODS[method]
         return row.subset_alphas if self.is_subset else row.alphas
 
@@ -67,11 +67,11 @@ class Plan:
     runs: tuple[Run, ...]
     """Distinct runs in the order of execution, the smallest model of each category first."""
     pictures: tuple[Picture, ...]
-    problems: tuple[str, ...]  # one message for each missing or unused file
+    problems: tuple[str, ...]  # one message per file that is missing or not used
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
-    """Plan runs and pictures for the chosen figures; raise a ValueError if there are no runs."""
+    """Plan runs and pictures for the chosen figures; raise a ValueError if these need no run."""
     ranks = _ranks(models.found)
     chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
     pictures = tuple(
@@ -94,7 +94,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
 
 
 def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
-    """Return the size rank of each model in its category, from 0; `models` are sorted by size."""
+    """Return the size rank of each model in its category, from 0. `models` are sorted by size."""
     seen: Counter[str] = Counter()
     ranks = {}
     for model in models:
@@ -104,7 +104,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Yield the runs for all figures without pictures; a run may occur several times."""
+    """Yield the runs for all figures without pictures. The same run may occur several times."""
     for figure in set(choice.figures) - set(GALLERY):
         ks = (choice.k,) if figure == "5" else choice.ks
         for curve in choice.curves_in(figure):
@@ -112,7 +112,7 @@ def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Return whether the mesh is small enough for the method, or one of its `least_models`."""
+    """Return whether the mesh of a run is small enough, or one of the `least_models` smallest."""
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
@@ -121,7 +121,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Return a sort key: meshes of the user first, then models, alternating between categories."""
+    """Return the sort key of a run: user meshes first, then models by rank in their category."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model

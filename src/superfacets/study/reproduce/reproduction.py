@@ -31,7 +31,7 @@ from .results import (
 )
 
 _QUANTITIES = ("undersegmentation_error", "compactness")
-"""Measures that are plotted for each category, too."""
+"""Metrics that are also plotted separately for each category."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class Options:
 
     benchmark: Path
     output: Path
-    meshes: Path | None
+    meshes: Path | None  # folder with meshes of the user for Figure 1
     choice: Choice
     budget_seconds: float | None
     """Time in seconds after which no task is started; None means no limit."""
@@ -69,7 +69,7 @@ def reproduce(options: Options) -> Report:
     most_segments = max(plan.choice.ks)
     pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
-        # Temporary files are from killed processes, as the lock excludes other running processes.
+        # The lock excludes other running processes, so temporary files are from killed processes.
         remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
         results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
@@ -92,7 +92,7 @@ def _plan(options: Options) -> Plan:
 
 
 def _check_needs(plan: Plan) -> None:
-    """Raise an error if a package is missing, instead of failing after hours of work."""
+    """Raise an error before the first run if a package is missing that a figure needs later."""
     packages = ["jinja2"]
     packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):
@@ -109,7 +109,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Do all runs without a record; return all results, and the number of runs with a record."""
+    """Do all runs without a record; return all results, and how many runs had records before."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -126,7 +126,7 @@ def _measure(
 def _tasks(
     results: Results, pieces: Mapping[Run, Piece], pictured: frozenset[Run], memory: int
 ) -> list[Task]:
-    """Return tasks for all runs that are not done, in the order of the plan."""
+    """Return tasks for all runs in `results` that are not done, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
     for run in results.plan.runs:
@@ -145,7 +145,7 @@ def _tasks(
 def _draw_pictures(
     results: Results, pieces: Mapping[Run, Piece], options: Options
 ) -> tuple[str, ...]:
-    """Draw all pictures that are missing or outdated; return a message for each failure."""
+    """Draw the pictures that are missing or outdated; return a message for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
@@ -170,7 +170,7 @@ def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path
 
 
 def _plots(folder: Path, figure: str) -> list[Path]:
-    """Return the paths of the plots of a figure: the main plot, and one by category per measure."""
+    """Return the paths of a figure's plots: the main plot, and one plot by category per metric."""
     endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
     return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
@@ -193,7 +193,7 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot a figure, also by category, and return the paths; plot nothing without common models."""
+    """Plot the curves of a figure, also by category; return the paths, or [] without models."""
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:

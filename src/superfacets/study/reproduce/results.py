@@ -1,4 +1,4 @@
-"""Collect the results of all runs, and write curves and means over models as CSV files."""
+"""Collect the results of all runs, and write them and their means over models as CSV files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .plan import Plan
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve in a figure, which shows a method with one alpha."""
+    """A curve in a figure, which shows the results of one method with one alpha."""
 
     method: str
     alpha: float | None
@@ -37,22 +37,22 @@ class Curve:
 
 @dataclass(frozen=True)
 class Results:
-    """Runs of a plan that are done, have failed, or are missing."""
+    """The runs of a plan, divided into runs that are done, have failed, or are missing."""
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
-    failed: dict[Run, str] = field(default_factory=dict)  # reason of each failure
+    failed: dict[Run, str] = field(default_factory=dict)  # reason of the failure of each run
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
-        """Return a metric, or the total time for "seconds", of a run that is done."""
+        """Return a metric of a run that is done, or its total time if `quantity` is "seconds"."""
         record = self.done[run]
         if quantity == "seconds":
             return float(record["seconds"]["total"])
         return float(record["metrics"][quantity])
 
     def models_with(self, curve: Curve, ks: Iterable[int]) -> set[Source]:
-        """Return the models for which the runs of a curve are done with all `ks`."""
+        """Return the models for which all runs of a curve with a k in `ks` are done."""
         ks = tuple(ks)
         return {
             model
@@ -61,14 +61,14 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean of a metric or of "seconds" over models."""
+        """Return the mean over models of a metric, or of the total time for "seconds"."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
         return float(np.mean(values))
 
     def reasons(self) -> list[str]:
-        """Return a line with the meshes of failed runs, for each method and reason of failure."""
+        """Return one line per method and reason of failure, with the meshes of the failed runs."""
         return [
             f"{_runs_of(method, runs)}: {reason}"
             for (method, reason), runs in _grouped(
@@ -77,7 +77,7 @@ class Results:
         ]
 
     def not_started(self) -> list[str]:
-        """Return a line with the meshes of missing runs, for each method that has missing runs."""
+        """Return one line per method with missing runs, with the meshes of these runs."""
         runs = _grouped({run: run.method for run in self.missing})
         return [_runs_of(method, of_method) for method, of_method in runs.items()]
 
@@ -124,7 +124,7 @@ class Comparison:
 
 
 def compare(results: Results, figure: str) -> Comparison:
-    """Return the curves of a figure, and the models for which all these curves have results.
+    """Return the curves of a figure, and the models for which all curves have results.
 
     Curves with many models are added first. A curve is left out if no common models would remain.
     """
@@ -149,7 +149,7 @@ _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 
 
 def write_runs(path: Path, results: Results) -> None:
-    """Write a CSV file with a row per planned run: status, and results or reason of failure."""
+    """Write a CSV file with one row per run: its status, and its results or reason of failure."""
     write_csv(path, [_row_of_run(results, run) for run in results.plan.runs])
 
 
@@ -174,7 +174,7 @@ def write_means(path: Path, results: Results) -> None:
 
 
 def write_points(path: Path, results: Results, comparison: Comparison) -> None:
-    """Write the points of a figure, which are means over the models of the comparison, as CSV."""
+    """Write the points of all curves of a figure, which are means over models, as a CSV file."""
     rows = [
         _row_of_point(results, curve, k, comparison.models)
         for curve in comparison.curves
