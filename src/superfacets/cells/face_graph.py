@@ -168,8 +168,8 @@ def surface_of_faces(
 ) -> _core.TriangleSurface | _core.PolygonSurface:
     """Make the object of `_core` that computes lengths and angles of the arcs between faces.
 
-    `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
-    the faces of the mesh do not have.
+    If `is_inside_out` is true, concave and convex edges are swapped. Raises a ValueError if the
+    arcs were built for polygons but the mesh has triangles, or for faces with more sides.
     """
     corners, is_of_triangles = corners_of(mesh), arcs.sides.dtype == np.uint8
     if corners.offsets is None:
@@ -260,13 +260,13 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
-    """Return the graph of the triangles at borders of regions, in CSR form, and their labels.
+    """Return offsets, neighbors and labels of some triangles, including all at region borders.
 
     This is much faster than building the whole graph, because most triangles are not at borders.
     """
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
-    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one of the faces at a vertex
+    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one face at each vertex
     for vertices in corners.T:
         some_label[vertices] = labels
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)

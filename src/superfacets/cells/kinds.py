@@ -60,7 +60,7 @@ class OrderedCells(NamedTuple):
     """Cells and their graph, in input order or sorted for speed."""
 
     cells: Any  # mesh or cloud of the same class as the input
-    graph: Any
+    graph: Any  # `BaseGraph` of `cells`
     shapes: Any  # additional measures from which weights are computed; None if there are none
     order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
@@ -69,7 +69,7 @@ class Kind:
     """Base class of the operations on one kind of cells.
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
-    If `build_graph` returns a `CellGraph` with `ArcMeasures`, no other method must be overridden.
+    A derived class whose `build_graph` returns a `CellGraph` with `ArcMeasures` needs no more.
     """
 
     name: ClassVar[str] = "cells"
@@ -150,9 +150,9 @@ class Kind:
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
-        """Return a cloud of the cells `chosen`, in ascending order, if cells have no corners.
+        """Return a cloud of the points with the ascending indices `chosen`.
 
-        For cells that have corners, use `with_corners` instead.
+        Only points have this method. For cells that have corners, use `with_corners` instead.
         """
         raise MeshError(f"{self.plural} cannot be split into files: write only their labels")
 

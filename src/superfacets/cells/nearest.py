@@ -39,7 +39,7 @@ def nearest_faces(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> NearestFaces:
-    """Return, for each query point, the nearest face of a mesh, its distance and nearest point.
+    """Return, for each query point, the nearest face, its distance, and the nearest point on it.
 
     Parameters
     ----------

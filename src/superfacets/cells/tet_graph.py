@@ -38,18 +38,18 @@ class TetGraph(BaseGraph):
     positions : ndarray of float64, shape (N, 3)
         Centroid of each tetrahedron.
     measures : ndarray of float64, shape (N,)
-        Volume of each tetrahedron, which is not negative for inverted tetrahedra.
+        Volume of each tetrahedron, >= 0 even for inverted tetrahedra.
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        Target of each arc.
+        Target tetrahedron of each arc.
     bounds : ndarray of float64, shape (2, 3)
         Minimum and maximum corner of the bounding box of all vertices of tetrahedra.
     arc_measures : ArcMeasures
         ``border_lengths`` are the areas of shared triangles. ``step_lengths`` are the distances
-        from centroid to centroid through the centroid of the triangle. ``sides`` are the corners
-        opposite to the triangle. ``open_lengths`` are, for each tetrahedron, the total areas of its
-        boundary triangles.
+        from centroid to centroid through the centroid of the shared triangle. ``sides`` are the
+        corners, 0 to 3, opposite to the shared triangle. ``open_lengths`` are, for each
+        tetrahedron, the total areas of its boundary triangles.
     triangle_counts : TriangleCounts
         Numbers of all, boundary and non-manifold triangles.
     """
