@@ -1,7 +1,6 @@
 """Cut faces along smooth borders of regions.
 
-This module is not in the package `regions`, because `pictures` draws cut borders, and `pictures`
-must not import `regions`.
+This module is not in `regions`, because `pictures` imports it and must not import `regions`.
 """
 
 from __future__ import annotations

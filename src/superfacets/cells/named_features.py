@@ -20,8 +20,7 @@ _COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
-deviation or by this value, whichever is larger. Otherwise, noise in a texture of one color would
-affect regions."""
+deviation or by this value, whichever is larger, so that noise in a plain texture has no effect."""
 
 _FROM_TEXTURE = ("texture", "texture_spread")
 """Names of features that are always computed from the texture."""

@@ -53,7 +53,7 @@ class PointGraph(BaseGraph):
     neighbors: Ints  # (M,) target point of each arc, ascending for each start point
     order: Ints  # (N,) indices of the points, sorted along a space-filling curve
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
-    points: Ints | None = None  # (N,) index of each point in the cloud; None if points keep its order
+    points: Ints | None = None  # (N,) index of each point in the cloud; None if unsorted
     knows_turns: bool = True  # whether normals distinguish concave from convex creases
 
 

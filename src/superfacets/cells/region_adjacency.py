@@ -1,7 +1,6 @@
 """Compute the region graph: measures of regions, and of the borders between neighboring regions.
 
-This module is not in the package `regions`, because `clustering` and `pictures` import this module
-and must not import `regions`.
+This module is not in `regions`: `clustering` and `pictures` import it, but may not use `regions`.
 """
 
 from __future__ import annotations
@@ -78,8 +77,7 @@ class RegionGraph:
         Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
         border is in a concave crease, negative on a convex edge, and 0 where the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges of each border; for tetrahedra, number of triangles; for clouds, number of
-        point pairs.
+        Number of edges, or triangles of tetrahedra, or point pairs of a cloud, of each border.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """

@@ -1,4 +1,4 @@
-"""Bisect faces until no edge is too long, because regions of long and thin faces are not compact."""
+"""Bisect faces until no edge is too long, because long and thin faces make bad regions."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Subdivision:
                 areas *= self.cut_areas[chosen]
             groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
             names, codes = np.unique(given[chosen], return_inverse=True)
-            # Areas of parts of a triangle are powers of two times its area, so equal sums are found.
+            # Areas are powers of two times a triangle's area, so ties are detected exactly.
             winners = weighted_majority(
                 groups, codes.astype(np.int32), areas, int(np.count_nonzero(is_mixed))
             ).winners

@@ -100,7 +100,7 @@ MANY_REGIONS = 10_000
 error from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Minimum number of coarse cells in components with seeds, relative to the required number."""
+"""Minimum fraction of the required number of coarse cells that is in components with seeds."""
 
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
@@ -199,7 +199,7 @@ def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Return whether the length of an arc is the straight distance of its ends plus a cost."""
+    """Return whether arc lengths are straight distances between the two cells, plus a cost."""
     return graph.straight_unit > 0.0
 
 
