@@ -32,7 +32,7 @@ the maximum number of iterations before relocation. Later iterations move only o
 LAST_ITERATIONS = 5
 """Maximum number of iterations on all cells after coarser levels, if there are `LEAST_GROUPED` or
 more cells. On 19 subdivided benchmark models with 3,000 regions, this maximum and `SHORT_STEPS`
-change the undersegmentation error from 0.0193 to 0.0194, and the compactness from 4.309 to 4.303."""
+change the undersegmentation error from 0.0193 to 0.0194, and compactness from 4.309 to 4.303."""
 
 
 @dataclass

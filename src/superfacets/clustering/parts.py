@@ -353,7 +353,7 @@ def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """Return the number of vectors to use: `n_vectors`, or more if the next eigenvalues equal it."""
+    """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues."""
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:

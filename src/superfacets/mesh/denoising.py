@@ -128,7 +128,7 @@ class Roughness(NamedTuple):
 
     `near` and `far` are heights above a surface fitted to one or two rings of neighbors. `fold` is
     the angle to the first neighbor face, and `agreement` is the fraction of pairs of neighbors on
-    the same side of the face. `n_faces` is the number of faces at the first corner; 0 at boundaries.
+    the same side of the face. `n_faces` is the number of faces at the corner; 0 at boundaries.
     """
 
     near: Floats

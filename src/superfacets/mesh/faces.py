@@ -64,7 +64,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return, for each cell, the mean of the rows of `table` (one per vertex) at its corners."""
+        """Return, for each cell, the mean row of `table` (one row per vertex) over its corners."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)

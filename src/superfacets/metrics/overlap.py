@@ -193,9 +193,9 @@ class Hamming(NamedTuple):
     distance: float
     """Mean of the missing rate and the false alarm rate."""
     missing_rate: float
-    """Fraction of the area in which a segment is not covered by the region that overlaps it most."""
+    """Fraction of the area where a segment is outside the region that overlaps the segment most."""
     false_alarm_rate: float
-    """Fraction of the area in which a region is outside the segment that overlaps it most."""
+    """Fraction of the area where a region is outside the segment that overlaps the region most."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
