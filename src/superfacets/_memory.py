@@ -23,7 +23,7 @@ def usable_memory() -> int:
 
 
 def free_memory() -> int:
-    """Return the free memory in bytes, at most `usable_memory`, which is also used if unknown."""
+    """Return the free memory in bytes, at most `usable_memory`; if unknown, `usable_memory`."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))

@@ -1,9 +1,9 @@
 """Classes for options of `segment`, one class for each stage of the computation.
 
 The method ``checked`` of each class validates arguments before any work is done. The property
-``params`` returns entries of `Segmentation.params`. Other classes are next to the code that uses them:
-`WeightOptions`, `FeatureOptions` and `ConstraintOptions` in `cells`, and `pipeline.Options`, which
-contains all options.
+``params`` returns the entries of `Segmentation.params`. Other classes of options are next to the
+code that uses the options: `WeightOptions`, `FeatureOptions` and `ConstraintOptions` in `cells`,
+and `pipeline.Options`, which contains all options.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class LoopOptions:
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # whether centers may jump; None: `segment` chooses later
+    relocate: bool | None = False  # None: replaced by a default in `_Work.relocating`
 
     @classmethod
     def checked(

@@ -681,7 +681,7 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """Return an integer after checking that it is `low` to `high`, which is the number of `of`."""
+    """Check and return an integer from `low` to `high`; `of` is the noun for what `high` counts."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
@@ -752,9 +752,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Return a decorator, whose functions raise a TypeError with advice for unknown parameters.
+    """Return a decorator that makes a function raise a TypeError with advice for some parameters.
 
-    `others` maps names of parameters that other tools have to the advice in the message.
+    `others` maps the names of these parameters, which other tools have, to the advice.
     """
 
     def decorate(function: Function) -> Function:

@@ -124,7 +124,7 @@ class Prepared:
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
-    denoised: Cells  # `source` with smoothed positions, or `source` itself without smoothing
+    denoised: Cells  # smoothed copy of `source`, or `source` itself if it was not smoothed
     n_steps: int | None  # number of smoothing steps; None if cells are not faces
     slack: float  # angle in radians below which edges are treated as flat; 0 if not smoothed
     kind: Kind
@@ -138,10 +138,7 @@ class Prepared:
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto",
     ) -> Prepared:  # fmt: skip
-        """Smooth noisy meshes, and build the graph of all cells.
-
-        If `is_sorted` is true, cells are sorted if this makes later stages faster.
-        """
+        """Smooth noisy meshes, and build the graph of cells, which `is_sorted` allows to sort."""
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
@@ -622,8 +619,8 @@ def _quantize(work: _Work) -> _Work:
 def _order(work: _Work) -> _Work:
     """Build the graph for the loop, with neighboring cells close together in memory.
 
-    Cells inside the mask are sorted along a space-filling curve inside `OrderedGraph`. The labels
-    of the loop are in the order of `_prepare`, which may already have sorted the cells.
+    `Plan.placed_cells` sorts the cells inside the mask along a space-filling curve. The labels of
+    the loop are in the order of `_prepare`, which may already have sorted the cells.
     """
     with work.timed("order"):
         n_threads = work.surface.n_threads
@@ -777,7 +774,7 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Return costs of borders, which are computed from the weights of arcs if these fit."""
+    """Return costs of borders, from the weights of arcs or, for other units, from `creases_of`."""
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
@@ -838,10 +835,7 @@ def barriers_note(asked: int, n_made: int) -> str:
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Warn if the number of regions is not the requested number, and explain the reason.
-
-    There is no warning with `radius_factor`, or if the caller gave the initial centers.
-    """
+    """Warn if the number of regions is not as requested, without seeds and `radius_factor`."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
@@ -867,6 +861,6 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
 
 
 def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
-    """Move ``"regions"`` to the end of `timings`, because this stage runs last; return them."""
+    """Return `timings` with the entry ``"regions"`` last, because this stage runs last."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

@@ -1,4 +1,4 @@
-"""Run calls on the workers of a Dask scheduler, which are a `Team`."""
+"""Define `RemoteTeam`, which runs calls on the workers of a Dask scheduler."""
 
 from __future__ import annotations
 

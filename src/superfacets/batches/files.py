@@ -81,7 +81,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Return the options for formats; raise an error for options without effect on `endings`."""
+        """Return options for formats; raise an error for options without effect on `endings`."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -149,9 +149,8 @@ def segment_file(
 
     `holds_attributes` is True if an output file can store attributes of vertices and faces. The
     times of the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function
-    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. If
-    `barrier_angle` is given, edges become barriers if the angle between the normals of their faces
-    is at least `barrier_angle` degrees.
+    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. If given,
+    `barrier_angle` is the minimum angle of barrier edges, in degrees between the face normals.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):

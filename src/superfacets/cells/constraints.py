@@ -272,7 +272,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # includes sides between barriers
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # a superset, filtered below
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
@@ -301,7 +301,7 @@ def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Int
     """Return the group of each cell: the piece of a connected component that barriers cut off.
 
     The group is `ANY_GROUP` if barriers do not divide the connected component of the cell. `before`
-    marks the arcs that the mask keeps, and `after` those of them that cross no barrier.
+    marks the arcs that the mask keeps, and `after` marks the arcs that also cross no barrier.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)

@@ -236,7 +236,7 @@ class FaceShapes(NamedTuple):
     normals: Floats | None
     """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
     longest: Floats | None
-    """Squared length of the longest side in each block of faces of `_core`; None for polygons."""
+    """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:

@@ -27,7 +27,7 @@ class FeatureTable:
 
     values: Floats  # (N, F) features of each cell
     groups: tuple[tuple[int, float], ...]
-    """For each group: number of columns, and lower bound of the deviation that divides them."""
+    """For each group: number of columns, and lower bound of the standard deviation of the group."""
 
     def __getitem__(self, rows: Any) -> FeatureTable:
         return FeatureTable(self.values[rows], self.groups)
@@ -148,9 +148,9 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
     """Return the scale factor of each column: 1 / the standard deviation of its group of columns.
 
-    The factor is 0 if all columns of a group are constant. Cells are weighted by area, or equally
-    if all areas are 0. The deviation of a group is the root mean square of the deviations of its
-    columns, or the lower bound in `groups` if the bound is larger.
+    The factor of constant groups is 0. Cells are weighted by area, or equally if all areas are 0.
+    The deviation of a group is the larger of its lower bound in `groups` and the root mean square
+    of the deviations of its columns.
     """
     total = float(measures.sum())
     weights = measures / total if total > 0 else np.full(len(measures), 1 / len(measures))

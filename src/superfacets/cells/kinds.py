@@ -69,7 +69,7 @@ class Kind:
     """Base class of the operations on one kind of cells.
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
-    A derived class whose `build_graph` returns a `CellGraph` with `ArcMeasures` needs no more.
+    If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
     """
 
     name: ClassVar[str] = "cells"
@@ -139,7 +139,7 @@ class Kind:
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return, for each query point, the nearest cell, its distance, and its nearest point.
+        """Return the cell nearest to each query point, its distance, and the nearest point in it.
 
         The index of the cell is -1 if all cells are farther than `max_distance`.
         """

@@ -175,6 +175,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Average the rows of vertices over the corners of each cell; return a cloud's table as is."""
+    """Average the rows of `table` over the vertices of each cell; return rows of points as is."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

@@ -44,7 +44,7 @@ models, because some estimated normals are wrong."""
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(BaseGraph):
-    """Graph of the points of a cloud, with arcs between near points, made from unchecked arrays."""
+    """Graph of the points of a cloud, with arcs between near points. Arrays are not checked."""
 
     positions: Floats  # (N, 3) position of each point
     measures: Floats  # (N,) area around each point
@@ -207,7 +207,7 @@ def build_point_graph(
         two points, where a is the area around the point, and d are the lengths of its arcs. The
         border lengths of all arcs that cross a line sum to about the length of the line. The angle
         of an arc is the angle between the normals of its points, positive if each point is above
-        the tangent plane of the other. Clouds without normals get those of `estimate_normals`.
+        the tangent plane of the other. For clouds without normals, `estimate_normals` is used.
 
     Raises
     ------
@@ -337,7 +337,7 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
 def facing_areas(
     viewpoints: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
 ) -> Floats:
-    """Return the projected area of each point as seen from a viewpoint; negative if from behind.
+    """Return the area around each point times the cosine of its normal and the view direction.
 
     `viewpoints` is one position for all points, shape (3,), or one per point, shape (N, 3).
     """

@@ -77,7 +77,7 @@ class RegionGraph:
         Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
         border is in a concave crease, negative on a convex edge, and 0 where the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges, or triangles of tetrahedra, or point pairs of a cloud, of each border.
+        Number of edges (or triangles of tetrahedra, or point pairs of clouds) of each border.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """

@@ -30,7 +30,7 @@ class SortedCorners(NamedTuple):
 
     vertices: Floats  # (V', 3) sorted positions, without duplicates if vertices were welded
     corners: Ints  # (C,) sorted vertex at each corner, grouped by cell
-    offsets: Longs  # (N + 1,) first corner of each cell; empty if all cells have equally many
+    offsets: Longs  # (N + 1,) first corner of each cell; empty if all have the same size
     order: Ints  # (N,) index of each sorted cell in the input
 
 

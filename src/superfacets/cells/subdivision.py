@@ -109,7 +109,7 @@ class Subdivision:
                 areas *= self.cut_areas[chosen]
             groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
             names, codes = np.unique(given[chosen], return_inverse=True)
-            # Areas are powers of two times a triangle's area, so ties are detected exactly.
+            # For triangles, areas are powers of two, so sums are exact and ties are detected.
             winners = weighted_majority(
                 groups, codes.astype(np.int32), areas, int(np.count_nonzero(is_mixed))
             ).winners

@@ -50,7 +50,7 @@ class Surface(CsrArcs):
     def of_part_of_faces(
         cls, mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
     ) -> Surface:
-        """Make the surface of a part of a mesh; `is_inside_out` is for the whole mesh."""
+        """Make the surface of a part of a mesh; `is_inside_out` describes the whole mesh."""
         handle = _face_handle(mesh, graph, is_inside_out, n_threads)
         return cls._of_handle(handle, mesh, graph, n_threads)
 

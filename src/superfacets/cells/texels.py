@@ -178,7 +178,7 @@ def _texels_under(
 
 
 def _uv_areas(texture: Texture, triangles: Array) -> Floats:
-    """Return the areas of triangles in texture coordinates (doubled), plus 1e-12 so none is 0."""
+    """Return twice the areas of triangles in texture coordinates, plus 1e-12 so that none is 0."""
     a, b, c = texture.coordinates[texture.corners[triangles]].swapaxes(0, 1)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     return np.asarray(np.abs(ux * vy - uy * vx) + 1e-12)

@@ -501,7 +501,7 @@ class WeightOptions:
         return float(self.params["alpha"]) * radius
 
     def crease_limit(self, radius: float) -> float:
-        """Return the crease cost above which coarse cells do not cross an arc of a machine part."""
+        """Return the minimum crease cost of arcs of machine parts that coarse cells never cross."""
         ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
         return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
 

@@ -67,7 +67,7 @@ ISLAND = 0.5
 
 
 MAX_TOTAL = 1e150
-"""Maximum sum of the sizes of all cells; the minimum is 1 / MAX_TOTAL. They keep ratios finite."""
+"""Maximum sum of the sizes of all cells. With the minimum 1 / MAX_TOTAL, ratios stay finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +242,8 @@ class Balancer:
     islands: _core.Islands
     may_jump: bool  # whether centers may move to other regions; False if the caller gave centers
     goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) target sizes; empty at first
-    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,) path offsets
+    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))
+    """Length that is added to all paths from each center, (K,); empty at first."""
 
     @classmethod
     def of(

@@ -30,9 +30,8 @@ LEAST_SAMPLES = 32
 """Minimum number of samples with finite heights. A mesh with fewer such samples is not smoothed."""
 
 NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
-"""Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. Grids
-have a lower limit, because noise stretches regions on grids: on a plane of equal squares, noise of
-0.005 edge lengths makes regions 1.3 times as long as wide."""
+"""Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. Noise
+of 0.005 edge lengths makes regions on a plane of equal squares 1.3 times as long as wide."""
 
 SMOOTH_BELOW = 0.7
 """A mesh is treated as smooth if the noise estimated from the first samples is below this fraction

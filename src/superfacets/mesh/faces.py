@@ -218,7 +218,7 @@ def sliver_area(
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, in which vertices that share an edge are connected.
 
-    All arcs start and end at the `representative` of a vertex: the lowest at the same position.
+    Arcs join only representatives. `representative` is the lowest vertex at the same position.
     """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):

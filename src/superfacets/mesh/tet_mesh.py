@@ -134,7 +134,7 @@ def sides_of_tets(mesh: TetMesh) -> Ints:
 
 
 def signed_volumes(mesh: TetMesh) -> Floats:
-    """Return the volume of each tetrahedron; negative if corners 0 to 2 are clockwise from 3."""
+    """Return volumes (N,), negative if corners 0 to 2 are clockwise as seen from corner 3."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
     volumes: Floats = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
     return volumes

@@ -105,7 +105,7 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Return the two vertices of the given sides of faces, the lower vertex first, (n, 2)."""
+        """Return the two end vertices of the given sides of faces, (n, 2), lower vertex first."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:

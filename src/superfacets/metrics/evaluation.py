@@ -249,7 +249,7 @@ def _of_volume(
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
-    """Return metrics of labels of tetrahedra or points, which need no normals or border edges."""
+    """Return the metrics that need no normals or border edges, for tetrahedra or points."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]

@@ -1,4 +1,4 @@
-"""Define the main function of worker processes, which import this module when they start."""
+"""Define the main function of worker processes, in a module that must be fast to import."""
 
 from __future__ import annotations
 

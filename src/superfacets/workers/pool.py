@@ -143,10 +143,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Put the calls of a dead worker back into the queue, to be repeated by another worker.
-
-        If too many workers have died during the running call, return its index and `Killed`.
-        """
+        """Requeue the calls of a dead worker; return (index, `Killed`) after too many deaths."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))

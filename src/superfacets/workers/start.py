@@ -28,9 +28,9 @@ _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Environment variables of workers. Numeric libraries must not start threads, because each worker
-has its own cores, and because a process with threads cannot be forked safely. `PYTHONSAFEPATH`
-excludes the current folder from the search path of modules."""
+"""Environment variables of workers. Numeric libraries must not start threads, because the workers
+together already use all cores, and because a process with threads cannot be forked safely.
+`PYTHONSAFEPATH` excludes the current folder from the search path of modules."""
 
 HAS_SERVER = sys.platform == "linux"
 """Whether a fork server forks workers. On other systems, some libraries do not support fork."""

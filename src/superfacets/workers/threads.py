@@ -63,7 +63,7 @@ class ThreadTeam:
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # only waits now: Python could lose Ctrl-C while a thread ends
+        self._pool.shutdown()  # waits, because Python may lose Ctrl-C while a thread ends
 
 
 @contextlib.contextmanager
