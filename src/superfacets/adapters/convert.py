@@ -275,7 +275,7 @@ def is_foreign_cloud(source: Any) -> bool:
 
 
 def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
-    """Return points, normals and colors of a cloud of another library, or None for missing ones."""
+    """Return points, normals and colors of a foreign cloud; missing normals or colors are None."""
     if has_blocks(source):
         return source.points, None, None
     if hasattr(source, "n_cells"):

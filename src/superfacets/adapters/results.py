@@ -35,7 +35,7 @@ class Results:
 
 
 def put_results(target: Any, results: Results) -> None:
-    """Store results in an object of trimesh, PyVista, Open3D or meshio, in place.
+    """Store results in `target`, an object of trimesh, PyVista, Open3D or meshio.
 
     The lengths of the arrays are not checked. Raises a TypeError for objects of other classes.
     """

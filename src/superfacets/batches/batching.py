@@ -249,7 +249,7 @@ def batch(
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> tuple[list[BatchJob], list[str]]:
-    """Return a job for each file, finished or not, and notes about origins of tilesets."""
+    """Return a job for each file, even if it has results, and notes about origins of tilesets."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
@@ -312,7 +312,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # so that threads stop hashing after Ctrl-C
+    finally:  # also after Ctrl-C, so that threads stop hashing
         stop.set()
         pool.shutdown(cancel_futures=True)
 

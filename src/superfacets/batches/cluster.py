@@ -163,7 +163,7 @@ def _scheduler_lost() -> ConnectionError:
 
 
 class _Presence:
-    """Counts the threads of all current workers, every `TICK` seconds."""
+    """Counts the threads of all connected workers, at most once every `TICK` seconds."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -191,7 +191,7 @@ class _Presence:
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Suppress log messages of Dask, because its errors are raised as exceptions, too."""
+    """Suppress log messages of Dask, because errors of Dask are also raised as exceptions."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]

@@ -1,4 +1,4 @@
-"""Check the options for files, and segment one file."""
+"""Check the options that apply to each file, and segment one file."""
 
 from __future__ import annotations
 
@@ -235,7 +235,7 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Return the attributes for a subdivided mesh: face properties, texture and comments."""
+    """Return the attributes of a mesh that remain after subdivision, converted to new faces."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

@@ -71,7 +71,7 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class BatchJob:
-    """A file to segment, its options, and the paths of its results; can be pickled."""
+    """A file to segment, with options and paths of results. Jobs are pickled for workers."""
 
     head: Mapping[str, Any]  # entries of the record: name, input, version, params
     path: str

@@ -174,7 +174,7 @@ _Cut = tuple[Floats, Ints, Ints, Ints]
 
 @dataclass(frozen=True, eq=False)
 class _RegionsToCut:
-    """Regions whose faces are cut. All faces in no region form an additional, last region."""
+    """Regions whose faces are cut. All faces that are in no region form an additional region."""
 
     mesh: Mesh
     labels: Ints  # (F,) region of each face, or n_regions if the face is in no region
@@ -217,7 +217,7 @@ class _RegionsToCut:
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Return, for each region, whether it vanished, fell apart or changed its area too much."""
+        """Return whether each region vanished, got more pieces, or changed its area too much."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)

@@ -1,4 +1,4 @@
-"""Graphs of cells with weighted arcs, which are the input of the clustering."""
+"""Define graphs of cells with weighted arcs, which are the input of the clustering."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class CsrArcs:
     """Base class that stores arcs between cells in CSR form, and the bounding box of the cells."""
 
     offsets: Longs  # (N + 1,) index of the first arc of each cell
-    neighbors: Ints  # (M,) target of each arc
+    neighbors: Ints  # (M,) target cell of each arc
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
 
     @property
@@ -199,7 +199,7 @@ class CellGraph(BaseGraph):
     offsets: Longs
     neighbors: Ints
     weights: Floats
-    bounds: Floats = None  # type: ignore[assignment]  # set in __post_init__
+    bounds: Floats = None  # type: ignore[assignment]  # an array after `__post_init__`
     lengths: Singles = field(init=False, repr=False)
     unit: float = field(init=False, repr=False)
     weight_unit: float = field(default=1.0, kw_only=True)
@@ -247,7 +247,7 @@ class CellGraph(BaseGraph):
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
         refuse_mask(self.weights, "weights")
-        copied = owned(np.asarray(self.weights), None)  # the caller may change the input later
+        copied = owned(np.asarray(self.weights), None)  # the caller may change its array later
         weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
@@ -287,7 +287,7 @@ def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floa
 
 
 def checked_graph(graph: object) -> CellGraph:
-    """Return `graph` if it is a `CellGraph`, or raise a TypeError."""
+    """Return `graph` if it is a `CellGraph`; otherwise raise a TypeError."""
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(

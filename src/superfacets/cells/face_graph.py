@@ -56,7 +56,7 @@ class FaceGraph(BaseGraph):
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        Target of each arc.
+        Target face of each arc.
     sides : ndarray of uint8 (int32 for a `PolygonMesh`), shape (M,)
         Side of the face that each arc crosses. Side s joins corners s and s + 1, and the last side
         joins the last corner to the first corner.
@@ -231,7 +231,7 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Measures of faces that are not stored in the graph, because only weights depend on them."""
+    """Normals and lengths of faces, which are not in the graph, because only weights need them."""
 
     normals: Floats | None
     """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
@@ -240,7 +240,7 @@ class FaceShapes(NamedTuple):
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and `FaceShapes`, which are computed in one pass."""
+    """Return the result of `build_face_graph`, and the `FaceShapes` computed in the same pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)

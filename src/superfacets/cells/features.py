@@ -85,7 +85,7 @@ class FeatureOptions:
         return FeatureSteps(table, self.weight, n_threads)
 
     def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
-        """Return the features of all cells, (N, F), or None; they are scaled if `is_scaled`."""
+        """Return features of all cells, (N, F), scaled if `is_scaled`; None if there are none."""
         if self.given is None:
             return None
         given, groups = self.given, None

@@ -1,4 +1,4 @@
-"""Counts and sizes of meshes and point clouds."""
+"""Compute counts and sizes of meshes and point clouds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All operations that depend on the kind of cells: triangles, polygons, tetrahedra or points.
+"""Define the operations that depend on the kind of cells, for example triangles or points.
 
 To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. File
 formats and counts are optional; add them to the tables in `export.cells` and `cells.info`, with the
@@ -125,7 +125,7 @@ class Kind:
     def sliver_share(
         self, cells: Any, graph: Any, shapes: Any, radius: float, n_threads: int
     ) -> float:
-        """Return the fraction of the area in faces that are long and thin compared to regions."""
+        """Return the fraction of the area in long and thin faces; 0 if cells are not faces."""
         return 0.0
 
     def measures(self, cells: Any, n_threads: int) -> Floats:
@@ -164,7 +164,7 @@ class Kind:
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for the cells that `keep` marks; None to draw points instead."""
+        """Return the faces to draw for the cells that `keep` marks, or None to draw `cloud`."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:

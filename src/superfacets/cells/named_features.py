@@ -1,4 +1,4 @@
-"""Features that users choose by name: attributes in files, and values computed from the mesh."""
+"""Return features that users choose by name: attributes in files, or values of the mesh."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def property_of(
 def _properties_of(
     names: Sequence[str], cells: Any, attributes: MeshAttributes | None
 ) -> npt.NDArray[np.float64] | None:
-    """Return the properties `names` of the file as columns, or None if any of them is missing."""
+    """Return the named properties in the file as columns, or None if one of them is missing."""
     of_faces, of_vertices = _stored(attributes)
     for stored in (of_faces, of_vertices):
         if all(name in stored for name in names):
@@ -154,7 +154,7 @@ def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
 def _stored(
     attributes: MeshAttributes | None,
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """Return two dicts of properties in the file: those of faces, and of vertices or points."""
+    """Return two dicts of properties in the file: one for faces, one for vertices or points."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 

@@ -1,4 +1,4 @@
-"""Graphs of the points of a cloud: neighbors, areas around points, normals and arc weights."""
+"""Build graphs of the points of a cloud, with areas around points, normals and arc weights."""
 
 from __future__ import annotations
 
@@ -337,7 +337,7 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
 def facing_areas(
     viewpoints: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
 ) -> Floats:
-    """Return the area around each point times the cosine of its normal and the view direction.
+    """Return the area of each point as it appears from a viewpoint; < 0 if seen from behind.
 
     `viewpoints` is one position for all points, shape (3,), or one per point, shape (N, 3).
     """

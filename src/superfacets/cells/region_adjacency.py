@@ -228,7 +228,7 @@ class RegionGraph:
         return columns | _by_axis("low", low) | _by_axis("high", high)
 
     def to_pandas(self) -> Any:
-        """Return the `table` of regions as a DataFrame, indexed by region.
+        """Return the columns of `table` as a pandas DataFrame, indexed by region.
 
         Raises
         ------
@@ -280,7 +280,7 @@ class RegionGraph:
         return sparse.csr_array((values[arcs], targets, offsets.astype(np.int32)), shape=shape)
 
     def to_pyg(self) -> dict[str, Array]:
-        """Return the arrays of a PyTorch Geometric graph.
+        """Return the arrays of a PyTorch Geometric graph of the regions, keyed by name.
 
         ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` makes
         the graph. ``np.savez(path, **graph.to_pyg())`` saves the arrays.

@@ -1,4 +1,4 @@
-"""Expected number and radius of regions, and warnings about faces that are too long and thin."""
+"""Compute the expected number and radius of regions, and warn about long and thin faces."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Return the checked number of regions. If None, return the default, at most `n_cells`."""
+    """Return the checked number of regions; for None, the default number, at most `n_cells`."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
@@ -137,7 +137,7 @@ def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | Non
 
 
 def sliver_note(share: float, advice: str) -> str | None:
-    """Return a warning if a large fraction of the area, `share`, is in thin faces; None if not."""
+    """Return a warning if the fraction `share` of area in thin faces is large, or else None."""
     if share <= MAX_SHARE:
         return None
     return (

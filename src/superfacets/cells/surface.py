@@ -1,4 +1,4 @@
-"""The class `Surface`, which computes lengths and angles of arcs between cells of any kind."""
+"""Define `Surface`, which computes lengths and angles of arcs between cells of any kind."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def is_negative(volume: float, diagonal: float) -> bool:
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
-    """Return the volume of a mesh, or 0 if it is open; negative if the normals point inward."""
+    """Return the volume of a mesh, negative if its normals point inward, or 0 for an open mesh."""
     if graph.edge_counts.boundary:
         return 0.0
     positions, measures = graph.positions, graph.measures

@@ -1,4 +1,4 @@
-"""The graph of the tetrahedra of a mesh, with arcs between tetrahedra that share a triangle."""
+"""Build the graph of the tetrahedra of a mesh, with arcs between tets that share a triangle."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class TetGraph(BaseGraph):
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
-        """Return a `CellGraph`; the default weights are step lengths divided by the diagonal."""
+        """Return a `CellGraph` with one weight per arc, by default step length / diagonal."""
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights

@@ -89,10 +89,10 @@ class EdgeFactors(NamedTuple):
 
     alpha: float  # cost of a concave edge with angle pi, as a multiple of `crease_length`
     eta_convex: float  # cost of convex edges, relative to concave edges
-    crease_length: float  # factor of all costs; 0 to use the length of each edge as factor
+    crease_length: float  # length that multiplies all costs; 0 to use the length of each edge
     ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
     is_straight: bool = False  # whether distances are straight lines from centroid to centroid
-    evened: float = 0.0  # relative cost of smooth convex edges; smooth concave edges: 1 - evened
+    evened: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
     all_sharp: bool = False  # whether all sharp convex edges are treated as ridges
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
@@ -104,7 +104,7 @@ class EdgeFactors(NamedTuple):
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
     def for_core(self, diagonal: float) -> _core.EdgeFactors:
-        """Convert the factors for the C++ core; `diagonal` is d in `superfacet_weights`."""
+        """Convert the factors to a `_core` object; `diagonal` is d in `superfacet_weights`."""
         return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
 
     def of_machine_part(self) -> EdgeFactors:
@@ -526,7 +526,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
-    """Return weights given by the caller, or distances; `plural` is the noun for cells."""
+    """Return weights given by the caller, or else distances; `plural` names cells in messages."""
     if options.given is not None:
         return Weighed(options.given)
     if options.has_other_unit:
@@ -547,7 +547,7 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Return one weight per arc, computed with equations 1 to 3 of the paper."""
+    """Return one weight per arc: equations 1 to 3 of the paper, with the given factors."""
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
@@ -579,7 +579,7 @@ def creases_and_sums(
 def weights_and_sums(
     surface: Surface, cells: CellArrays, factors: EdgeFactors, counted: Bytes | None
 ) -> tuple[Floats, EdgeSums]:
-    """Return the weights of arcs between faces, and sums over edges.
+    """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
     Sums include the edges of faces with a nonzero entry in `counted`, shape (N,). If `counted` is
     `ALL_COUNT` or None, all edges are included. For None, `EdgeSums.turn` is not computed but 0.

@@ -110,7 +110,7 @@ class SizeRules:
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return `size`; if `cells_per_region` is given, `n_segments` is computed from it."""
+        """Return `size`, where `n_segments` follows from `cells_per_region` if this is given."""
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -278,7 +278,7 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """Return the offsets as unsigned integers, which `_core` expects."""
+        """Return `offsets` as unsigned integers, which `_core` expects."""
         return self.offsets.astype(np.uint64)
 
     def _counted(
@@ -403,7 +403,7 @@ class _Regions:
         return _ranks_in_groups(order, self.components)
 
     def farthest(self, lengths: Offsets) -> Ints:
-        """Return the cell with the longest path in each region; the center of an empty region."""
+        """Return the cell with the longest path in each region; in empty regions, the center."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)

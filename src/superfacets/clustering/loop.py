@@ -1,4 +1,4 @@
-"""The clustering loop, which alternately labels all cells and moves the centers of regions."""
+"""Run the clustering loop, which alternately labels all cells and moves centers of regions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ change the undersegmentation error from 0.0193 to 0.0194, and compactness from 4
 
 @dataclass
 class Loop:
-    """State of the clustering loop."""
+    """Options and state of the clustering loop, which `run` executes on all levels."""
 
     radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
@@ -188,7 +188,7 @@ class Loop:
         max_num_iter: int | None = None,
         n_before: int = 0,
     ) -> tuple[int, StopReason]:
-        """Alternately move centers and label cells; return number of iterations and stop reason.
+        """Alternately move centers and label cells; return the iteration count and stop reason.
 
         `n_before` is the number of earlier iterations on this level. If `must_stay`, centers do not
         move, and the stop reason of the previous level is returned.

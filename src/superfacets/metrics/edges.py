@@ -1,4 +1,4 @@
-"""Shortest paths along the edges of a mesh, and edges at the borders between labels."""
+"""Compute shortest paths along the edges of a mesh, and find edges at borders between labels."""
 
 from __future__ import annotations
 

@@ -266,7 +266,7 @@ def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, fl
 
 
 def _means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Return the mean of each metric over `rows`, which have the metrics of one truth each."""
+    """Return the mean of each metric over `rows`, where each row is for one ground truth."""
     return {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
 
 

@@ -53,7 +53,7 @@ class Overlap:
 
     @property
     def total(self) -> float:
-        """Total area of the surface."""
+        """Total area of the surface, without unannotated faces."""
         return float(self.segment_areas.sum())
 
 

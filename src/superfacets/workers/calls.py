@@ -34,7 +34,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Killed:
-    """Result of a call that is not repeated again, because `n_workers` workers died during it."""
+    """Result of a call that is given up, because `n_workers` workers died while running it."""
 
     n_workers: int
 
@@ -71,7 +71,7 @@ class Team(ABC):
 
     @property
     def share(self) -> float:
-        """Memory per thread in bytes, of the worker that has the least memory per thread."""
+        """Memory per thread, in bytes; the minimum over all workers."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(

@@ -29,8 +29,8 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
     immediately, even during a call.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent process
-    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # default number of threads
-    gc.freeze()  # garbage collection would write to, and so copy, memory shared by fork
+    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # read by `checked_threads`
+    gc.freeze()  # otherwise, garbage collection would write to memory shared by fork and copy it
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()
     with contextlib.suppress(OSError):

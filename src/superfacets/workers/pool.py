@@ -43,12 +43,12 @@ class _Process:
     def __init__(self, n_threads: int, memory: float) -> None:
         context = start_context()
         self.connection, theirs = context.Pipe()
-        self.places: deque[int] = deque()  # index of the running call, then of waiting calls
+        self.places: deque[int] = deque()  # indices of the running call and of waiting calls
         self.has_begun = False  # whether the process has started and can run calls
         arguments = (theirs, n_threads, memory)
         self._process = context.Process(target=serve, args=arguments, daemon=True)
-        # Errors are ignored: the next read from the connection fails if the process was not
-        # started.
+        # Errors are ignored here, because the next read from the connection fails if the process
+        # was not started.
         with theirs, own_settings(), contextlib.suppress(OSError, EOFError):
             self._process.start()
 

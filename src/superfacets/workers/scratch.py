@@ -106,7 +106,7 @@ class Scratch:
                 error.filename = str(path)
             raise
         finally:
-            with contextlib.suppress(OSError):  # renamed, or never created
+            with contextlib.suppress(OSError):  # the file was renamed or never created
                 partial.unlink()
 
     def keep(self, name: str, array: Array) -> bool:
@@ -125,7 +125,7 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Return rows `begin` to `end` - 1 of an array, which must not be modified."""
+        """Return rows `begin` to `end` - 1 of an array; callers must not modify the result."""
         # Files are not memory-mapped, because memory maps count toward address space limits.
         kept = self._kept.get(name)
         if kept is not None:
@@ -186,7 +186,7 @@ class RowFile:
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """Return the rows as a table; rows of one number are grouped to rows of `width` numbers."""
+        """Return the rows as a table; if added rows are numbers, `width` numbers form a row."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

@@ -72,7 +72,7 @@ def own_settings() -> Iterator[None]:
     try:
         os.environ.update(_ENVIRONMENT)
         if mask is not None:
-            resource_tracker.ensure_running()  # before blocking, as its start unblocks signals
+            resource_tracker.ensure_running()  # starting this process later would unblock signals
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         sys.modules["__main__"] = types.ModuleType("__main__")
         yield
