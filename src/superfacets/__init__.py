@@ -17,7 +17,7 @@ __all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name or module on first use, and store it in this module."""
+    """Import the public object or module `name` on first use, and store it in this module."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     home = importlib.import_module(_MODULES[name], __name__)

@@ -1,4 +1,4 @@
-"""Determine how much memory the process may use, given limits of control groups and machine."""
+"""Determine how much memory this process may use, given the machine and its control groups."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def usable_memory() -> int:
 
 
 def free_memory() -> int:
-    """Return the free memory in bytes; if it is unknown or larger, return `usable_memory`."""
+    """Return the free memory in bytes, at most `usable_memory`; if unknown, `usable_memory`."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -32,7 +32,7 @@ def free_memory() -> int:
 
 
 def memory_of_process() -> int:
-    """Return the lower of `usable_memory` and `address_limit`, in bytes."""
+    """Return the smaller of `usable_memory` and `address_limit`, in bytes."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -50,7 +50,7 @@ def _machine_memory() -> int:
 
 
 def _group_limits() -> list[int]:
-    """Return the memory limits in bytes of the process's control groups and their parents."""
+    """Return the memory limits in bytes of this process's control groups and their parents."""
     limits = []
     with contextlib.suppress(OSError, ValueError):  # the file is missing or has another format
         for line in _OWN_GROUPS.read_text().splitlines():
@@ -65,7 +65,7 @@ def _group_limits() -> list[int]:
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
     """Return the memory limits, in bytes, of a control group and its parents, including the root.
 
-    In a container, often only the root group shows the limit of the container.
+    The root is included because in a container, often only the root group has the limit.
     """
     group = root / name.lstrip("/")
     limits = []

@@ -1,9 +1,9 @@
 """Classes for options of `segment`, one class for each stage of the computation.
 
-The method ``checked`` validates arguments before any work is done. The property ``params`` returns
-the entries of `Segmentation.params`. Other classes of options are next to the code that uses them:
-`WeightOptions`, `FeatureOptions` and `ConstraintOptions` in `cells`, and `pipeline.Options`, which
-contains all options.
+The method ``checked`` of each class validates arguments before any work is done. The property
+``params`` returns the entries of `Segmentation.params`. Other classes of options are next to the
+code that uses the options: `WeightOptions`, `FeatureOptions` and `ConstraintOptions` in `cells`,
+and `pipeline.Options`, which contains all options.
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ class SizeOptions:
 
     n_segments: int | None
     radius: float | None  # radius of a region, as a fraction of the bounding box diagonal
-    seeds: Any  # `init` if it is seeds or labels; None if it is the name of a seeding method
+    seeds: Any  # `init` if it is seeds, labels or a result; None if it is a method name or None
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
-        """Check arguments of `segment`, and return them as options."""
+        """Check arguments of `segment` (except `init`), and return them as options."""
         if n_segments is not None and radius is not None:
             raise ValueError(
                 f"n_segments is {n_segments} and radius is {radius}: give only one of them"
@@ -71,13 +71,13 @@ class LoopOptions:
     """Options of the clustering loop."""
 
     max_num_iter: int
-    tol: float  # the loop stops if centers move by at most this fraction of the region radius
-    radius_factor: float | None  # maximum distance from the center in radii; None for no limit
+    tol: float  # the loop stops if centers move by at most this multiple of the expected radius
+    radius_factor: float | None  # maximum distance from the center, in radii; None: no limit
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None until `segment` chooses a value based on the weights
+    relocate: bool | None = False  # None: replaced by a default in `_Work.relocating`
 
     @classmethod
     def checked(
@@ -149,7 +149,7 @@ class BalanceOptions:
         return options
 
     def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
-        """Raise a ValueError if these options cannot be combined with the given other options."""
+        """Raise a ValueError if these options cannot be combined with the given options."""
         if not self.is_used:
             return
         name = "balance" if self.cells_per_region is None else "cells_per_region"

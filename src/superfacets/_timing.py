@@ -1,4 +1,4 @@
-"""Measurement of the wall time of stages."""
+"""Measure the wall time of the stages of a computation."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ OnStage = Callable[[str], object]
 
 @contextmanager
 def timed(timings: dict[str, float], stage: str, on_stage: OnStage | None = None) -> Iterator[None]:
-    """Call `on_stage`, and add the wall time of the with block, in seconds, to `timings`."""
+    """Call `on_stage`, and add the wall time of the with block in seconds to ``timings[stage]``."""
     if on_stage is not None:
         on_stage(stage)
     start = time.perf_counter()

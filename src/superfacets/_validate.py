@@ -30,18 +30,18 @@ MAX_CELLS = 2**31 - 1
 
 EXTENT_RANGE = (1e-15, 1e15)
 """Minimum and maximum extent of a mesh, in any unit of length. Within these limits, no product of
-lengths overflows or underflows, so labels do not depend on the unit. The longest product has
-fifteen lengths: the determinant of the second moments of a tetrahedron."""
+lengths overflows or underflows, so labels do not depend on the unit. The longest product is the
+determinant of the second moments of a tetrahedron, a product of fifteen lengths."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Minimum and maximum of the largest area or weight, so that sums and products do not overflow."""
+"""Limits for the largest of all areas or weights, so that sums and products do not overflow."""
 
 MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
 
 MAX_ROTATION_ERROR = 1e-3
-"""Maximum error of the scalar products of the axes of a camera pose. This accepts rotations that
-were rounded to four digits, and rejects poses with a scale."""
+"""Maximum error of the scalar products of the axes of a camera pose. This limit accepts rotations
+that were rounded to four digits, and rejects poses with a scale."""
 
 MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
@@ -96,12 +96,12 @@ def exact_doubles(array: Array) -> Floats:
 
 
 def owned(array: Array, dtype: Any) -> Array:
-    """Return a copy of an array, so that the caller cannot change the values after the check."""
+    """Return a copy of an array, so that the caller cannot change values after they are checked."""
     return np.array(array, dtype=dtype, order="C")
 
 
 def owned_indices(array: Array) -> Ints:
-    """Return a copy of integers as int32, where integers outside the range of int32 become -1."""
+    """Return a copy of `array` as int32, where integers outside the range of int32 become -1."""
     # Unsigned integers of 2**63 or more wrap to negative int64, so they also become -1.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
     narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
@@ -110,7 +110,7 @@ def owned_indices(array: Array) -> Ints:
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
     """Raise an error if entries are masked, because NumPy would use the masked values."""
-    if "numpy.ma" not in sys.modules:  # no masked array can exist; this avoids a slow import
+    if "numpy.ma" not in sys.modules:  # no masked array can exist, so the slow import is avoided
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} must not have masked entries: fill or remove these entries")
@@ -138,8 +138,8 @@ def checked_mesh(
 ) -> tuple[Floats, Ints, Floats]:
     """Return checked vertices, checked faces, and the bounding box (2, 3) of all used vertices.
 
-    Raises a MeshError if an array is not valid. If `are_new`, `faces` need not be copied, because
-    no one else has a reference to the array.
+    Raises a MeshError if an array is not valid. If `are_new` is true, `faces` is not copied,
+    because no other code has a reference to the array.
     """
     return _checked_simplices(vertices, faces, "faces", 3, are_new)
 
@@ -147,7 +147,7 @@ def checked_mesh(
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Return checked vertices, offsets and corners of polygons, and the box of used vertices."""
+    """Return checked vertices, offsets and corners, and the bounding box of all used vertices."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
@@ -195,12 +195,12 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
 
 
 def polygon_arrays(faces: Any) -> tuple[Array, Array]:
-    """Return offsets and corners of faces, which are an array (F, n) or lists of vertices."""
+    """Return offsets and corners of `faces`, which are an array (F, n) or lists of vertices."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
         lengths = np.array([len(row) for row in rows], dtype=np.int64)
-        filled = [row for row in rows if len(row)]  # np.asarray([]) has dtype float
+        filled = [row for row in rows if len(row)]  # because empty lists become float arrays
         corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
         return np.concatenate([[0], np.cumsum(lengths)]), corners
     if array.ndim != 2:
@@ -237,7 +237,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Return the index of the first invalid corner, or None, and the box around all corners."""
+    """Return the index of the first invalid corner or None, and the bounding box of all corners."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         _raise_not_finite(points, "vertices")
@@ -261,7 +261,7 @@ def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
 
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
-    """Return triangles or tetrahedra, one per row, after a check, in their original dtype."""
+    """Return checked triangles or tetrahedra, one per row, in their original dtype."""
     array = _numeric_array(value, name)
     noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
@@ -288,7 +288,7 @@ def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "face
 def refuse_first(
     is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
 ) -> None:
-    """Raise an error for the first value that `is_wrong` marks; `must` says what it must be."""
+    """Raise an error for the first value that `is_wrong` marks; `must` says what is expected."""
     if is_wrong.any():
         index = int(np.argmax(is_wrong))
         raise error(f"{name}[{index}] must be {must}, got {np.asarray(values)[index].tolist()}")
@@ -350,7 +350,7 @@ def check_spread(bounds: Floats) -> None:
 
 
 def checked_queries(points: Any) -> Floats:
-    """Return query points (M, 3) as float64, where M may be 0; raise a MeshError if not valid."""
+    """Return checked query points (M, 3) as float64; raise a MeshError if a point is not valid."""
     array = exact_doubles(_rows(points, "points"))
     if not np.isfinite(array).all():
         _raise_not_finite(array, "points")
@@ -366,7 +366,7 @@ def checked_queries(points: Any) -> Floats:
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
 
-    Raises a MeshError for invalid normals. `first` is the index of the first row in the message.
+    Raises a MeshError for invalid normals. `first` is the index that messages give the first row.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
@@ -415,7 +415,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
 
 
 def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
-    """Return an array of numbers of shape (N, 3); N must equal `n_rows`, unless this is None."""
+    """Return an array of numbers of shape (N, 3); N must be `n_rows`, unless `n_rows` is None."""
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
@@ -459,7 +459,7 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return n numbers as float64 after checking that they are >= 0; `per` is "cell" or "arc"."""
+    """Return n finite numbers >= 0 as float64 after a check; `per` is "cell", "face" or "arc"."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -505,7 +505,7 @@ def checked_angles(angles: Any, n_arcs: int) -> Floats:
 
 
 def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """Return checked sides, one per arc as (M,) int32, which ascend within the arcs of a cell."""
+    """Return checked sides as (M,) int32, one per arc, in ascending order for each cell."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
@@ -588,7 +588,7 @@ def checked_partial_labels(
 
 
 def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return the result of `checked_partial_labels`; raise an error if all labels are -1."""
+    """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
     array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
         raise ValueError("labels must contain at least one region, but all labels are -1")
@@ -632,7 +632,7 @@ def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None)
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Check labels, which may be any integers, and return the result of `ranked_labels`."""
+    """Check labels, which may be any integers, and replace them with `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
@@ -649,7 +649,7 @@ def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -
 
 
 def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Do the same as `compact_complete` for a ground truth, where -1 marks unannotated cells.
+    """Return the result of `compact_complete` for a truth in which -1 marks unannotated cells.
 
     Raises a MeshError if a label is below -1, or if all cells are unannotated.
     """
@@ -666,7 +666,7 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 
     Returns the new labels, and the K labels that they replace.
     """
-    if labels.min() >= -1 and labels.max() < len(labels):  # a lookup table is faster than sorting
+    if labels.min() >= -1 and labels.max() < len(labels):  # a table is faster than sorting
         is_used = np.bincount(labels + 1) > 0
         names, indices = np.arange(-1, len(is_used) - 1), labels + 1
     else:
@@ -681,7 +681,7 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """Return an integer from `low` to `high`; if `high` is a count, `of` says what is counted."""
+    """Check and return an integer from `low` to `high`; `of` is the noun for what `high` counts."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
@@ -713,7 +713,7 @@ def checked_number(value: Any, name: str, *, zero: bool) -> float:
 
 
 def checked_fraction(value: Any, name: str) -> float:
-    """Return a number as float after checking that it is 0 to 1."""
+    """Return a number as float after checking that it is from 0 to 1."""
     number = checked_number(value, name, zero=True)
     if number > 1.0:
         raise ValueError(f"{name} must be from 0 to 1, got {number}")
@@ -721,7 +721,7 @@ def checked_fraction(value: Any, name: str) -> float:
 
 
 def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
-    """Return `weights` as (N,) float64 after checking that each is finite and >= 0."""
+    """Return `weights` as (N,) float64 after checking that each weight is finite and >= 0."""
     refuse_mask(weights, "cell_weights")
     given = np.asarray(weights)
     if given.dtype.kind not in "iufb":
@@ -735,14 +735,14 @@ def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
 
 
 def checked_flag(value: Any, name: str) -> bool:
-    """Return the value as bool; raise a TypeError if it is neither True nor False."""
+    """Return `value` as bool; raise a TypeError if it is neither True nor False."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {reprlib.repr(value)}")
     return bool(value)
 
 
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
-    """Return the value; raise a ValueError if it is not one of the choices."""
+    """Return `value`; raise a ValueError if it is not one of `choices`."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
@@ -752,9 +752,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Return a decorator that raises a helpful TypeError for parameters that other tools have.
+    """Return a decorator that makes a function raise a TypeError with advice for some parameters.
 
-    `others` maps names of these parameters to advice for the message.
+    `others` maps the names of these parameters, which other tools have, to the advice.
     """
 
     def decorate(function: Function) -> Function:
@@ -782,7 +782,7 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
 
 
 def checked_pose(pose: Any) -> Floats:
-    """Return the checked pose of a camera, a rotation and a position, as a new (4, 4) array."""
+    """Return the checked camera pose (rotation and position) as a new array of shape (4, 4)."""
     given = _numbers_of(pose, "pose")
     if given.shape not in ((4, 4), (3, 4)):
         raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
@@ -824,7 +824,7 @@ def checked_intrinsics(intrinsics: Any) -> Floats:
 
 
 def checked_image_size(size: Any) -> tuple[int, int]:
-    """Return width and height of an image after checking that both are 1 to `MAX_SIDE` pixels."""
+    """Return image width and height after checking that both are from 1 to `MAX_SIDE` pixels."""
     if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
         raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
     width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
@@ -843,7 +843,7 @@ def _numbers_of(value: Any, name: str) -> Floats:
 
 
 def checked_callable(value: Any, name: str) -> Any:
-    """Return the value; raise a TypeError if it is neither callable nor None."""
+    """Return `value`; raise a TypeError if it is neither callable nor None."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, got {reprlib.repr(value)}")
     return value
@@ -875,7 +875,7 @@ def usable_cores() -> int:
 
 
 def _integer_array(value: Any, name: str) -> Array:
-    """Return a one-dimensional array of integers, in its original dtype, after a check."""
+    """Return `value` as a checked one-dimensional array of integers, in its original dtype."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.ndim != 1:

@@ -5,7 +5,7 @@ from typing import Any
 
 
 class MeshError(ValueError):
-    """A mesh or its file is not valid. The message names the first fault."""
+    """A mesh or a file is not valid. The message describes the first fault that was found."""
 
 
 class MissingExtraError(ImportError):
@@ -21,7 +21,7 @@ class MissingExtraError(ImportError):
 
 
 def import_extra(module: str, task: str, extra: str) -> Any:
-    """Import an optional module, or raise a MissingExtraError that names the task needing it."""
+    """Import an optional module; if it is missing, raise a MissingExtraError that names `task`."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError:
@@ -37,7 +37,7 @@ class IslandWarning(UserWarning):
 
 
 class BalanceWarning(UserWarning):
-    """Some regions are disconnected, because no connected regions of the same size were found."""
+    """Some regions are disconnected, because no connected regions of equal size were found."""
 
 
 class MismatchWarning(UserWarning):
@@ -49,7 +49,7 @@ class SliverWarning(UserWarning):
 
 
 class ViewWarning(UserWarning):
-    """Some images give no votes: their masks are empty, or their cameras see no faces."""
+    """Some images are not used, because their masks are empty or their cameras see no faces."""
 
 
 def reason_of(error: BaseException) -> str:

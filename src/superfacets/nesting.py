@@ -50,10 +50,10 @@ def hierarchy(
     .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
               r = \sqrt{\frac{a + b}{\pi}}
 
-    where L is the length of their border, and c is its openness: 1 if the border is smooth, and 0
-    if all of the border is in a deep crease. The first factor comes from Ward's method and balances
-    the sizes of regions. The second factor favors compact regions and borders in creases. In a
-    volume, r is the radius of a ball, and L is an area.
+    where L is the length of the border between the two regions, and c is the openness of the
+    border: 1 if it is smooth, and 0 if all of it is in a deep crease. The first factor comes from
+    Ward's method and balances the sizes of regions. The second factor favors compact regions and
+    borders in creases. In a volume, r is the radius of a ball, and L is an area.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def _checked_features(table: Floats | None) -> Floats | None:
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:
-    """Return checked numbers of regions in descending order; raise an error if any are equal."""
+    """Return checked numbers of regions in descending order; raise an error for equal numbers."""
     if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
         raise TypeError(
             f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
@@ -196,11 +196,11 @@ def _checked_counts(counts: Any) -> tuple[int, ...]:
 
 
 def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
-    """Segment the cells into n regions, or more if components get no seed."""
+    """Segment the cells into n regions, plus one region per component without a seed."""
     if isinstance(source, CellGraph):
         return segment_graph(source, n, **options)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", IslandWarning)  # levels get the requested numbers later
+        warnings.simplefilter("ignore", IslandWarning)  # merging corrects the number later
         return segment(source, n, weld=weld, **options)
 
 

@@ -124,9 +124,9 @@ class Prepared:
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
-    denoised: Cells  # `source` with smoothed positions, or `source` itself if it was not smoothed
+    denoised: Cells  # smoothed copy of `source`, or `source` itself if it was not smoothed
     n_steps: int | None  # number of smoothing steps; None if cells are not faces
-    slack: float  # angle in radians below which edges are treated as flat after smoothing
+    slack: float  # angle in radians below which edges are treated as flat; 0 if not smoothed
     kind: Kind
     cells: Any
     graph: Any
@@ -138,7 +138,7 @@ class Prepared:
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto",
     ) -> Prepared:  # fmt: skip
-        """Smooth noisy meshes and build the graph of all cells, sorted if this is faster."""
+        """Smooth noisy meshes, and build the graph of cells, which `is_sorted` allows to sort."""
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
@@ -367,7 +367,7 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = "auto"  # after smoothing, the number of smoothing steps
+    denoise: Denoise = "auto"  # argument of `segment`; later, the number of steps that were made
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     @classmethod
@@ -397,13 +397,13 @@ class Options:
         )  # fmt: skip
 
     def smoothed(self, n_steps: int | None, slack: float) -> Options:
-        """Return the options for a mesh that was smoothed in `n_steps` steps."""
+        """Return options for a mesh after `n_steps` smoothing steps; see `Prepared` for `slack`."""
         return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
 
     def needs_order(self, kind: Kind) -> bool:
         """Return whether cells must keep their input order, even if sorted cells would be faster.
 
-        The reason is that weights from the caller are in input order, or that labels depend on the
+        This is the case if weights from the caller are in input order, or if labels depend on the
         order: with `radius_factor`, the lowest face that no center reaches becomes a center.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
@@ -444,7 +444,7 @@ class _Work:
     weights: Any = None  # (M,) weight of each arc
     steps: FeatureSteps | None = None
     lengths: Any = None  # (M,) weight of each arc as an integer multiple of `unit`
-    unit: float = 0.0  # weight that corresponds to an integer length of 1
+    unit: float = 0.0  # weight that corresponds to a value of 1 in `lengths`
     arcs: Any = None  # `ArcLengths` of the cells inside the mask
     ordered: Any = None  # `OrderedGraph` of the cells inside the mask
     coarsening: Any = None  # `Coarsening`: graphs of coarse cells, which are groups of cells
@@ -457,14 +457,14 @@ class _Work:
     def has_parts(self) -> bool:
         """Whether arcs between parts of the shape have an additional cost.
 
-        These costs need a surface, and weights that are not given by the caller.
+        Volumes, and graphs or meshes with weights from the caller, do not have this cost.
         """
         surface, is_asked = self.surface, self.options.weights.has_parts
         has_creases = surface.weights is None and surface.dimension == 2
         return is_asked and has_creases and self.plan.size.radius > 0.0
 
     def relocating(self) -> _Work:
-        """Return the same data, with the option `relocate` set to its default if it is None."""
+        """Return the same data, but if the option `relocate` is None, replace it by its default."""
         loop = self.options.loop
         if loop.relocate is not None:
             return self
@@ -480,8 +480,8 @@ class _Work:
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
     """Run all stages. The `stacklevel` of warnings in stages counts calls up to `segment`.
 
-    Each comment below gives the numbers of stages in docs/pipeline.md, and their timing keys.
-    `_coarsen` runs before `_add_parts`, because costs of parts are also added to coarse graphs.
+    Comments give the numbers of stages in docs/pipeline.md, and their keys in `timings`. `_coarsen`
+    runs before `_add_parts`, because costs between parts are also added to coarse graphs.
     """
     works = [_Work(options, mesh)]
     for stage in (
@@ -497,7 +497,7 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _clean,  # 5 regions
         _finish,  # not timed
     ):
-        works.append(stage(works.pop()))  # keeps no other reference, so a stage can free memory
+        works.append(stage(works.pop()))  # no reference is kept here, so a stage can free memory
     result: Segmentation = works[0].result
     return result
 
@@ -617,10 +617,10 @@ def _quantize(work: _Work) -> _Work:
 
 
 def _order(work: _Work) -> _Work:
-    """Place the cells for the loop, so that neighbors are close together in memory.
+    """Build the graph for the loop, with neighboring cells close together in memory.
 
-    Cells inside the mask are sorted along a space-filling curve. `_prepare` may already have sorted
-    the cells of the mesh; the labels of the loop are in the order from `_prepare`.
+    `Plan.placed_cells` sorts the cells inside the mask along a space-filling curve. The labels of
+    the loop are in the order of `_prepare`, which may already have sorted the cells.
     """
     with work.timed("order"):
         n_threads = work.surface.n_threads
@@ -774,12 +774,12 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Return the costs of borders, computed from the weights of arcs if their unit allows this."""
+    """Return costs of borders, from the weights of arcs or, for other units, from `creases_of`."""
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
         return BorderCosts(surface, work.lengths, work.unit, scale)
-    # The weights have another unit, or depend on resolution, so other weights are computed here.
+    # The weights have another unit, or depend on resolution, so "creases" weights are used here.
     weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
     if work.steps is not None:
         weights = work.steps.added(weights, surface, radius)
@@ -835,7 +835,7 @@ def barriers_note(asked: int, n_made: int) -> str:
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Warn if the number of regions is not the requested number, unless `radius_factor` is set."""
+    """Warn if the number of regions is not as requested, without seeds and `radius_factor`."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
@@ -861,6 +861,6 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
 
 
 def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
-    """Return the timings with ``"regions"`` last, which is the order in which the stages run."""
+    """Return `timings` with the entry ``"regions"`` last, because this stage runs last."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

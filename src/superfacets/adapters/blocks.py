@@ -15,7 +15,7 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""Types of tetrahedra in meshio. The first four nodes are corners; the others are on edges."""
+"""Types of tetrahedra in meshio. The first four nodes are corners; all other nodes are on edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
 """Number of corners for each type of face in meshio, or None if the number varies. The corners are
@@ -26,7 +26,7 @@ _SKIPPED = ("vertex", "line", "line3")
 
 
 def has_blocks(source: Any) -> bool:
-    """Return whether an object is a meshio mesh, with or without cells."""
+    """Return whether an object is a meshio mesh; its list of cells may be empty."""
     blocks = getattr(source, "cells", None)
     if not isinstance(blocks, list) or not hasattr(source, "points"):
         return False
@@ -34,11 +34,11 @@ def has_blocks(source: Any) -> bool:
 
 
 def cell_blocks(source: Any) -> list[int]:
-    """Return the indices of the blocks of a meshio mesh that `segment` labels.
+    """Return the indices of the blocks of a meshio mesh that contain the cells to segment.
 
     These are all blocks of tetrahedra, or all blocks of faces if the mesh has no tetrahedra. The
-    result is empty if the mesh is a point cloud. Raises a MeshError if a block has cells of another
-    type, such as hexahedra.
+    result is empty if the mesh is a point cloud. Raises a MeshError if a block contains cells that
+    are neither faces nor tetrahedra nor ignored, such as hexahedra.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}
@@ -65,7 +65,7 @@ def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
 
 
 def _faces_of(block: Any) -> tuple[Array, Array]:
-    """Return offsets and corners of the faces of a block, without nodes on edges."""
+    """Return CSR offsets and corners of the faces of a block; nodes on edges are left out."""
     n_corners = _FACES[block.type]
     if n_corners is None:
         return polygon_arrays(block.data)

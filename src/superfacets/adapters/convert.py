@@ -111,7 +111,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Convert `source` to a mesh of faces; raise a MeshError for clouds and volume meshes."""
+    """Convert `source` to a mesh of faces; raise a MeshError for clouds and tetrahedral meshes."""
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_mesh
 
@@ -125,7 +125,7 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
 
 
 def as_tets(source: MeshLike) -> TetMesh:
-    """Convert `source` to a tetrahedral mesh; raise a MeshError if it has no tetrahedra."""
+    """Convert `source` to a tetrahedral mesh; raise a MeshError if `source` has no tetrahedra."""
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
@@ -204,9 +204,9 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Return the faces of a PyVista PolyData.
+    """Return the faces of a PyVista PolyData, as an array (F, n) or as a list of arrays.
 
-    In the flat array of a PolyData, the number of corners of a face precedes its vertices.
+    In the flat array of a PolyData, the vertices of each face follow its number of corners.
     """
     if getattr(source, "n_strips", 0):
         raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")
@@ -275,7 +275,7 @@ def is_foreign_cloud(source: Any) -> bool:
 
 
 def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
-    """Return points, normals and colors of a cloud of another library; None for missing arrays."""
+    """Return points, normals and colors of a foreign cloud; missing normals or colors are None."""
     if has_blocks(source):
         return source.points, None, None
     if hasattr(source, "n_cells"):

@@ -27,7 +27,7 @@ class Results:
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Arrays to store, keyed by name, each with the value for cells that have no label."""
+        """Pairs of an array to store and the value for cells without a label, keyed by name."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -35,7 +35,7 @@ class Results:
 
 
 def put_results(target: Any, results: Results) -> None:
-    """Store results in an object of trimesh, PyVista, Open3D or meshio, in place.
+    """Store results in `target`, an object of trimesh, PyVista, Open3D or meshio.
 
     The lengths of the arrays are not checked. Raises a TypeError for objects of other classes.
     """
@@ -63,7 +63,7 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face of a PyVista dataset, which lists lines before faces."""
+    """Return the index of the first face of a PyVista dataset, after its vertices and lines."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
@@ -89,7 +89,7 @@ def _put_on_meshio(target: Any, results: Results) -> None:
 
 
 def _put_on_open3d(target: Any, results: Results) -> None:
-    """Store labels and colors as tensors of the class and on the device of existing tensors."""
+    """Store labels and colors as tensors with the class and the device of the existing tensors."""
     attributes = getattr(target, "point", None)
     if attributes is None:
         attributes = target.vertex if results.on_points else target.triangle
@@ -108,7 +108,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # `visual` is a texture, without colors
+    if not hasattr(target.visual, "face_colors"):  # `visual` is a texture
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -138,4 +138,4 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Attributes that identify a class of objects, and the function that stores results in them."""
+"""Attributes that identify a class of objects, and the function that stores results in it."""

@@ -34,8 +34,8 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""A file is large if its estimated memory exceeds this fraction of the memory of a worker per
-thread. The fraction is below 1, because estimates may be too low."""
+"""A file is large if its estimated memory exceeds this fraction of `Team.share`, the memory per
+thread of a worker. The fraction is below 1, because estimates may be too low."""
 
 START_CELLS = 2_000
 """Fixed time per file, as the number of cells that could be processed in this time."""
@@ -249,7 +249,7 @@ def batch(
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> tuple[list[BatchJob], list[str]]:
-    """Return a job for each file, finished or not, and notes about origins of tilesets."""
+    """Return a job for each file, even if it has results, and notes about origins of tilesets."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
@@ -287,7 +287,7 @@ def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
 
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """Return the jobs without a valid result, which is checked by hashes of files."""
+    """Return the jobs without a valid result; results and input files are checked by hashes."""
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
@@ -312,7 +312,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # so that threads stop hashing after Ctrl-C
+    finally:  # also after Ctrl-C, so that threads stop hashing
         stop.set()
         pool.shutdown(cancel_futures=True)
 
@@ -342,7 +342,7 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Run all jobs that fit in the memory of a worker, then larger jobs one at a time."""
+    """Run all jobs that fit in the memory of a worker, then all other jobs one at a time."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -368,7 +368,7 @@ def _do_in_teams(
 def _do_in_team(
     team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Run jobs, and yield each job with its record or `Killed`; an OSError ends the batch."""
+    """Run jobs, and yield each job with its record or `Killed`; raise OSErrors of jobs."""
     calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
     for place, ending in team.run(calls, width):
         job = jobs[place]

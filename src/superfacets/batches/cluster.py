@@ -1,4 +1,4 @@
-"""Run calls on the workers of a Dask scheduler, which form a `Team`."""
+"""Define `RemoteTeam`, which runs calls on the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
-"""Maximum time without any worker, in seconds. A worker restarts in about 2 seconds, but a batch
-system may need longer to start a worker."""
+"""Maximum time in seconds to wait if there is no worker. A worker restarts in about 2 seconds, but
+a job scheduler may need longer to start a worker."""
 
 TICK = 1.0
 """Interval between updates of the list of workers, in seconds."""
@@ -45,9 +45,9 @@ class RemoteTeam(Team):
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls like `Team.run`: one call per thread, and one waiting call per worker.
 
-        Only a few calls are submitted at a time. If a worker dies, Dask counts this as a failure of
-        all calls assigned to the worker, even of calls that have not started. Calls are not pinned
-        to workers, because Dask does not restart a pinned call if its worker ends while there is no
+        Only these calls are submitted, because if a worker dies, Dask counts a failure for all
+        calls assigned to the worker, even for calls that have not started. Calls are not pinned to
+        workers, because Dask does not restart a pinned call if its worker ends while there is no
         other worker.
         """
         waiting = deque(range(len(calls)))
@@ -80,10 +80,10 @@ class RemoteTeam(Team):
 
 @contextlib.contextmanager
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to a Dask scheduler, and yield its workers as a team.
+    """Connect to the Dask scheduler at `address`, and yield its workers as a team.
 
-    Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access the
-    folder or has another version of the package.
+    Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access
+    `folder` or has another version of the package.
     """
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
     with contextlib.ExitStack() as stack:
@@ -132,12 +132,12 @@ def _check_sees(client: Any, folder: str) -> None:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the number of threads and the memory limit of a worker; called on the worker."""
+    """Return the number of threads and the memory limit in bytes of the worker that runs this."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 def _ending_of(future: Any) -> Ending | None:
-    """Return the outcome of a call, or None if its result was lost and Dask repeats it."""
+    """Return the outcome of a call, or None if the result was lost and Dask repeats the call."""
     if future.cancelled():
         raise _scheduler_lost()
     killed = importlib.import_module("distributed").KilledWorker
@@ -163,7 +163,7 @@ def _scheduler_lost() -> ConnectionError:
 
 
 class _Presence:
-    """Counts the threads of all current workers, every `TICK` seconds."""
+    """Counts the threads of all connected workers, at most once every `TICK` seconds."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -172,7 +172,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Return the last count, or raise a ConnectionError if it is 0 for `PATIENCE` seconds."""
+        """Return the last count; raise a ConnectionError if it was 0 for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads
@@ -191,7 +191,7 @@ class _Presence:
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Suppress log messages of Dask, because its errors are raised as exceptions, too."""
+    """Suppress log messages of Dask, because errors of Dask are also raised as exceptions."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]

@@ -1,4 +1,4 @@
-"""Check the options for files, and segment one file."""
+"""Check the options that apply to each file, and segment one file."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from ..mesh.point_cloud import PointCloud
 from ..pipeline import Options, segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Function that reads a file; its argument is whether to read attributes, too."""
+"""Function that reads a file; its argument is whether attributes are read in addition to cells."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
-"""Parameters of `segment` that are not options for files, mostly because they are arrays. Options
-for files name features instead."""
+"""Parameters of `segment` that are not in `FileOptions.keywords`, mostly because they are arrays.
+`FileOptions.features` contains names of features instead of arrays."""
 
 _DEFAULTS = {
     name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
@@ -81,7 +81,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Return the options for formats; an option without effect for `endings` is an error."""
+        """Return options for formats; raise an error for options without effect on `endings`."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -89,7 +89,7 @@ class FileOptions:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Options as keyword arguments of `batch`, with tuples as lists, as in JSON."""
+        """Options as keyword arguments of `batch`, where tuples are converted to lists for JSON."""
         own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
         return {
             name: list(value) if isinstance(value, tuple) else value
@@ -98,7 +98,7 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """Options that affect results and are not defaults, as JSON values, for records."""
+        """Options that affect results and are not at their defaults, as JSON values for records."""
         usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
@@ -130,8 +130,8 @@ class Outcome:
     listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
     listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
     sharp_inside: Floats | None = None
-    """Fraction of the length of barrier edges that is inside each region, (K,); None without a
-    barrier angle."""
+    """Fraction of the length of barrier edges that is inside each region, (K,); None if no barrier
+    angle was given."""
 
 
 def segment_file(
@@ -147,11 +147,10 @@ def segment_file(
 ) -> Outcome:
     """Read, subdivide and segment one file, without writing results.
 
-    `holds_attributes` is whether an output file can store attributes of vertices and faces. The
+    `holds_attributes` is True if an output file can store attributes of vertices and faces. The
     times of the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function
-    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. Edges
-    become barriers if the angle between the normals of their faces is at least `barrier_angle`
-    degrees.
+    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. If given,
+    `barrier_angle` is the minimum angle of barrier edges, in degrees between the face normals.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
@@ -190,26 +189,26 @@ def segment_file(
 
 
 def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Return the opacity of each splat, 0 to 1, or raise a MeshError if one is not known."""
+    """Return the opacity of each splat, 0 to 1; raise a MeshError if an opacity is missing."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
         raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
     if np.isnan(stored["opacity"]).any():
         first = np.flatnonzero(np.isnan(stored["opacity"]))[0]
         raise MeshError(f"opacity[{first}] is nan: min_opacity needs the opacity of all splats")
-    with np.errstate(over="ignore"):  # logits to opacities
+    with np.errstate(over="ignore"):  # converts logits to opacities
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
 def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint, or raise a MeshError if it would have no effect."""
+    """Return the cloud with this viewpoint; raise a MeshError if the viewpoint has no effect."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
-    """Subdivide a mesh, by default to edges that are short compared with regions."""
+    """Subdivide a mesh with the option `max_edge`, or else with the advised edge length."""
     mesh = as_mesh(source)
     get = options.keywords.get
     max_edge = options.max_edge
@@ -222,12 +221,12 @@ def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:  # fmt: skip
-    """Segment a mesh, with at most as many regions as the mesh has cells."""
+    """Segment a mesh, with at most as many regions as there are cells inside the mask."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], n_kept)
-    with warnings.catch_warnings():  # the result contains the same information
+    with warnings.catch_warnings():  # `Segmentation` contains the same information
         for kind in (IslandWarning, SliverWarning, BalanceWarning):
             warnings.simplefilter("ignore", kind)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
@@ -236,7 +235,7 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Return the attributes for a subdivided mesh: face properties, texture and comments."""
+    """Return the attributes of a mesh that remain after subdivision, converted to new faces."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

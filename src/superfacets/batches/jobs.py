@@ -33,7 +33,7 @@ arrays. For 1.4 million faces in PLY, OFF and STL, workers used a third to a hal
 estimate."""
 
 PER_BYTE = 3
-"""Memory in bytes per byte of the file, for its content, the mesh, and the output."""
+"""Memory in bytes per byte of the input file, for its content, the mesh, and the output."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
 """Minimum file size in bytes per cell, for each ending."""
@@ -43,7 +43,7 @@ USUAL_FILE_BYTES = 12
 
 
 def cells_of(path: str) -> int:
-    """Return an estimate of the number of cells in a file from its size, or 0 without a file."""
+    """Estimate the number of cells in a file from the file size; return 0 for a missing file."""
     return _size_of(path) // FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
 
 
@@ -71,7 +71,7 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class BatchJob:
-    """A file to segment, options, and the paths of its results. A job can be pickled."""
+    """A file to segment, with options and paths of results. Jobs are pickled for workers."""
 
     head: Mapping[str, Any]  # entries of the record: name, input, version, params
     path: str
@@ -91,7 +91,7 @@ class BatchJob:
         return [Path(self.folder, name) for name in self.outputs]
 
     def with_threads(self, n_threads: int) -> BatchJob:
-        """Return the job with this number of threads, unless its options contain a number."""
+        """Return the job with `n_threads`, unless its options already have a number of threads."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
@@ -113,7 +113,7 @@ def run_job(job: BatchJob) -> Record:
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Process the file, and return entries of its record; ``sha256`` is set in `record`."""
+    """Process the file, set ``sha256`` in `record`, and return further entries for the record."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

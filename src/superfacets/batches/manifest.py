@@ -11,12 +11,12 @@ from .jobs import Record
 
 
 class Manifest:
-    """A file of records, which one process at a time uses in a `with` block.
+    """A file of records, which only one process may use at a time, in a `with` block.
 
-    `records` maps each name to its last record. `append` returns when the record is on the disk.
-    Damaged lines are ignored, for example an incomplete last line from a killed process. Damaged
-    and replaced lines are removed when the manifest is next written or closed. `notes` contains a
-    message for each damaged line, except for an incomplete last line.
+    `records` maps the name of each input file to its last record. `append` returns when the record
+    is on the disk. Damaged lines are ignored, for example an incomplete last line from a killed
+    process. Damaged and replaced lines are removed when the manifest is next opened for writing or
+    closed. `notes` contains a message for each damaged line, except for an incomplete last line.
     """
 
     def __init__(self, path: Path) -> None:
@@ -71,7 +71,7 @@ def _write_all(file: int, data: bytes) -> None:
 
 
 def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
-    """Return the last record of each name, and whether the file has no other lines."""
+    """Return the last record of each name, and whether the file contains only these records."""
     records: dict[str, Record] = {}
     is_tidy = True
     for number, line in enumerate(_content(path).splitlines(keepends=True), 1):

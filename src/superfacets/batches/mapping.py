@@ -31,8 +31,8 @@ class Run:
     ) -> list[Any]:
         """Return ``work(store, *job)`` for each job, in the order of the jobs.
 
-        `n_before` and `n_after` are for progress reports only: the numbers of other jobs of the
-        same pass that run before and after these jobs.
+        `n_before` and `n_after` are the numbers of jobs that run in other calls before and after
+        these jobs. They are only used in progress reports.
         """
         results: dict[int, Any] = {}
         for place, result in self._each(work, store, jobs):
@@ -55,9 +55,9 @@ def open_run(
 
     If `workers` is 1, jobs run in `n_threads` threads of this process. If the address of a Dask
     scheduler is given, `workers` has no effect. If a worker is killed, its job is repeated.
-    Therefore, a job must not change data that it reads. All workers must have access to `folder`,
-    an absolute path. Raises the errors of `remote_team` and `open_pool`. A run raises an OSError if
-    no worker is left, or if several workers were killed while running the same job.
+    Therefore, a job must not change the data that it reads. Dask workers must have access to
+    `folder`, an absolute path. Raises the errors of `remote_team` and `open_pool`. A run raises an
+    OSError if no worker is left, or if several workers were killed while running the same job.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

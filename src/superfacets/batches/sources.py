@@ -18,11 +18,11 @@ from ..io.readers.tets import TET_ENDINGS
 from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
-"""Endings of files that are searched in folders. ``.csv``, ``.txt`` and ``.npy`` are excluded,
-because most files with these endings are not point clouds."""
+"""Endings of files that are inputs if a folder is given. ``.csv``, ``.txt`` and ``.npy`` are
+excluded, because most files with these endings are not point clouds."""
 
 MARK = ".superfacets"
-"""Marker in the names of results. Files with this marker are not inputs if a folder is searched."""
+"""Marker in the names of results. If a folder is searched, files with this marker are ignored."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Source:
     """An input file of a batch."""
 
     input: str  # path of the file, as given or as found
-    name: str  # path relative to the input folder, with slashes, also for results
+    name: str  # path relative to the input folder, with slashes; results get similar paths
     placement: Placement | None = None  # position and orientation of the file in its tileset
 
 
@@ -97,7 +97,7 @@ def _listed(path: Path) -> Iterator[Source]:
 
 
 def _named(path: Path, name: Path) -> Iterator[Source]:
-    """Yield a file with this name or, if it is a tileset, all of its models."""
+    """Yield the file `path` as a source with this name or, if it is a tileset, all its models."""
     if path.suffix.lower() == ".json":
         yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
     else:
@@ -124,7 +124,7 @@ def _below(folder: Path) -> Iterator[Source]:
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """Yield the models of a tileset, or the tileset if it is damaged; names begin with `above`."""
+    """Yield the models of a tileset, or a damaged tileset itself; names begin with `above`."""
     file = tileset_at(path)
     assert file is not None
     try:
@@ -137,13 +137,13 @@ def _shown_by(path: Path, above: str) -> Iterator[Source]:
 
 
 def refuse_tileset(file: Path) -> None:
-    """If the file is a tileset, raise the error that prevents reading it."""
+    """Raise a MeshError or OSError if the file is a tileset that cannot be read."""
     if file.suffix.lower() == ".json":
         _models_of(file)
 
 
 def _models_of(file: Path) -> tuple[Tile, ...]:
-    """Return the models of a tileset, or raise a MeshError if it is damaged or has duplicates."""
+    """Return the models of a tileset; raise a MeshError if damaged or if a model is repeated."""
     tiles = read_tileset(file).tiles
     seen = set()
     for tile in tiles:
@@ -161,7 +161,7 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[Source]:
-    """Yield all files that match a pattern; names are relative to its part without wildcards."""
+    """Yield all files that match `pattern`; names are relative to its folders without wildcards."""
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])
@@ -180,14 +180,14 @@ def result_ending(name: str) -> str:
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Return the name of the result for each ending, or a default name if there are no endings."""
+    """Return the name of the result for each ending, or for a default if `endings` is empty."""
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """Return the name of a result: as required by its format, or otherwise with `MARK`."""
+    """Return the name of a result, which contains `MARK` unless the format requires a name."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):

@@ -1,1 +1,1 @@
-"""Stages 1 and 2: graphs of cells, and the weights of their arcs."""
+"""Stages 1 and 2 of `segment`: build graphs of cells, and compute the weights of their arcs."""

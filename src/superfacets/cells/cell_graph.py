@@ -1,4 +1,4 @@
-"""Graphs of cells with weighted arcs, which are the input of the clustering."""
+"""Define graphs of cells with weighted arcs, which are the input of the clustering."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class ArcMeasures:
     open_lengths: Floats | None = None
 
     def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
-        """Return checked, read-only copies of the arrays, for arcs with these CSR offsets."""
+        """Check the arrays for `n_arcs` arcs with CSR `offsets`, and return read-only copies."""
         arrays: dict[str, Array] = {}
         for name, n, per in (
             ("border_lengths", n_arcs, "arc"),
@@ -85,7 +85,7 @@ class CsrArcs:
     """Base class that stores arcs between cells in CSR form, and the bounding box of the cells."""
 
     offsets: Longs  # (N + 1,) index of the first arc of each cell
-    neighbors: Ints  # (M,) target of each arc
+    neighbors: Ints  # (M,) target cell of each arc
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
 
     @property
@@ -147,24 +147,24 @@ class CellGraph(BaseGraph):
     positions : array_like, shape (N, 3)
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell, finite and >= 0, in the squared unit of the positions. The centroid of a
-        region is the mean of its cells, weighted by area. The sum A of all areas defines the
-        expected radius r = sqrt(A / (pi k)) of k regions.
+        Area of each cell (volume if `dimension` is 3), finite and >= 0, in the squared unit of the
+        positions. The centroid of a region is the mean position of its cells, weighted by area. The
+        sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
-        Target cell of each arc. Arcs are directed; regions are only connected if each arc has a
-        reverse arc. Connected components ignore the direction of arcs. Cells without a path from
-        any center become additional regions or, with ``islands="nearest"``, join the nearest
-        region.
+        Target cell of each arc. Arcs are directed. Regions are guaranteed to be connected only if
+        each arc has a reverse arc. Connected components ignore the direction of arcs. Cells without
+        a path from any center become additional regions or, with ``islands="nearest"``, join the
+        nearest region.
     weights : array_like, shape (M,)
         Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
         Minimum and maximum corner of a box. The parameter ``radius`` is a fraction of its diagonal.
         The default is the bounding box of the positions.
     weight_unit : float, default 1.0
-        Length of one unit of weight, in the unit of the positions, which the clean-up of regions
-        needs. For the graph of a mesh, it is the diagonal of the bounding box.
+        Length that a weight of 1 corresponds to, in the unit of the positions. The clean-up of
+        regions needs it. For the graph of a mesh, it is the diagonal of the bounding box.
     dimension : {2, 3}, default 2
         2 if measures are areas, 3 if they are volumes. In a volume, the expected radius is the cube
         root of 3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas.
@@ -199,7 +199,7 @@ class CellGraph(BaseGraph):
     offsets: Longs
     neighbors: Ints
     weights: Floats
-    bounds: Floats = None  # type: ignore[assignment]  # set in __post_init__
+    bounds: Floats = None  # type: ignore[assignment]  # an array after `__post_init__`
     lengths: Singles = field(init=False, repr=False)
     unit: float = field(init=False, repr=False)
     weight_unit: float = field(default=1.0, kw_only=True)
@@ -247,7 +247,7 @@ class CellGraph(BaseGraph):
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
         refuse_mask(self.weights, "weights")
-        copied = owned(np.asarray(self.weights), None)  # the caller may change the input later
+        copied = owned(np.asarray(self.weights), None)  # the caller may change its array later
         weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
@@ -287,7 +287,7 @@ def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floa
 
 
 def checked_graph(graph: object) -> CellGraph:
-    """Return `graph` if it is a `CellGraph`, or raise a TypeError."""
+    """Return `graph` if it is a `CellGraph`; otherwise raise a TypeError."""
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(

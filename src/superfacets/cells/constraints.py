@@ -32,7 +32,7 @@ NO_GROUPS = np.empty(0, np.int32)
 """Value of `Cut.groups` if there are no barriers."""
 
 ANGLE_NOISE = 1e-6
-"""Tolerance of angles, in radians, which exceeds the rounding errors of float32 positions."""
+"""Tolerance of angles in radians, larger than the rounding errors caused by float32 positions."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class ConstraintOptions:
     """The arguments `mask` and `barriers` of `segment`."""
 
     mask: Any = None  # (N,) whether each cell is segmented; None for all cells
-    barriers: Any = None  # edges that no region crosses, or one number per cell; None for neither
+    barriers: Any = None  # edges that separate regions, or one number per cell; None: no barriers
 
     @property
     def is_used(self) -> bool:
@@ -92,8 +92,8 @@ class Cut:
     offsets: Longs  # (n + 1,) index in `neighbors` of the first arc of each kept cell
     neighbors: Ints  # (m,) number, 0 to n - 1, of the target cell of each kept arc
     groups: Ints
-    """Group of each kept cell, (n,), or empty if there are no barriers. Even a disconnected region
-    must not have cells of different groups, except for cells of `ANY_GROUP`."""
+    """Group of each kept cell, (n,), or empty if there are no barriers. Cells of different groups
+    must not be in one region, unless one of the groups is `ANY_GROUP`."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
@@ -122,8 +122,8 @@ class Cut:
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert indices of cells in the whole graph to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept. The message contains the index of the cell before
-        sorting, from `order`.
+        Raises a ValueError if a cell is not kept. If the cells of the graph are sorted, `order` is
+        the index of each cell before sorting, which the message contains.
         """
         given = checked_seeds(cells, self.n_whole, name)
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -272,7 +272,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # marks too many sides at first
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # a superset, filtered below
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
@@ -298,10 +298,10 @@ def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Return the group of each cell: the index of its piece, or `ANY_GROUP`.
+    """Return the group of each cell: the piece of a connected component that barriers cut off.
 
     The group is `ANY_GROUP` if barriers do not divide the connected component of the cell. `before`
-    marks the arcs of the graph without barriers, and `after` the arcs that cross no barrier.
+    marks the arcs that the mask keeps, and `after` marks the arcs that also cross no barrier.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)

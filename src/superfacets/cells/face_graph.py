@@ -56,7 +56,7 @@ class FaceGraph(BaseGraph):
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        Target of each arc.
+        Target face of each arc.
     sides : ndarray of uint8 (int32 for a `PolygonMesh`), shape (M,)
         Side of the face that each arc crosses. Side s joins corners s and s + 1, and the last side
         joins the last corner to the first corner.
@@ -168,8 +168,8 @@ def surface_of_faces(
 ) -> _core.TriangleSurface | _core.PolygonSurface:
     """Make the object of `_core` that computes lengths and angles of the arcs between faces.
 
-    `is_inside_out` swaps concave and convex edges. Raises a ValueError if the arcs have sides that
-    the faces of the mesh do not have.
+    If `is_inside_out` is true, concave and convex edges are swapped. Raises a ValueError if the
+    arcs were built for polygons but the mesh has triangles, or for faces with more sides.
     """
     corners, is_of_triangles = corners_of(mesh), arcs.sides.dtype == np.uint8
     if corners.offsets is None:
@@ -231,16 +231,16 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Measures of faces that are not stored in the graph, because only weights depend on them."""
+    """Normals and lengths of faces, which are not in the graph, because only weights need them."""
 
     normals: Floats | None
     """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
     longest: Floats | None
-    """Squared length of the longest side in each block of faces of `_core`; None for polygons."""
+    """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and `FaceShapes`, which are computed in one pass."""
+    """Return the result of `build_face_graph`, and the `FaceShapes` computed in the same pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
@@ -260,13 +260,13 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
-    """Return the graph of the triangles at borders of regions, in CSR form, and their labels.
+    """Return offsets, neighbors and labels of some triangles, including all at region borders.
 
     This is much faster than building the whole graph, because most triangles are not at borders.
     """
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
-    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one of the faces at a vertex
+    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one face at each vertex
     for vertices in corners.T:
         some_label[vertices] = labels
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)

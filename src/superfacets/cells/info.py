@@ -1,4 +1,4 @@
-"""Counts and sizes of meshes and point clouds."""
+"""Compute counts and sizes of meshes and point clouds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 
 _VOLUME_NOISE = 4e-16
-"""Volumes of at most this fraction of the cubed edge length are treated as rounding errors."""
+"""Volumes of at most this fraction of the cubed longest edge are treated as rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class CloudInfo:
     """Whether the cloud has normals."""
     knows_turns: bool
     """Whether concave and convex creases can be distinguished. This is possible if the cloud has
-    normals or viewpoints, or if it is closed, because estimated normals then point outward."""
+    normals or viewpoints, or if the cloud is closed, because estimated normals then point out."""
     has_axes: bool
     """Whether the cloud has axes, which are normals of unknown sign."""
     has_viewpoints: bool
@@ -122,11 +122,11 @@ class CloudInfo:
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
-    """Typical distance between neighbors: the median square root of the area around a point."""
+    """Typical distance between neighbors: the square root of the median area around a point."""
     area: float
     """Sum of the areas around the points, in the squared unit of the points."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
-    """Minimum and maximum corner of the bounding box."""
+    """Minimum and maximum corner of the bounding box of all points."""
     diagonal: float
     """Length of the diagonal of the bounding box."""
 

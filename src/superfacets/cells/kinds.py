@@ -1,4 +1,4 @@
-"""All operations that depend on the kind of cells: triangles, polygons, tetrahedra or points.
+"""Define the operations that depend on the kind of cells, for example triangles or points.
 
 To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. File
 formats and counts are optional; add them to the tables in `export.cells` and `cells.info`, with the
@@ -60,7 +60,7 @@ class OrderedCells(NamedTuple):
     """Cells and their graph, in input order or sorted for speed."""
 
     cells: Any  # mesh or cloud of the same class as the input
-    graph: Any
+    graph: Any  # `BaseGraph` of `cells`
     shapes: Any  # additional measures from which weights are computed; None if there are none
     order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
@@ -69,7 +69,7 @@ class Kind:
     """Base class of the operations on one kind of cells.
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
-    If `build_graph` returns a `CellGraph` with `ArcMeasures`, no other method must be overridden.
+    If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
     """
 
     name: ClassVar[str] = "cells"
@@ -125,7 +125,7 @@ class Kind:
     def sliver_share(
         self, cells: Any, graph: Any, shapes: Any, radius: float, n_threads: int
     ) -> float:
-        """Return the fraction of the area in faces that are long and thin compared to regions."""
+        """Return the fraction of the area in long and thin faces; 0 if cells are not faces."""
         return 0.0
 
     def measures(self, cells: Any, n_threads: int) -> Floats:
@@ -139,7 +139,7 @@ class Kind:
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return, for each query point, the nearest cell, its distance, and its nearest point.
+        """Return the cell nearest to each query point, its distance, and the nearest point in it.
 
         The index of the cell is -1 if all cells are farther than `max_distance`.
         """
@@ -150,9 +150,9 @@ class Kind:
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
-        """Return a cloud of the cells `chosen`, in ascending order, if cells have no corners.
+        """Return a cloud of the points with the ascending indices `chosen`.
 
-        For cells that have corners, use `with_corners` instead.
+        Only points have this method. For cells that have corners, use `with_corners` instead.
         """
         raise MeshError(f"{self.plural} cannot be split into files: write only their labels")
 
@@ -164,7 +164,7 @@ class Kind:
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for the cells that `keep` marks; None to draw points instead."""
+        """Return the faces to draw for the cells that `keep` marks, or None to draw `cloud`."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:

@@ -1,4 +1,4 @@
-"""Features that users choose by name: attributes in files, and values computed from the mesh."""
+"""Return features that users choose by name: attributes in files, or values of the mesh."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .texels import FaceTexels, check_texture, face_texels
 _COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
-"""Just noticeable difference of colors in OKLab. Colors are divided by their standard deviation, or
-by this value if it is larger, so that noise in an image of one color has no effect on regions."""
+"""Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
+deviation or by this value, whichever is larger, so that noise in a plain texture has no effect."""
 
 _FROM_TEXTURE = ("texture", "texture_spread")
 """Names of features that are always computed from the texture."""
@@ -33,7 +33,7 @@ def features_of(
 
     - ``"color"`` is red, green and blue from the file. Without colors, it is ``"texture"``.
     - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
-      their standard deviation.
+      the standard deviation of these colors.
     - ``"normals"`` and ``"height"`` (z) are computed from the mesh.
     - Any other name is a property of the faces, points or vertices in the file.
 
@@ -119,7 +119,7 @@ def _columns_of(
 def property_of(
     name: str, cells: Any, attributes: MeshAttributes | None
 ) -> npt.NDArray[np.float64] | None:
-    """Return a property in the file with one value per cell, or None if there is no such property.
+    """Return the values of a property in the file, one per cell, or None if the file lacks it.
 
     A property of the vertices of a mesh is averaged over the corners of each cell.
     """
@@ -132,7 +132,7 @@ def property_of(
 def _properties_of(
     names: Sequence[str], cells: Any, attributes: MeshAttributes | None
 ) -> npt.NDArray[np.float64] | None:
-    """Return columns of properties in the file, one row per cell, or None if one is missing."""
+    """Return the named properties in the file as columns, or None if one of them is missing."""
     of_faces, of_vertices = _stored(attributes)
     for stored in (of_faces, of_vertices):
         if all(name in stored for name in names):
@@ -154,7 +154,7 @@ def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
 def _stored(
     attributes: MeshAttributes | None,
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """Return the file's properties of faces, and of vertices or points; empty without a file."""
+    """Return two dicts of properties in the file: one for faces, one for vertices or points."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
@@ -175,6 +175,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Convert a table with one row per vertex to one row per cell: the mean over its corners."""
+    """Average the rows of `table` over the vertices of each cell; return rows of points as is."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

@@ -39,7 +39,7 @@ def nearest_faces(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> NearestFaces:
-    """Return, for each query point, the nearest face of a mesh, its distance and nearest point.
+    """Return, for each query point, the nearest face, its distance, and the nearest point on it.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ def nearest_faces(
 
 
 def checked_distance(max_distance: Any) -> float:
-    """Return the maximum distance after a check; None gives infinity."""
+    """Return `max_distance` as float after a check, or infinity if it is None."""
     if max_distance is None:
         return math.inf
     return checked_number(max_distance, "max_distance", zero=True)
 
 
 def query_points(points: Any) -> Floats:
-    """Return the positions of query points, (M, 3), which are given as an array or a cloud."""
+    """Return the positions (M, 3) of query points that are given as an array or as a cloud."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

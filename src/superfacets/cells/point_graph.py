@@ -1,4 +1,4 @@
-"""Graphs of the points of a cloud: neighbors, areas around points, normals and arc weights."""
+"""Build graphs of the points of a cloud, with areas around points, normals and arc weights."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ two points. For uniformly random points, only one in ten thousand of the six nea
 farther away than 3.3 times this square root."""
 
 OPEN_SHARE = 0.05
-"""A cloud is treated as an open surface if its area-weighted mean normal is longer than this value.
-The length is 0.2 or more for rooms without a ceiling. It is below 0.05 for all 95 closed benchmark
-models sampled at 100,000 points. With 5,000 points, it is above 0.05 for 14 of these models,
-because some estimated normals are wrong."""
+"""A cloud is treated as an open surface if the length of its area-weighted mean normal exceeds this
+value. The length is 0.2 or more for rooms without a ceiling. It is below 0.05 for all 95 closed
+benchmark models sampled at 100,000 points. With 5,000 points, it is above 0.05 for 14 of these
+models, because some estimated normals are wrong."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +53,8 @@ class PointGraph(BaseGraph):
     neighbors: Ints  # (M,) target point of each arc, ascending for each start point
     order: Ints  # (N,) indices of the points, sorted along a space-filling curve
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
-    points: Ints | None = None  # (N,) index of each point in the cloud; None if in the same order
-    knows_turns: bool = True  # whether normals tell concave from convex creases
+    points: Ints | None = None  # (N,) index of each point in the cloud; None if unsorted
+    knows_turns: bool = True  # whether normals distinguish concave from convex creases
 
 
 def find_point_graph(
@@ -75,12 +75,12 @@ def find_point_graph(
 
 
 class _FoundPoints(NamedTuple):
-    """Points and arcs from the C++ core."""
+    """Points and arcs, as returned by `_core.build_point_graph`."""
 
     offsets: Longs  # (N + 1,) index of the first arc of each point
-    neighbors: Ints  # (M,) target of each arc
+    neighbors: Ints  # (M,) target point of each arc
     measures: Floats  # (N,) area around each point
-    normals: Floats  # (N, 3) estimated normals; empty if the cloud has normals
+    normals: Floats  # (N, 3) estimated normal of each point; empty if the cloud has normals
     points: Ints  # (N,) input index of each point in the order of a space-filling curve
     positions: Floats  # (N, 3) sorted positions; empty if the points are in input order
 
@@ -121,8 +121,8 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 def is_open(normal_sum: Floats, area: float) -> bool:
     """Return whether a surface is probably open, given the area-weighted sum of its normals.
 
-    Normals of open surfaces cannot be trusted, because estimated normals point outward: the concave
-    edges of a room that was scanned from inside would be treated as convex.
+    On open surfaces, estimated normals may point to the wrong side. For example, they point out of
+    a room that was scanned from inside, so its concave edges would be treated as convex.
     """
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
 
@@ -143,12 +143,12 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a cloud without normals, which saves a tenth of the memory."""
+    """Return a `Surface` that does not store normals, which saves a tenth of the memory."""
     return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a cloud."""
+    """Return the `Surface` of a cloud, given its graph."""
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
@@ -204,10 +204,10 @@ def build_point_graph(
         unbiased for uniformly random points, 20% too large on a square grid of points, and too
         large at the boundary of a surface. ``weights`` are in units of the diagonal. In
         ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d` over its
-        two points, where a is the area around the point. The border lengths of all arcs that cross
-        a line sum to the length of the line. The angle of an arc is the angle between the normals
-        of its points. It is positive if the points are above each other's tangent planes. Normals
-        are taken from the cloud, or from `estimate_normals` if the cloud has none.
+        two points, where a is the area around the point, and d are the lengths of its arcs. The
+        border lengths of all arcs that cross a line sum to about the length of the line. The angle
+        of an arc is the angle between the normals of its points, positive if each point is above
+        the tangent plane of the other. For clouds without normals, `estimate_normals` is used.
 
     Raises
     ------
@@ -277,8 +277,8 @@ def estimate_normals(
         Number of nearest neighbors per normal. More neighbors reduce noise, but also blur edges.
     viewpoint : array_like, shape (3,), optional
         Position of the scanner. The normals of each component are flipped so that most of its area
-        faces the scanner. For terrain, pass a point far above. By default, the viewpoints of the
-        cloud are used, if there are any.
+        faces the scanner. For terrain, pass a point far above. The default is to use the viewpoints
+        of the cloud, if there are any.
     n_threads : int, optional
         As for `segment`.
 
@@ -326,7 +326,7 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
 
 
 def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
-    """Return normals, flipped so that most of the area of each component faces the viewpoints."""
+    """Flip the normals of each component of a graph so that most of its area faces `viewpoints`."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
     facing = facing_areas(viewpoints, graph.positions, graph.normals, graph.measures)
@@ -337,7 +337,7 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
 def facing_areas(
     viewpoints: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
 ) -> Floats:
-    """Return the area around each point as seen from a viewpoint, negative if seen from behind.
+    """Return the area of each point as it appears from a viewpoint; < 0 if seen from behind.
 
     `viewpoints` is one position for all points, shape (3,), or one per point, shape (N, 3).
     """

@@ -1,6 +1,6 @@
 """Compute the region graph: measures of regions, and of the borders between neighboring regions.
 
-This module is not in the package `regions`, because `clustering` and `pictures` import it.
+This module is not in `regions`: `clustering` and `pictures` import it, but may not use `regions`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class RegionGraph:
     """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
 
     Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, border
-    lengths are areas.
+    lengths, perimeters and open lengths are areas.
 
     Attributes
     ----------
@@ -46,8 +46,8 @@ class RegionGraph:
         Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
         Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
-        `estimate_normals` is used. NaN if there is no normal: for tetrahedra, cells of a
-        `CellGraph`, regions without area, and closed surfaces.
+        `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, cells of a
+        `CellGraph`, regions without area, and regions that are closed surfaces.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of each region along its three principal axes, in descending order.
         Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
@@ -55,9 +55,9 @@ class RegionGraph:
     bounds : ndarray of float64, shape (K, 2, 3)
         Minimum and maximum corner of the bounding box of each region.
     perimeters : ndarray of float64, shape (K,)
-        Length of the border of each region, including the boundary of an open mesh.
+        Length of the border of each region, including its part of the boundary of an open mesh.
     open_lengths : ndarray of float64, shape (K,)
-        Length of the boundary of an open mesh in each region; 0 for point clouds.
+        Length of the boundary edges of an open mesh in each region; 0 for point clouds.
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
@@ -77,7 +77,7 @@ class RegionGraph:
         Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
         border is in a concave crease, negative on a convex edge, and 0 where the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges of each border; for tetrahedra, of triangles; for clouds, of point pairs.
+        Number of edges (or triangles of tetrahedra, or point pairs of clouds) of each border.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """
@@ -191,7 +191,7 @@ class RegionGraph:
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
-        """Offsets, neighbors and indices of pairs, as CSR with both directions of each pair."""
+        """CSR offsets, neighbors and pair indices of a graph with both directions of each pair."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
         counts = np.bincount(sources, minlength=self.n_regions)
@@ -206,7 +206,7 @@ class RegionGraph:
         return values
 
     def table(self) -> dict[str, Array]:
-        """Return columns with one value per region, keyed by name.
+        """Return a dict of columns, keyed by name, where each column has one value per region.
 
         The column ``"area"`` is called ``"volume"`` for tetrahedra.
         """
@@ -228,7 +228,7 @@ class RegionGraph:
         return columns | _by_axis("low", low) | _by_axis("high", high)
 
     def to_pandas(self) -> Any:
-        """Return the `table` of regions as a DataFrame, indexed by region.
+        """Return the columns of `table` as a pandas DataFrame, indexed by region.
 
         Raises
         ------
@@ -280,7 +280,7 @@ class RegionGraph:
         return sparse.csr_array((values[arcs], targets, offsets.astype(np.int32)), shape=shape)
 
     def to_pyg(self) -> dict[str, Array]:
-        """Return the arrays of a PyTorch Geometric graph.
+        """Return the arrays of a PyTorch Geometric graph of the regions, keyed by name.
 
         ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` makes
         the graph. ``np.savez(path, **graph.to_pyg())`` saves the arrays.

@@ -1,4 +1,4 @@
-"""Expected number and radius of regions, and warnings about faces that are too long and thin."""
+"""Compute the expected number and radius of regions, and warn about long and thin faces."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class RegionSize(NamedTuple):
     """Expected number and radius of regions."""
 
     n_segments: int
-    """Number k of regions, as given by the caller, or computed as total area / (pi r^2)."""
+    """Number k of regions, as given by the caller, or computed from the radius r."""
     radius: float
-    """Radius r in the unit of the positions, as given by the caller, or computed by `radius_of`."""
+    """Radius r in the unit of the positions, as given by the caller, or as in `radius_of`."""
 
 
 def region_size(
@@ -62,7 +62,7 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Return the checked number of regions. If None, return the default, at most `n_cells`."""
+    """Return the checked number of regions; for None, the default number, at most `n_cells`."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
@@ -93,14 +93,14 @@ MAX_SHARE = 0.1
 """Fraction of the area in long and thin faces above which `segment` warns. The value was chosen on
 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and 500),
 and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with a maximum
-edge of r / 4 lowers the compactness by a factor of 1.2 or more. `segment` warns in 26 of these 31
-cases, including all CAD parts. The largest factor without a warning is 1.4. `segment` also warns in
-7 of the other 158 cases, where the factors are 1.09 to 1.18."""
+edge of r / 4 improves (lowers) the compactness by a factor of 1.2 or more. `segment` warns in 26 of
+these cases, including all CAD parts. The largest factor without a warning is 1.4. `segment` also
+warns in 7 of the other 158 cases, where the factors are 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
-"""Recommended maximum edge, as a multiple of the expected radius r. The median compactness of 11
-CAD parts with 150 regions is 10.7. After subdivision with a maximum edge of r, r / 2 and r / 4, it
-is 8.1, 7.5 and 6.6. If the maximum edge is halved, the number of faces triples."""
+"""Recommended maximum edge, as a multiple of the expected radius r. The median compactness (lower
+is better) of 11 CAD parts with 150 regions is 10.7. After subdivision with a maximum edge of r,
+r / 2 and r / 4, it is 8.1, 7.5 and 6.6. If this maximum is halved, the number of faces triples."""
 
 
 def sliver_share(
@@ -108,8 +108,8 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    The result is 0 if all faces have area 0. `longest` is `FaceShapes.longest`, which saves time,
-    because blocks of faces without long sides are skipped.
+    The result is 0 if all faces have area 0. If `longest` (see `FaceShapes.longest`) is not None,
+    blocks of faces without long sides are skipped to save time.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:
@@ -137,7 +137,7 @@ def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | Non
 
 
 def sliver_note(share: float, advice: str) -> str | None:
-    """Return a warning if a large fraction of the area, `share`, is in thin faces; None if not."""
+    """Return a warning if the fraction `share` of area in thin faces is large, or else None."""
     if share <= MAX_SHARE:
         return None
     return (

@@ -13,12 +13,12 @@ from ..mesh.faces import Corners, spread_indices
 from ..mesh.weld import lowest_vertices
 
 MIN_CELLS = 1 << 17
-"""Minimum number of cells for sorting. Smaller meshes fit into the processor cache unsorted."""
+"""Minimum number of cells for sorting. Smaller meshes fit into the processor cache anyway."""
 
 MOST_FAR = 1 / 3
-"""Value of `far_steps` above which cells are sorted. The run time for a million faces is 1.7 times
-as long with shuffled faces as with sorted faces, 1.4 times with shuffled pairs of faces, and 1.3
-times with shuffled vertices. Sorting takes 15 % of the run time. Meshes from scanners and from
+"""Value of `far_steps` above which cells are sorted. Compared with sorted faces, the run time for a
+million faces is 1.7 times as long with shuffled faces, 1.4 times with shuffled pairs of faces, and
+1.3 times with shuffled vertices. Sorting takes 15 % of the run time. Meshes from scanners and from
 subdivision have values below 0.3, so they are not sorted."""
 
 N_STEPS = 512
@@ -30,12 +30,12 @@ class SortedCorners(NamedTuple):
 
     vertices: Floats  # (V', 3) sorted positions, without duplicates if vertices were welded
     corners: Ints  # (C,) sorted vertex at each corner, grouped by cell
-    offsets: Longs  # (N + 1,) first corner of each cell; empty if all have the same number
+    offsets: Longs  # (N + 1,) first corner of each cell; empty if all have the same size
     order: Ints  # (N,) index of each sorted cell in the input
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Return whether consecutive cells or vertices are far apart. Small meshes give False."""
+    """Return whether consecutive cells or vertices are often far apart; False for small meshes."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False

@@ -1,4 +1,4 @@
-"""Bisection of faces until no edge is too long, because long and thin faces make bad regions."""
+"""Bisect faces until no edge is too long, because long and thin faces make bad regions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
 
 MAX_GROWTH = 4
-"""Default maximum number of new faces per old face, if it allows more faces than `MAX_FACES`."""
+"""Default maximum number of new faces per old face, if this allows more than `MAX_FACES` faces."""
 
 RESOLUTION = 1e-12
 """Minimum of `max_edge`, as a fraction of the largest coordinate. This is 4,500 times the float64
@@ -51,7 +51,7 @@ class Subdivision:
         Number of bisections that made each new face. The area of a new face is ``2.0**-depth``
         times the area of its old face or, for polygons, of the triangle that was bisected.
     cut_areas : ndarray of float64, shape (F,), optional
-        Area of the triangle that contains each new face, if the old mesh has polygons.
+        If the old mesh has polygons, area of the triangle whose bisection made each new face.
     """
 
     mesh: Mesh
@@ -109,7 +109,7 @@ class Subdivision:
                 areas *= self.cut_areas[chosen]
             groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
             names, codes = np.unique(given[chosen], return_inverse=True)
-            # Areas are powers of two, so their sums are exact, and equal areas are detected.
+            # For triangles, areas are powers of two, so sums are exact and ties are detected.
             winners = weighted_majority(
                 groups, codes.astype(np.int32), areas, int(np.count_nonzero(is_mixed))
             ).winners

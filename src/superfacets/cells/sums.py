@@ -1,4 +1,4 @@
-"""Sums of values that have the same label, and votes for the most frequent label."""
+"""Sum values that have the same label, and find the label with the largest sum of weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The class `Surface`, which computes lengths and angles of arcs between cells of any kind."""
+"""Define `Surface`, which computes lengths and angles of arcs between cells of any kind."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph, FoundArcs, surface_of_faces
 
 VOLUME_NOISE = 1e-12
-"""Volumes of at most this fraction of the cubed diagonal are treated as rounding errors."""
+"""Volumes of at most this fraction of the cubed diagonal of the bounding box are treated as 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """Cells of any kind and the arcs between them, whose lengths and angles are computed on demand.
+    """Cells of any kind, and arcs between cells, whose lengths and angles are computed on demand.
 
-    Weights of arcs, the clean-up of regions, metrics and exports use this class.
+    Weights of arcs, the clean-up of regions, metrics and exports are computed from this class.
     """
 
     handle: _core.Surface  # object of `_core` that computes lengths and angles of arcs
     offsets: Longs  # (N + 1,) index of the first arc of each cell
     neighbors: Ints  # (M,) target cell of each arc
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
-    weight_unit: float  # length of one unit of weight, in the unit of the positions
+    weight_unit: float  # length that a weight of 1 corresponds to, in the unit of the positions
     n_threads: int
-    mesh: FaceMesh | None = None  # mesh of the faces, or None if cells are not faces
+    mesh: FaceMesh | None = None  # mesh whose faces are the cells, or None for other cells
     weights: Floats | None = None  # (M,) weight of each arc; None if a formula computes weights
     volume: float = 0.0  # enclosed volume; 0 if the mesh is open or the volume is unknown
     dimension: int = 2  # 2 if measures are areas, 3 if measures are volumes
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
-        """Make the surface of a mesh; raise a ValueError if `graph` is of another mesh."""
+        """Make the surface of a mesh; raise a ValueError if `graph` was built from another mesh."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
         handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
@@ -50,7 +50,7 @@ class Surface(CsrArcs):
     def of_part_of_faces(
         cls, mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
     ) -> Surface:
-        """Make the surface of a part of a mesh; `is_inside_out` is a property of the whole mesh."""
+        """Make the surface of a part of a mesh; `is_inside_out` describes the whole mesh."""
         handle = _face_handle(mesh, graph, is_inside_out, n_threads)
         return cls._of_handle(handle, mesh, graph, n_threads)
 
@@ -110,7 +110,7 @@ class Surface(CsrArcs):
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the object of `_core` for a mesh; raise a ValueError if `graph` is of another mesh."""
+    """Make the `_core` surface of a mesh; raise a ValueError if `graph` is of another mesh."""
     _check_of_mesh(mesh, graph)
     return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
 
@@ -184,12 +184,12 @@ def enclosed(volume: float, diagonal: float) -> float:
 
 
 def is_negative(volume: float, diagonal: float) -> bool:
-    """Return whether a volume is negative, and not only because of rounding errors."""
+    """Return whether a volume is negative by more than the rounding errors."""
     return volume < -VOLUME_NOISE * diagonal**3
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
-    """Return the volume of a mesh, negative if its normals point inward; 0 if the mesh is open."""
+    """Return the volume of a mesh, negative if its normals point inward, or 0 for an open mesh."""
     if graph.edge_counts.boundary:
         return 0.0
     positions, measures = graph.positions, graph.measures

@@ -1,4 +1,4 @@
-"""The graph of the tetrahedra of a mesh, with arcs between tetrahedra that share a triangle."""
+"""Build the graph of the tetrahedra of a mesh, with arcs between tets that share a triangle."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ class TetGraph(BaseGraph):
     positions : ndarray of float64, shape (N, 3)
         Centroid of each tetrahedron.
     measures : ndarray of float64, shape (N,)
-        Volume of each tetrahedron, which is not negative for inverted tetrahedra.
+        Volume of each tetrahedron, >= 0 even for inverted tetrahedra.
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        Target of each arc.
+        Target tetrahedron of each arc.
     bounds : ndarray of float64, shape (2, 3)
         Minimum and maximum corner of the bounding box of all vertices of tetrahedra.
     arc_measures : ArcMeasures
         ``border_lengths`` are the areas of shared triangles. ``step_lengths`` are the distances
-        from centroid to centroid through the centroid of the triangle. ``sides`` are the corners
-        opposite to the triangle. ``open_lengths`` are, for each tetrahedron, the total areas of its
-        boundary triangles.
+        from centroid to centroid through the centroid of the shared triangle. ``sides`` are the
+        corners, 0 to 3, opposite to the shared triangle. ``open_lengths`` are, for each
+        tetrahedron, the total areas of its boundary triangles.
     triangle_counts : TriangleCounts
         Numbers of all, boundary and non-manifold triangles.
     """
@@ -65,7 +65,7 @@ class TetGraph(BaseGraph):
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
-        """Return a `CellGraph`; the default weights are step lengths divided by the diagonal."""
+        """Return a `CellGraph` with one weight per arc, by default step length / diagonal."""
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights

@@ -23,8 +23,8 @@ LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
 """Lookup table from 8-bit sRGB values to linear light, from 0 to 65,535."""
 
 BLEED = 2
-"""Number of texels by which ids extend beyond the borders of texture charts, because viewers
-interpolate texels there."""
+"""Number of texels by which region ids extend beyond the borders of texture charts, because viewers
+also read these texels when they interpolate at the borders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class FaceTexels:
     linear : ndarray of float64, shape (F, 3)
         Mean red, green and blue of each face in linear light, from 0 to 1.
     spread : ndarray of float64, shape (F,)
-        Standard deviation of the color within each face in linear light, from 0 to 1; 0 if the
+        Standard deviation of the texel colors in each face in linear light, from 0 to 1; 0 if the
         color does not come from an image.
     is_textured : ndarray of bool, shape (F,)
         Whether the color of each face comes from an image.
@@ -178,7 +178,7 @@ def _texels_under(
 
 
 def _uv_areas(texture: Texture, triangles: Array) -> Floats:
-    """Return the areas of triangles in texture coordinates, plus 1e-12 so that none is 0."""
+    """Return twice the areas of triangles in texture coordinates, plus 1e-12 so that none is 0."""
     a, b, c = texture.coordinates[texture.corners[triangles]].swapaxes(0, 1)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     return np.asarray(np.abs(ux * vy - uy * vx) + 1e-12)
@@ -189,7 +189,7 @@ def _means_by_face(
 ) -> tuple[Floats, Floats, Bools]:
     """Combine the colors of triangles into the mean color of each face, weighted by area.
 
-    Returns the mean and the standard deviation of each face, and whether it has any triangle.
+    Returns the mean and standard deviation of each face, and whether each face has any triangle.
     """
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)

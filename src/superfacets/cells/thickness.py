@@ -17,14 +17,14 @@ from .kinds import graph_and_surface, kind_of
 from .surface import is_inside_out
 
 N_RAYS = 30
-"""Default number of rays per face, which is the number in the paper of Shapira et al."""
+"""Default number of rays per face, as in the paper of Shapira et al."""
 
 MOST_RAYS = 10_000
 """Maximum number of rays per face. Casting 10,000 rays takes about ten milliseconds."""
 
 LEAST_DISTANCE = 1e-6
 """Minimum distance of a hit, as a fraction of the diagonal of the bounding box. Nearer hits are
-ignored, because they are on the face itself or on a second sheet of faces at the same place."""
+ignored, because they are on the face itself or on a second face at the same position."""
 
 
 def shape_diameter(

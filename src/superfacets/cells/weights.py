@@ -28,8 +28,8 @@ MOST_EVENED = 0.25
 """Cost of smooth convex edges on fully hollow shapes, relative to concave edges."""
 
 STEPS = 1 << 16
-"""`evened_share` rounds to multiples of MOST_EVENED / STEPS, so that results have the same bits
-despite rounding errors."""
+"""`evened_share` rounds its result to multiples of MOST_EVENED / STEPS, so that small rounding
+errors in sums do not change it."""
 
 TURN_BITS = 31
 """`EdgeSums.turn` is an integer in units of about diagonal / 2**TURN_BITS."""
@@ -52,7 +52,7 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
 UNKNOWN_TURN = 0.5
 """Cost of convex creases, relative to concave creases, for point clouds on which the two cannot be
 distinguished. In a synthetic room without normals, 1.5 % of the points are in a region that mainly
-covers another wall; with a cost of 0 or 1, 8.5 % or 1.4 %."""
+covers another wall. With a cost of 0, the fraction is 8.5 %, and with a cost of 1, it is 1.4 %."""
 
 NO_NORMALS = np.empty((0, 3))
 """Empty array of normals, which makes `_core` compute the normals."""
@@ -68,11 +68,11 @@ MACHINE_PART_FACTOR = 2.0
 
 CREASE_LIMIT_TURN = 59 / 180
 """Minimum angle, divided by pi, of the ridges of machine parts that coarse cells must not cross. If
-coarse cells crossed ridges, sides narrower than a coarse cell would get no region. The angle is
-just below 60 degrees, the angle of the edges of a hexagonal prism."""
+coarse cells crossed ridges, sides narrower than a coarse cell would get no region. The limit is
+59 degrees, so that it includes the edges of a hexagonal prism, which have 60 degrees."""
 
 ALL_COUNT = np.empty(0, np.uint8)
-"""Value of the argument `counted` of `weights_and_sums` for sums over the edges of all faces."""
+"""Value of the argument `counted` of `weights_and_sums` to include the edges of all faces."""
 
 
 WeightName = Literal["parts", "creases", "superfacets", "stk02"]
@@ -89,22 +89,22 @@ class EdgeFactors(NamedTuple):
 
     alpha: float  # cost of a concave edge with angle pi, as a multiple of `crease_length`
     eta_convex: float  # cost of convex edges, relative to concave edges
-    crease_length: float  # factor of all costs; 0 to use the length of each edge as factor
+    crease_length: float  # length that multiplies all costs; 0 to use the length of each edge
     ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
     is_straight: bool = False  # whether distances are straight lines from centroid to centroid
-    evened: float = 0.0  # relative cost of smooth convex edges; smooth concave edges: 1 - evened
+    evened: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
     all_sharp: bool = False  # whether all sharp convex edges are treated as ridges
-    slack: float = 0.0  # angle in radians that is subtracted from each angle, down to 0
+    slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
     @classmethod
     def of_radius(
         cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
     ) -> EdgeFactors:
-        """Return factors with the radius as `crease_length`. If the radius is 0, alpha is 0."""
+        """Return factors with `radius` as crease length. If `radius` is 0, alpha becomes 0."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
     def for_core(self, diagonal: float) -> _core.EdgeFactors:
-        """Convert the factors for the C++ core; `diagonal` is d in `superfacet_weights`."""
+        """Convert the factors to a `_core` object; `diagonal` is d in `superfacet_weights`."""
         return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
 
     def of_machine_part(self) -> EdgeFactors:
@@ -115,7 +115,7 @@ class EdgeFactors(NamedTuple):
 class EdgeSums(NamedTuple):
     """Sums over the edges of a mesh, or of a part of a mesh.
 
-    The last three sums are 0 if ridges have the same cost as other convex edges.
+    The three counts are 0 if ridges have the same cost as other convex edges.
     """
 
     turn: int  # sum of length times signed angle of smooth edges, in the unit of `TURN_BITS`
@@ -130,7 +130,7 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether at least half of the edges are flat, and a third of the others are sharp."""
+        """Whether at least half of the edges are flat, and a third of all other edges are sharp."""
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
@@ -142,7 +142,7 @@ class Weighed(NamedTuple):
     """Weights of all arcs of a graph."""
 
     weights: npt.ArrayLike  # (M,) weight of each arc
-    of_machine_part: bool = False  # whether ridges have the costs that they have on machine parts
+    of_machine_part: bool = False  # whether `EdgeFactors.of_machine_part` was used
 
 
 def superfacet_weights(
@@ -392,14 +392,14 @@ class Weight:
     defaults: Mapping[str, float]
     """Default values of parameters, keyed by the names of arguments of `segment`."""
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
-    """Function that computes weights from surface, cells, expected radius and parameters."""
+    """Function that computes weights from a surface, cells, expected radius and parameters."""
     fractions: tuple[str, ...] = ()
-    """Names of parameters that must be 0 to 1. All other parameters must be >= 0."""
+    """Names of the parameters that must be from 0 to 1. All other parameters must be >= 0."""
     has_parts: bool = False
     """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
     has_other_unit: bool = False
-    """Whether the weights have another unit than ``"creases"``. In this case, the costs of borders
-    are recomputed for the clean-up, and cells without angles cannot use the formula."""
+    """Whether the weights have another unit than ``"creases"``. In this case, the clean-up of
+    regions recomputes the costs of borders, and cells without angles cannot use the formula."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
@@ -501,7 +501,7 @@ class WeightOptions:
         return float(self.params["alpha"]) * radius
 
     def crease_limit(self, radius: float) -> float:
-        """Return the crease cost of the arcs that no coarse cell crosses on machine parts."""
+        """Return the minimum crease cost of arcs of machine parts that coarse cells never cross."""
         ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
         return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
 
@@ -526,7 +526,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
-    """Return weights given by the caller, or distances; `plural` is the noun for cells."""
+    """Return weights given by the caller, or else distances; `plural` names cells in messages."""
     if options.given is not None:
         return Weighed(options.given)
     if options.has_other_unit:
@@ -547,7 +547,7 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Return one weight per arc, computed with equations 1 to 3 of the paper."""
+    """Return one weight per arc: equations 1 to 3 of the paper, with the given factors."""
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
@@ -579,10 +579,10 @@ def creases_and_sums(
 def weights_and_sums(
     surface: Surface, cells: CellArrays, factors: EdgeFactors, counted: Bytes | None
 ) -> tuple[Floats, EdgeSums]:
-    """Return the weights of arcs between faces, and sums over edges.
+    """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
     Sums include the edges of faces with a nonzero entry in `counted`, shape (N,). If `counted` is
-    `ALL_COUNT` or None, all edges are included; for None, `EdgeSums.turn` is 0, to save time.
+    `ALL_COUNT` or None, all edges are included. For None, `EdgeSums.turn` is not computed but 0.
     """
     handle, n_threads = surface.handle, surface.n_threads
     costs, wants_turn = factors.for_core(surface.diagonal), counted is not None

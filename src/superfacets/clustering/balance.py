@@ -60,14 +60,14 @@ a border. With larger offsets, regions extend around their neighbors into other 
 With a value of 1, the undersegmentation error is 0.01 higher."""
 
 RESCUES = 10
-"""Maximum number of final rounds, which move centers that offsets have put into other regions."""
+"""Maximum number of final rounds, which move centers whose cells are in other regions."""
 
 ISLAND = 0.5
 """A component smaller than this fraction of the mean size of a region always has one region."""
 
 
 MAX_TOTAL = 1e150
-"""Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL. Ratios are then finite."""
+"""Maximum sum of the sizes of all cells. With the minimum 1 / MAX_TOTAL, ratios stay finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class SizeRules:
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return `size` with `n_segments` computed from `cells_per_region`, if this is given."""
+        """Return `size`, where `n_segments` follows from `cells_per_region` if this is given."""
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -200,9 +200,9 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return target numbers of cells: `per_region` for all but the smallest region of a component.
+    """Return the target number of cells of each region: usually `per_region`.
 
-    The target of the smallest region is the number of remaining cells of the component.
+    The target of the smallest region of each component is the number of remaining cells.
     """
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
@@ -217,7 +217,7 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Return target sizes that are moved toward the mean of their component until within bounds.
+    """Move the target sizes of each component toward their mean until all are within bounds.
 
     If the mean is out of bounds, all target sizes of the component become the mean.
     """
@@ -242,7 +242,8 @@ class Balancer:
     islands: _core.Islands
     may_jump: bool  # whether centers may move to other regions; False if the caller gave centers
     goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) target sizes; empty at first
-    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,) added to paths
+    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))
+    """Length that is added to all paths from each center, (K,); empty at first."""
 
     @classmethod
     def of(
@@ -277,7 +278,7 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """Return the offsets as unsigned integers, which `_core` expects."""
+        """Return `offsets` as unsigned integers, which `_core` expects."""
         return self.offsets.astype(np.uint64)
 
     def _counted(
@@ -300,7 +301,7 @@ class Balancer:
             gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
             if stays.all() and not gets.any():
                 break
-            # A component may need several rounds, because each region is divided once per round.
+            # A component may need several rounds, because each round divides a region only once.
             centers = np.concatenate([found.centers[stays], more[gets]])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
         return clustering
@@ -326,7 +327,7 @@ class Balancer:
     def _move_offsets(
         self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
     ) -> None:
-        # The radius of a disk is 3/2 of the mean distance of its points from the center.
+        # Path length to the border: a disk's radius is 3/2 of the mean distance from its center.
         scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
         goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
         for n in range(n_rounds + RESCUES):
@@ -402,7 +403,7 @@ class _Regions:
         return _ranks_in_groups(order, self.components)
 
     def farthest(self, lengths: Offsets) -> Ints:
-        """Return the cell of each region with the longest path, or the center if there is none."""
+        """Return the cell with the longest path in each region; in empty regions, the center."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)

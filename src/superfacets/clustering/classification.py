@@ -1,4 +1,4 @@
-"""Stage 4a as a function: label each cell with its nearest center.
+"""Label each cell with its nearest center, which is stage 4a of the algorithm.
 
 The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
 """
@@ -48,7 +48,7 @@ def classify(
     ----------
     graph : CellGraph
     centers : array_like of int, shape (K,)
-        Distinct cells.
+        Indices of distinct cells.
     reach : float, optional
         By default, the classification is *exact*: a single run of Dijkstra's algorithm starts from
         all centers simultaneously. Regions are connected. Time is at most O((N + M) log N). With
@@ -62,8 +62,8 @@ def classify(
     -------
     Classification
         If two centers have equally short paths, the lower label is used. While there are unreached
-        cells, the one with the lowest index becomes an additional center and expands in the same
-        way.
+        cells, the unreached cell with the lowest index becomes an additional center, from which
+        paths are computed in the same way.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class LargeGraph(Protocol):
 
     @property
     def straight_unit(self) -> float:
-        """Unit of arc lengths if these are straight distances plus costs; otherwise 0."""
+        """Unit of arc lengths if they are straight distances plus costs; 0 for other lengths."""
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Group the cells into coarse cells, each of about `cell_size` cells."""
@@ -63,10 +63,10 @@ class LargeGraph(Protocol):
     def assignment(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> Assignment:
-        """Assign all cells to their nearest center, as `assignment_of` does."""
+        """Return the result of the function `assignment_of` for this graph."""
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Join cells without a label to regions, as the function `join_islands` does."""
+        """Return the result of the function `join_islands` for this graph."""
 
     def gathered(self, n_threads: int) -> OrderedGraph:
         """Load the whole graph into memory."""
@@ -100,7 +100,7 @@ MANY_REGIONS = 10_000
 error from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Minimum number of coarse cells in components with seeds, relative to the required number."""
+"""Minimum fraction of the required number of coarse cells that is in components with seeds."""
 
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
@@ -199,7 +199,7 @@ def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Return whether the length of an arc is the straight distance of its ends plus a cost."""
+    """Return whether arc lengths are straight distances between the two cells, plus a cost."""
     return graph.straight_unit > 0.0
 
 

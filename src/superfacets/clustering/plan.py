@@ -37,7 +37,7 @@ class Plan:
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
         n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph; `start` is the requested size, and the start of the loop.
+        """Make the plan for a graph; `start` contains size options, and seeding method or `Start`.
 
         If the cells of the graph are sorted, `order` is the index of each cell before sorting.
         Centers and labels in `start` refer to the order before sorting.
@@ -69,7 +69,7 @@ class Plan:
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
 
-        `placed` are all cells, if an earlier stage has already sorted them.
+        `placed` are all cells in sorted order, or None if no earlier stage has sorted them.
         """
         cut = self.cut
         if cut is None:
@@ -129,14 +129,14 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
 
 
 def _sorted_indices(cells: Ints, order: Ints) -> Ints:
-    """Return the indices of cells after sorting; `order` is the index of each before sorting."""
+    """Convert indices before sorting to indices after sorting; `order` maps them back."""
     inverse = np.empty_like(order)
     inverse[order] = np.arange(len(order), dtype=order.dtype)
     return inverse[cells]
 
 
 def _are_all_different(given: Array) -> bool:
-    """Return whether each cell is a center: the array is a permutation of 0 to N - 1."""
+    """Return whether `given` is a permutation of 0 to N - 1, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 

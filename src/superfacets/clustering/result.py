@@ -37,7 +37,7 @@ class Level:
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Reason why the iterations stopped; see `Segmentation`.
     seconds : float
-        Wall time in seconds.
+        Wall time of the loop on this level, in seconds.
     """
 
     n_cells: int
@@ -75,8 +75,8 @@ class Segmentation:
     n_unreached : int
         Number of components that no center reached because they have no seed. If `radius_factor` is
         given, groups of faces that are too far from all centers are counted too. With
-        ``islands="keep"``, each of these components becomes a region. With ``"nearest"``, it joins
-        the nearest region, unless barriers enclose it.
+        ``islands="keep"``, each of these components becomes a region. With ``"nearest"``, each of
+        them joins the nearest region, unless barriers enclose the component.
     n_joined : int
         Number of disconnected pieces that ``enforce_connectivity`` joined to a neighboring region.
     n_merged : int
@@ -194,7 +194,7 @@ class Segmentation:
         return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
 
     def _known_cells(self, instead: str) -> Any:
-        """Return `cells`, or raise an error that suggests the function `instead` if it is None."""
+        """Return `cells`; if they are None, raise an error that suggests the function `instead`."""
         if self.cells is None:
             raise ValueError(
                 f"this segmentation does not store its mesh: call {instead}(mesh, labels) instead"

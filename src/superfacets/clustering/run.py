@@ -129,7 +129,7 @@ JoinPieces: TypeAlias = Callable[[Ints, Ints], Ints]
 
 
 def joiner_of(arcs: ArcLengths, crease_limit: float, n_threads: int) -> JoinPieces:
-    """Return a function that joins pieces of regions without the center to neighboring regions.
+    """Return a function that joins pieces without the center of their region to other regions.
 
     Arcs of length `crease_limit` or more are only used for pieces without shorter arcs to a region.
     """

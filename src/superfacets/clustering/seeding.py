@@ -10,7 +10,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Radius of regions for ``"flood"``, and edge length of cubes for ``"grid"``, in expected radii."""
+"""Radius of regions for ``"flood"`` and edge of cubes for ``"grid"``, divided by the radius r."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
 """Map from values of the argument `islands` to the enumeration in `_core`."""
@@ -69,7 +69,7 @@ def place_seeds(
     Returns
     -------
     ndarray of int32, shape (K,)
-        Distinct cells. If several cells are equally good, the lowest index is used.
+        Indices of distinct cells. If several cells are equally good, the lowest index is used.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Stage 4b as a function: the center of each region becomes the cell nearest to its centroid.
+"""Move the center of each region to the cell nearest to the centroid, stage 4b of the algorithm.
 
 The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
 """

@@ -24,18 +24,18 @@ from .weld import lowest_vertices
 Denoise = int | Literal["auto"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
-"""Number of sampled faces. If the first N_FIRST samples show no noise, no others are measured."""
+"""Number of sampled faces. If the first N_FIRST samples show no noise, no more are measured."""
 
 LEAST_SAMPLES = 32
 """Minimum number of samples with finite heights. A mesh with fewer such samples is not smoothed."""
 
 NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
-"""Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. On a
-plane of equal squares, noise of 0.005 edge lengths makes regions 1.3 times as long as wide."""
+"""Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. Noise
+of 0.005 edge lengths makes regions on a plane of equal squares 1.3 times as long as wide."""
 
 SMOOTH_BELOW = 0.7
 """A mesh is treated as smooth if the noise estimated from the first samples is below this fraction
-of the noise limit, because the estimate is then 4 standard errors below the limit."""
+of the noise limit. The estimate is then 4 standard errors below the limit."""
 
 DETAIL_RATIO = 1.45
 """Assumed ratio of `Roughness.far` to `Roughness.near` on meshes with details but without noise.
@@ -46,9 +46,9 @@ MOST_AGREEMENT = 0.5
 higher for coarse shapes without noise."""
 
 FOLD_PER_NOISE = 2.4
-"""Ratio of the angle between neighboring faces, in radians, to the noise, in edge lengths. It is
-2.4 to 3.3 on noisy models. The ratio gives an upper bound of the noise, because noise bends all
-edges: a mesh with many flat edges, such as a subdivided mesh, has little noise."""
+"""Minimum ratio of the angle between neighboring faces, in radians, to the noise, in edge lengths.
+The ratio is 2.4 to 3.3 on noisy models. It gives an upper bound of the noise, because noise bends
+all edges: a mesh with many flat edges, such as a subdivided mesh, has little noise."""
 
 QUARTER_OF_NORMAL = 0.3186
 """First quartile of the absolute values of standard normal numbers."""
@@ -168,7 +168,7 @@ class Roughness(NamedTuple):
 
     @classmethod
     def joined(cls, parts: list[Roughness], samples: Longs) -> Roughness:
-        """Combine measures of several parts of a mesh, with the same result as `of_mesh`.
+        """Combine the roughness of several parts of a mesh, with the same result as `of_mesh`.
 
         `samples` is the index in `sampled_faces` of each row of the concatenated parts.
         """

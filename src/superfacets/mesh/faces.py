@@ -44,7 +44,7 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, (N,), or one number if it is the same for all cells."""
+        """Number of corners of each cell, (N,), or one number if all cells have equally many."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
@@ -64,7 +64,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return, for each cell, the mean of `table` (one row per vertex) over its corners."""
+        """Return, for each cell, the mean row of `table` (one row per vertex) over its corners."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -111,7 +111,7 @@ def face_sizes(mesh: FaceMesh) -> Longs:
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Cut faces into triangles; return triangles, shape (T, 3), and the face of each, shape (T,).
+    """Cut faces into triangles; return the triangles (T, 3), and the face of each triangle (T,).
 
     For a triangle mesh, the second result is None, because the triangles are the faces.
     """
@@ -164,7 +164,7 @@ def measure_shapes(
     """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
     Undefined normals are 0. The fourth result is the squared length of the longest side in each
-    block of faces that `_core` processes. For polygons, the last two results are None.
+    block of consecutive faces, as divided by `_core`. For polygons, the last two results are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
@@ -218,7 +218,7 @@ def sliver_area(
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, in which vertices that share an edge are connected.
 
-    Only the `representative` of each vertex, the lowest vertex at the same position, has arcs.
+    Arcs join only representatives. `representative` is the lowest vertex at the same position.
     """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):

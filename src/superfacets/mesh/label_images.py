@@ -1,4 +1,4 @@
-"""Convert the masks of an image to one image in which each pixel has the id of a mask."""
+"""Convert the masks of an image to one image that contains the mask id of each pixel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NO_MASK = 0
 """Id of pixels outside all masks."""
 
 Overlap = Literal["smallest", "largest"]
-"""Which of several overlapping masks gets the pixels they share: the smallest or the largest."""
+"""Whether pixels in several overlapping masks belong to the smallest or to the largest of them."""
 
 
 def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:

@@ -22,8 +22,8 @@ class PinholeCamera:
     pose : array_like, shape (4, 4) or (3, 4)
         Camera-to-world matrix: a rotation and a translation, without scale, in the coordinates of
         the mesh. The first three columns are the right, down and forward axes of the camera (as in
-        OpenCV, COLMAP and ScanNet); the last column is its position. Invert world-to-camera
-        matrices with ``np.linalg.inv`` first.
+        OpenCV, COLMAP and ScanNet); the last column is the position of the camera. Invert
+        world-to-camera matrices with ``np.linalg.inv`` first.
     intrinsics : array_like, shape (4,), (3, 3) or (4, 4)
         Focal lengths and principal point in pixels, (fx, fy, cx, cy), or the camera matrix. The
         center of the first pixel is at (0.5, 0.5), as in COLMAP.
@@ -67,7 +67,7 @@ class PinholeCamera:
     def of_opengl(
         cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
     ) -> PinholeCamera:
-        """Make a camera from a pose whose axes are right, up and back, as in OpenGL and Blender."""
+        """Make a camera from a pose with right, up and backward axes, as in OpenGL and Blender."""
         opencv_pose = checked_pose(pose)
         opencv_pose[:3, 1:3] *= -1
         return cls(opencv_pose, checked_intrinsics(intrinsics), size, name)

@@ -40,9 +40,9 @@ class PointCloud(Cells):
         Red, green and blue, as floats from 0 to 1 or as unsigned integers (uint8: 0 to 255).
         Stored as float32 from 0 to 1. A fourth column is ignored.
     axes : array_like, shape (N, 3), optional
-        Normals of unknown sign, such as the shortest axes of Gaussian splats; zero vectors for
-        points without an axis. If ``normals`` is None, `segment` estimates normals from the axes of
-        neighbors, or from positions where no neighbor has an axis.
+        Normals of unknown sign, such as the shortest axes of Gaussian splats. A zero vector means
+        that a point has no axis. If ``normals`` is None, `segment` estimates normals from the axes
+        of neighbors, or from their positions where no neighbor has an axis.
     viewpoints : array_like, shape (3,) or (N, 3), optional
         Position of the sensor, for all points or for each point. Estimated normals face the sensor;
         given normals are unchanged. `read_cloud` takes viewpoints from the poses of scans in E57.

@@ -45,8 +45,8 @@ class PolygonMesh(CellsOfVertices):
     vertices : array_like, shape (V, 3)
         As for `Mesh`.
     offsets : array_like of integers, shape (F + 1,)
-        The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``, three or more. F >= 1.
-        Copied to a read-only int64 array.
+        The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``. Each face has three or
+        more corners, and F is at least 1. Copied to a read-only int64 array.
     indices : array_like of integers, shape (C,)
         Vertices, 0 to V - 1, at the corners of all faces, counterclockwise seen from outside.
         Copied to a read-only int32 array.
@@ -97,7 +97,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh from arrays that no one else uses, so that they need not be copied."""
+        """Make a mesh from new arrays, which are not copied because no other code uses them."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True

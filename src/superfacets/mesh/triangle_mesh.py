@@ -56,7 +56,7 @@ class Mesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh from arrays that no one else uses, so that they need not be copied."""
+        """Make a mesh from new arrays, which are not copied because no other code uses them."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)

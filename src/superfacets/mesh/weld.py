@@ -1,4 +1,4 @@
-"""Welding: vertices at the same position are treated as one vertex."""
+"""Welding, which treats vertices at the same position as one vertex."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from .._types import Floats, Ints
 
 
 def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
-    """For each vertex, return the lowest index of the vertices at the same position.
+    """Return, for each vertex, the lowest index of the vertices at the same position.
 
-    Without `weld`, each vertex gets its own index.
+    If `weld` is false, return the index of each vertex itself.
     """
     if weld:
         return _core.weld_vertices(vertices, n_threads)

@@ -14,8 +14,8 @@ from ..adapters.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
 DEFAULT_TOLERANCE = 0.01
-"""Default tolerance, as a fraction of the diagonal of the bounding box. If a compact object has 150
-regions, the tolerance is about a third of the radius of a region."""
+"""Default tolerance, as a fraction of the diagonal of the bounding box. This is about a third of
+the radius of a region if a compact object has 150 regions."""
 
 
 class BoundaryAgreement(NamedTuple):
@@ -29,10 +29,10 @@ class BoundaryAgreement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """Borders between labels, and the distances of all vertices from the borders."""
+    """Borders between labels, and the distance of each vertex from the nearest border."""
 
     borders: Borders
-    distances: Floats  # (V,) distance of each vertex to a border, along edges; inf without a path
+    distances: Floats  # (V,) length of the path along edges to the nearest border; inf if none
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
@@ -64,7 +64,7 @@ def boundary_agreement(
     tolerance : float, default 0.01
         Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
         box. Distances are lengths of paths along edges from vertex to vertex, which are longer than
-        geodesic distances. They are measured at both ends of a border edge.
+        geodesic distances. They are measured at both ends of each border edge.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
 
@@ -101,9 +101,9 @@ def cut_discrepancy(
 ) -> float:
     """Return the relative distance between borders of regions and true borders; 0 is best.
 
-    The result is the mean geodesic distance from border points of regions to the nearest true
-    border, plus the mean distance from true borders to the nearest border of a region. The sum is
-    divided by the mean distance of the surface from its centroid or, if all faces have the same
+    The result is the mean distance from borders of regions to the nearest true border, plus the
+    mean distance from true borders to the nearest border of a region. The sum is divided by the
+    mean distance of the faces from the centroid of the mesh or, if all faces have the same
     centroid, by the diagonal of the bounding box.
 
     Parameters
@@ -115,8 +115,8 @@ def cut_discrepancy(
     -------
     float
         Discrepancy, >= 0. Where no path leads to a border, for example because the truth has no
-        borders, the distance is the diagonal of the bounding box. If labels have no borders, the
-        mean distance from their borders is 0.
+        borders, the distance is the diagonal of the bounding box. If labels or truth have no
+        borders, the mean distance from these borders is 0.
 
     Raises
     ------

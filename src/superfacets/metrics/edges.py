@@ -1,4 +1,4 @@
-"""Shortest paths along the edges of a mesh, and edges at the borders between labels."""
+"""Compute shortest paths along the edges of a mesh, and find edges at borders between labels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 from ..mesh.weld import lowest_vertices
 
 _POINT = 1e-12
-"""A `MeshEdges.mean_radius` of at most this fraction of the diagonal is a rounding error."""
+"""A mean radius of at most this fraction of the diagonal is treated as 0 by `MeshEdges`."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class EdgePaths:
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
-            # `Clustering` uses unreached vertices as further sources, with higher labels.
+            # `Clustering` makes unreached vertices additional sources, which have higher labels.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.nodes >= 0
@@ -66,7 +66,7 @@ class EdgePaths:
 
 @dataclass(frozen=True, eq=False)
 class MeshEdges:
-    """A mesh with the graph of its faces and the graph of its edges, for metrics of borders."""
+    """A mesh, the graph of its faces, and shortest paths along its edges, for border metrics."""
 
     mesh: FaceMesh
     graph: FaceGraph
@@ -105,7 +105,7 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Return both ends of the given sides of faces, with the lower vertex first, (n, 2)."""
+        """Return the two end vertices of the given sides of faces, (n, 2), lower vertex first."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:

@@ -116,8 +116,8 @@ def evaluate(
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
         One or several ground truths. A ground truth is the true segment of each face, or -1 for
         unannotated faces, which comparisons with this ground truth ignore. If many labels of one
-        mesh are evaluated, `GroundTruths` saves time. It must have been made for the same mesh, and
-        `weld` and `n_threads` then have no effect.
+        mesh are evaluated, `GroundTruths` saves time. It must have been made for the same mesh. In
+        this case, `weld` and `n_threads` have no effect.
     tolerance : float, default 0.01
         Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
@@ -195,9 +195,9 @@ def evaluate_vertices(
     Returns
     -------
     dict of str to float
-        The metrics of `evaluate` that need neither borders nor normals. Regions are connected along
-        the edges of the mesh. The area of each face is divided equally among its corners, and the
-        area of a vertex is the sum over the faces around it.
+        The metrics of `evaluate` that need neither borders nor normals. Vertices are connected
+        along the edges of the mesh. The area of each face is divided equally among its corners, and
+        the area of a vertex is the sum of these parts over the faces around the vertex.
 
     Raises
     ------
@@ -249,7 +249,7 @@ def _of_volume(
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
-    """Return the metrics of labels of tetrahedra or points, which have no normals or edges."""
+    """Return the metrics that need no normals or border edges, for tetrahedra or points."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
@@ -266,7 +266,7 @@ def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, fl
 
 
 def _means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Return the mean of each metric over all rows; each row has the metrics of one truth."""
+    """Return the mean of each metric over `rows`, where each row is for one ground truth."""
     return {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
 
 

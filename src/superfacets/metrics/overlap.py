@@ -22,11 +22,11 @@ from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Overlaps are counted in a dense table if the table has at most this many entries per face."""
+"""Overlaps are summed in a dense table if the table has at most this many entries per face."""
 
 _TIE = 1e-9
-"""Relative difference below which two sums of areas are treated as equal. It is an upper bound of
-the rounding error of a sum of a million areas."""
+"""Relative difference below which two sums of areas are treated as equal. It is larger than the
+rounding error of a sum of a million areas."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Overlap:
 
     @property
     def total(self) -> float:
-        """Total area of the surface."""
+        """Total area of the surface, without unannotated faces."""
         return float(self.segment_areas.sum())
 
 
@@ -132,8 +132,8 @@ def undersegmentation_error(
 
     For each pair of a region and a true segment that contains more than the fraction `tolerance` of
     the region, the area of the region outside the segment is added. The result is the sum divided
-    by the area of the surface. If a true border cuts a region into two halves, the whole area of
-    the region is added.
+    by the area of the surface. For example, if a true border cuts a region into two halves, both
+    halves are added.
 
     Parameters
     ----------
@@ -193,16 +193,16 @@ class Hamming(NamedTuple):
     distance: float
     """Mean of the missing rate and the false alarm rate."""
     missing_rate: float
-    """Fraction of the surface where the region is not the one that overlaps the segment most."""
+    """Fraction of the area where a segment is outside the region that overlaps the segment most."""
     false_alarm_rate: float
-    """Fraction of the surface where the segment is not the one that overlaps the region most."""
+    """Fraction of the area where a region is outside the segment that overlaps the region most."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
-    """Return the Hamming distance of the Princeton benchmark, missing rate and false alarm rate.
+    """Return the Hamming distance, the missing rate and the false alarm rate; 0 is best.
 
-    An oversegmentation always has a high missing rate, because its regions are smaller than the
-    true segments.
+    The definitions are those of the Princeton benchmark. An oversegmentation always has a high
+    missing rate, because its regions are smaller than the true segments.
 
     Parameters
     ----------
@@ -268,9 +268,9 @@ def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None
     """Return the global and the local consistency error of labels and truth; 0 is best.
 
     Each point has two refinement errors: the fraction of its region outside its segment, and the
-    fraction of its segment outside its region. The global error is the smaller of their two means
-    over the surface. The local error is the mean of the smaller error at each point. Both are 0 if
-    no region crosses a true border.
+    fraction of its segment outside its region. The global error is the smaller of the means of the
+    two errors over the surface. The local error is the mean over the surface of the smaller error
+    at each point. Global and local error are 0 if no region crosses a true border.
 
     Parameters
     ----------
@@ -316,7 +316,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:
-    """Return the sum of the largest overlap of each region or segment; `groups` are their ids."""
+    """Return the sum over all groups (regions or segments) of the largest area in each group."""
     best = np.zeros(n_groups)
     np.maximum.at(best, groups, areas)
     return float(best.sum())

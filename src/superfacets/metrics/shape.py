@@ -16,7 +16,7 @@ from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12
-"""If the variation of normals is at most this fraction of the area, the surface is flat."""
+"""A surface is treated as flat if the variation of normals is at most this part of the area."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
@@ -71,9 +71,8 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
     The unit normal of each face is compared with the mean normal of its region and with the mean
     normal of the whole surface, weighted by area. The result is 1 if all regions are flat, and 0 if
-    the variance within regions is as large as on the whole surface. It is also 1 for a flat
-    surface. Faces without area are ignored. Inconsistent orientation of faces increases the
-    variance.
+    the variance within regions is as large as on the whole surface. For a flat surface, it is 1.
+    Faces without area are ignored. Inconsistent orientation of faces increases the variance.
 
     Parameters
     ----------

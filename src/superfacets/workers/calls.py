@@ -1,4 +1,4 @@
-"""Define the interface of a team of worker processes, which get calls and return results."""
+"""Define the interface of a team of worker processes, which run calls and return results."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .. import __version__
 from .._validate import counted
 
 ALLOWED_KILLS = 3
-"""A call is not repeated again if more than this number of workers have died during it."""
+"""A call is repeated unless more than this number of workers have died while running the call."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
-"""A function of a module and its arguments, which are pickled."""
+"""A module-level function and its arguments; both are sent to a worker as a pickle."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Killed:
-    """Result of a call that is not repeated again, because `n_workers` workers died during it."""
+    """Result of a call that is given up, because `n_workers` workers died while running it."""
 
     n_workers: int
 
@@ -65,13 +65,13 @@ class Team(ABC):
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls, at most `width` at a time; yield (index, result) of each call when it ends.
 
-        If a worker is killed, its call is repeated. Raises a ConnectionError if no worker is left
-        or if workers cannot be started.
+        If a worker is killed, its call is repeated, or yields `Killed` after too many repetitions.
+        Raises a ConnectionError if no worker is left or if workers cannot be started.
         """
 
     @property
     def share(self) -> float:
-        """Memory per thread of the smallest worker, in bytes."""
+        """Memory per thread, in bytes; the minimum over all workers."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(

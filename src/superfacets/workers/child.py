@@ -1,4 +1,4 @@
-"""Define the main function of worker processes. This module must be fast to import."""
+"""Define the main function of worker processes, in a module that must be fast to import."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
 
     The first message to the parent process is None. Then one message follows for each call, in the
     order of the calls: whether the call returned, and its pickled result or exception. If the
-    connection is closed, or if this process uses more than `memory` bytes, the process ends
+    connection is closed, or if this process uses more than `memory` bytes, this process ends
     immediately, even during a call.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent process
-    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # default number of threads
-    gc.freeze()  # garbage collection would write to memory shared by fork
+    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # read by `checked_threads`
+    gc.freeze()  # otherwise, garbage collection would write to memory shared by fork and copy it
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()
     with contextlib.suppress(OSError):
@@ -63,6 +63,6 @@ def _pickled(error: BaseException) -> bytes:
     """Pickle an exception or, if this is impossible, a RuntimeError with the same message."""
     with contextlib.suppress(Exception):
         data = pickle.dumps(error)
-        if isinstance(pickle.loads(data), Exception):  # some pickles cannot be loaded
+        if isinstance(pickle.loads(data), Exception):  # some pickled exceptions cannot be loaded
             return data
     return pickle.dumps(RuntimeError(reason_of(error)))

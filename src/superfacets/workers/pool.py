@@ -22,17 +22,17 @@ START_ATTEMPTS = 10
 """Maximum number of consecutive workers that may die before they are ready."""
 
 TICK = 1.0
-"""Interval between checks for Ctrl-C, in seconds, as Ctrl-C does not interrupt `wait` on
-Windows."""
+"""Interval between checks for Ctrl-C, in seconds. Checks are needed because Ctrl-C does not
+interrupt `wait` on Windows."""
 
 PAUSE = 0.1
-"""Time until a worker that died at start-up is replaced, in seconds."""
+"""Time in seconds before a worker that died at start-up is replaced."""
 
 MEMORY_SHARE = 0.95
 """Fraction of `Worker.memory` above which a worker process ends itself."""
 
 DEPTH = 2
-"""Maximum number of calls that a worker has received: the running call and the next call."""
+"""Maximum number of unfinished calls that a worker has: the running call and the next call."""
 
 Admits = Callable[[int, Sequence[int]], bool]
 """Function that returns whether a call may run at the same time as other calls. Its arguments are
@@ -43,12 +43,12 @@ class _Process:
     def __init__(self, n_threads: int, memory: float) -> None:
         context = start_context()
         self.connection, theirs = context.Pipe()
-        self.places: deque[int] = deque()  # index of the running call, then of waiting calls
+        self.places: deque[int] = deque()  # indices of the running call and of waiting calls
         self.has_begun = False  # whether the process has started and can run calls
         arguments = (theirs, n_threads, memory)
         self._process = context.Process(target=serve, args=arguments, daemon=True)
-        # Errors are ignored: the next read from the connection fails if the process was not
-        # started.
+        # Errors are ignored here, because the next read from the connection fails if the process
+        # was not started.
         with theirs, own_settings(), contextlib.suppress(OSError, EOFError):
             self._process.start()
 
@@ -67,9 +67,9 @@ class _Process:
 class Pool(Team):
     """A team of processes on this machine, each of which runs one call at a time.
 
-    Each process may use an equal part of `memory`. A process that ends or uses more memory is
-    replaced as long as there are calls. If `memory` is infinite, the memory of processes is not
-    checked. `allowed_kills` replaces the constant `ALLOWED_KILLS`.
+    Each process may use an equal part of `memory`, in bytes. A process that ends or uses more
+    memory is replaced as long as there are calls. If `memory` is infinite, the memory of processes
+    is not checked. `allowed_kills` replaces the constant `ALLOWED_KILLS`.
     """
 
     def __init__(self, n_workers: int, n_threads: int, memory: float, allowed_kills: int) -> None:
@@ -107,11 +107,11 @@ class Pool(Team):
     def _hand_out(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
-        """Give each worker a call, and also the next call if there are enough waiting calls."""
+        """Give each idle worker a call, and a second call if there are enough waiting calls."""
         is_limited = width is not None or admits is not None
         for depth in range(1 if is_limited else DEPTH):
             for process in self._processes[:width]:
-                n_kept = depth * len(self._processes)  # for workers that finish first
+                n_kept = depth * len(self._processes)  # left for the workers that finish first
                 if len(process.places) > depth or len(waiting) <= n_kept:
                     continue
                 at_work = [place for other in self._processes for place in other.places]
@@ -143,7 +143,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Put calls of a dead worker back into the queue; return a call with too many deaths."""
+        """Requeue the calls of a dead worker; return (index, `Killed`) after too many deaths."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))
@@ -184,8 +184,8 @@ def open_pool(
 ) -> Iterator[Pool]:
     """Yield a `Pool`, whose processes end after the `with` block, or when this process ends.
 
-    The parameters are the same as for `Pool`. By default, the processes may use all memory of this
-    machine. Raises a MissingExtraError if memory is limited and psutil is not installed.
+    The parameters are as for `Pool`. By default, the processes may use all memory of this machine.
+    Raises a MissingExtraError if memory is limited and psutil is not installed.
     """
     memory = usable_memory() if memory is None else memory
     if memory < math.inf and find_spec("psutil") is None:

@@ -1,4 +1,4 @@
-"""Store temporary arrays in memory (a cache) and in a scratch folder, which is finally removed."""
+"""Store temporary arrays in memory, and in a scratch folder that is removed at the end."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""Name of the file that a run keeps locked. If it is not locked, the run was killed."""
+"""Name of the file that a run keeps locked. If the file is not locked, the run was killed."""
 
 _HEADER_SIZE = 128
 """Size of the header of ``.npy`` files in bytes. NumPy pads short headers to this size."""
@@ -76,8 +76,8 @@ class Scratch:
     """Named arrays in a folder, which several processes can write and read.
 
     Arrays are written atomically and can be overwritten, so that interrupted work can be repeated.
-    Arrays are kept in memory instead as long as their total size is at most `cache` bytes. Other
-    processes cannot read arrays in memory.
+    Arrays are kept in memory instead as long as their total size is less than `cache` bytes. Other
+    processes cannot read arrays in memory, so the default of `cache` is 0.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -106,11 +106,11 @@ class Scratch:
                 error.filename = str(path)
             raise
         finally:
-            with contextlib.suppress(OSError):  # renamed, or never created
+            with contextlib.suppress(OSError):  # the file was renamed or never created
                 partial.unlink()
 
     def keep(self, name: str, array: Array) -> bool:
-        """Store an array in memory if the cache has enough room; return whether it has."""
+        """Store an array in memory if the cache has enough room; return whether it was stored."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
@@ -125,8 +125,8 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Return rows `begin` to `end` - 1 of an array, which must not be modified."""
-        # Files are not memory-mapped, because limits of the address space include memory maps.
+        """Return rows `begin` to `end` - 1 of an array; callers must not modify the result."""
+        # Files are not memory-mapped, because memory maps count toward address space limits.
         kept = self._kept.get(name)
         if kept is not None:
             return kept[begin:end]
@@ -186,7 +186,7 @@ class RowFile:
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """Return the rows as a table; single numbers are grouped to rows of `width` numbers."""
+        """Return the rows as a table; if added rows are numbers, `width` numbers form a row."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

@@ -28,8 +28,8 @@ _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Environment variables of workers. Numeric libraries must not start threads, because workers
-divide the cores among them, and because a process with threads cannot be forked safely.
+"""Environment variables of workers. Numeric libraries must not start threads, because the workers
+together already use all cores, and because a process with threads cannot be forked safely.
 `PYTHONSAFEPATH` excludes the current folder from the search path of modules."""
 
 HAS_SERVER = sys.platform == "linux"
@@ -72,7 +72,7 @@ def own_settings() -> Iterator[None]:
     try:
         os.environ.update(_ENVIRONMENT)
         if mask is not None:
-            resource_tracker.ensure_running()  # now, as its start unblocks signals
+            resource_tracker.ensure_running()  # starting this process later would unblock signals
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         sys.modules["__main__"] = types.ModuleType("__main__")
         yield

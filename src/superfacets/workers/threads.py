@@ -22,7 +22,7 @@ class ThreadTeam:
         self._given: list[Future[Any]] = []
 
     def start(self) -> None:
-        """Start all threads at once, because Ctrl-C during a later start could lose a thread.
+        """Start all threads now, because Ctrl-C during a later start could lose a thread.
 
         Raises a MemoryError if the system cannot start this number of threads.
         """
@@ -34,7 +34,7 @@ class ThreadTeam:
             threads = counted(self._n_threads, "thread")
             raise MemoryError(f"cannot start {threads}: reduce n_threads") from None
         finally:
-            barrier.abort()  # ends the waiting of threads
+            barrier.abort()  # releases threads that still wait
 
     def map(
         self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]
@@ -43,7 +43,7 @@ class ThreadTeam:
 
         If a job fails or the user presses Ctrl-C, jobs that have not started are cancelled.
         """
-        if len(jobs) == 1:  # frequent, and needs no thread
+        if len(jobs) == 1:  # a frequent case that needs no thread
             yield from in_turn(work, store, jobs)
             return
         self._given = []
@@ -63,7 +63,7 @@ class ThreadTeam:
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # waits, as Python loses Ctrl-C while a thread ends
+        self._pool.shutdown()  # waits, because Python may lose Ctrl-C while a thread ends
 
 
 @contextlib.contextmanager
