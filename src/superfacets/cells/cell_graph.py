@@ -254,7 +254,7 @@ class CellGraph(BaseGraph):
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of `_core`, which is built at the first call and cached."""
+        """Return the graph as an object of the C++ core. It is built at the first call and cached."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)

@@ -164,7 +164,7 @@ class MeshAttributes:
     ) -> MeshAttributes:
         """Return a copy to which these properties are added. They replace properties of equal name.
 
-        Comments, texture and `las` are copied, too.
+        Comments, the texture and the description of a LAS file are copied, too.
 
         Parameters
         ----------
