@@ -138,7 +138,7 @@ class Prepared:
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto",
     ) -> Prepared:  # fmt: skip
-        """Smooth a noisy mesh and build its graph; if `is_sorted`, cells may be sorted for speed."""
+        """Smooth a noisy mesh and build its graph; sort cells for speed only if `is_sorted`."""
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
