@@ -60,7 +60,7 @@ def check_length(
     given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
     error: type[ValueError] = ValueError,
 ) -> None:  # fmt: skip
-    """Raise an error unless `given` has `n` values, one per cell or per other `noun`.
+    """Raise an error unless `given` has `n` values, one value for each `noun`.
 
     If there is one value per vertex instead of one per cell, the message advises a conversion.
     """

@@ -138,7 +138,7 @@ class Prepared:
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto",
     ) -> Prepared:  # fmt: skip
-        """Smooth noisy meshes, and build the graph of cells, which `is_sorted` allows to sort."""
+        """Smooth a noisy mesh and build its graph; sort cells for speed only if `is_sorted`."""
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
@@ -410,7 +410,7 @@ class Options:
         return is_halted or self.weights.given is not None
 
     def params(self, result: Segmentation) -> dict[str, Any]:
-        """Return `Segmentation.params`, where `result` has only the parameters of the loop."""
+        """Return `Segmentation.params`: these options, and the loop parameters in `result`."""
         return {
             "weld": self.weld,
             "denoise": self.denoise,
@@ -815,7 +815,7 @@ def sliver_advice(radius: float) -> str:
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Return a note if `min_measure` made fewer regions than requested; otherwise None."""
+    """Return a note if `min_measure` led to fewer regions than requested; otherwise None."""
     asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
     least = result.params.get("min_measure")
     if asked is None or n_made >= asked or least is None:
@@ -828,14 +828,14 @@ def fewer_note(result: Segmentation) -> str | None:
 
 
 def barriers_note(asked: int, n_made: int) -> str:
-    """Return a note that explains why barriers made more regions than requested."""
+    """Return a note that explains why barriers led to more regions than requested."""
     if asked == 1:
         return f"barriers divide the mesh into {n_made} components, each of which is a region"
     return "barriers divide the mesh into components, each of which has at least one region"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Warn if the number of regions is not as requested, without seeds and `radius_factor`."""
+    """Unless seeds or `radius_factor` are given, warn if there are not `n_segments` regions."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:

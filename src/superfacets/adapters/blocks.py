@@ -37,8 +37,8 @@ def cell_blocks(source: Any) -> list[int]:
     """Return the indices of the blocks of a meshio mesh that contain the cells to segment.
 
     These are all blocks of tetrahedra, or all blocks of faces if the mesh has no tetrahedra. The
-    result is empty if the mesh is a point cloud. Raises a MeshError if a block contains cells that
-    are neither faces nor tetrahedra nor ignored, such as hexahedra.
+    result is empty if the mesh is a point cloud. Vertices and lines are ignored. Raises a MeshError
+    if a block has cells of any other type, such as hexahedra.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}

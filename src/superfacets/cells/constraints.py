@@ -298,7 +298,7 @@ def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Return the group of each cell: the piece of a connected component that barriers cut off.
+    """Return the group of each cell: the index of its piece after barriers cut the graph.
 
     The group is `ANY_GROUP` if barriers do not divide the connected component of the cell. `before`
     marks the arcs that the mask keeps, and `after` marks the arcs that also cross no barrier.

@@ -152,7 +152,7 @@ class Kind:
     def part(self, cells: Any, chosen: Ints) -> Any:
         """Return a cloud of the points with the ascending indices `chosen`.
 
-        Only points have this method. For cells that have corners, use `with_corners` instead.
+        Raises a MeshError if cells are not points. For cells with corners, use `with_corners`.
         """
         raise MeshError(f"{self.plural} cannot be split into files: write only their labels")
 

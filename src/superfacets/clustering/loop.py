@@ -231,7 +231,7 @@ class Loop:
 def _labels_and_centers(clustering: Assignment) -> tuple[Ints, Ints]:
     """Return labels and centers of a clustering, where each center has the label of its region.
 
-    If paths have offsets, a center may be in another region. This cell alone becomes its region.
+    If paths have offsets, a center may be in another region. It then gets a region of one cell.
     """
     labels, centers = clustering.labels(), clustering.centers()
     labels[centers] = np.arange(len(centers), dtype=labels.dtype)

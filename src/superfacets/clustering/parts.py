@@ -307,7 +307,7 @@ def _coarser(
 ) -> list[_ConductingGraph]:
     """Return a list of `level`, which belongs to `graph`, and of successively coarser levels."""
     levels: list[_ConductingGraph] = []
-    coarse: list[_core.CoarseGraph] = []  # keeps the objects alive that own the graphs
+    coarse: list[_core.CoarseGraph] = []  # keeps the owners of `graph` alive
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))

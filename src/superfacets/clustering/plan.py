@@ -1,4 +1,4 @@
-"""The class `Plan`: the cells to segment, the size of regions, and the initial centers."""
+"""Define `Plan`, which has the cells to segment, the size of regions, and the initial centers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The class `Segmentation`, which is the result of `segment`."""
+"""Define `Segmentation`, the class of results of `segment`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seeding, which places the initial centers of regions."""
+"""Place the seeds, which are the initial centers of regions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Radius of regions for ``"flood"`` and edge of cubes for ``"grid"``, divided by the radius r."""
+"""Radius of regions for ``"flood"``, or edge of cubes for ``"grid"``, in multiples of radius r."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
 """Map from values of the argument `islands` to the enumeration in `_core`."""

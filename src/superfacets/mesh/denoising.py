@@ -27,7 +27,7 @@ N_SAMPLES, N_FIRST = 512, 128
 """Number of sampled faces. If the first N_FIRST samples show no noise, no more are measured."""
 
 LEAST_SAMPLES = 32
-"""Minimum number of samples with finite heights. A mesh with fewer such samples is not smoothed."""
+"""Minimum number of samples with finite heights. Meshes with fewer of them are not smoothed."""
 
 NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
 """Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. Noise

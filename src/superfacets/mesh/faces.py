@@ -1,4 +1,4 @@
-"""Functions that return corners, areas, normals, vertex graphs and sample points of meshes."""
+"""Compute corners, areas, normals, vertex graphs and sample points of meshes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, (N,), or one number if all cells have equally many."""
+        """Number of corners of each cell, (N,), or one number if it is equal for all cells."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property

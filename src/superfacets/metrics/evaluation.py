@@ -1,4 +1,4 @@
-"""Functions that compute all metrics of labels of cells or of vertices."""
+"""Compute all metrics of labels of cells or of vertices."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     -------
     Overlap
         Regions and segments are numbered in the order of their labels. Time is O(F), or O(F log F)
-        if both have thousands of labels.
+        if there are thousands of regions and thousands of segments.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def undersegmentation_error(
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
     """Return the achievable segmentation accuracy (ASA): the accuracy of the best region labels.
 
-    This is the highest accuracy that any choice of one label per region can reach. The best choice
+    This is the maximum accuracy over all choices of one label per region. The best choice
     for a region is the true label with the largest overlap. The accuracy is the fraction of the
     area with the correct label. It is 1 if no region crosses a true border.
 
@@ -201,7 +201,7 @@ class Hamming(NamedTuple):
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
     """Return the Hamming distance, the missing rate and the false alarm rate; 0 is best.
 
-    The definitions are those of the Princeton benchmark. An oversegmentation always has a high
+    They are defined as in the Princeton benchmark. An oversegmentation always has a high
     missing rate, because its regions are smaller than the true segments.
 
     Parameters

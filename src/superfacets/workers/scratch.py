@@ -77,7 +77,7 @@ class Scratch:
 
     Arrays are written atomically and can be overwritten, so that interrupted work can be repeated.
     Arrays are kept in memory instead as long as their total size is less than `cache` bytes. Other
-    processes cannot read arrays in memory, so the default of `cache` is 0.
+    processes cannot read arrays in memory, so `cache` should be 0 if there are other processes.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
