@@ -121,7 +121,7 @@ def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     write_mesh(parts, FOLD, [7, 3])  # sorted by region: the faces change places
     status, printed, notes = run("regions", fold / "fold.ply", parts)
     assert (status, printed) == (1, "")
-    assert notes.startswith(f"superfacets: error: {parts}: the faces have another order")
+    assert notes.startswith(f"superfacets: error: {parts}: the cells or their order differ from")
     assert run("regions", parts, parts)[0] == 0
     write_mesh(parts, FOLD, [3, 7])  # the order of the mesh
     assert run("regions", fold / "fold.ply", parts)[0] == 0

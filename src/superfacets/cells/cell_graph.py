@@ -147,7 +147,7 @@ class CellGraph(BaseGraph):
     positions : array_like, shape (N, 3)
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell (volume if `dimension` is 3), finite and >= 0, in the squared unit of the
+        Area of each cell (volume in three dimensions), finite and >= 0, in the squared unit of the
         positions. The centroid of a region is the mean position of its cells, weighted by area. The
         sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of k regions.
     offsets : array_like of integers, shape (N + 1,)
@@ -254,7 +254,7 @@ class CellGraph(BaseGraph):
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of the C++ core. It is built at the first call and cached."""
+        """Return the graph as an object of the C++ core, built at the first call and cached."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)

@@ -30,7 +30,7 @@ class Submesh(NamedTuple):
         Index, in the whole mesh, of each cell of the part. The indices are ascending.
     vertices : ndarray of int32
         Index, in the whole mesh, of each vertex of the part. Indices are ascending. For a cloud,
-        `vertices` equals `cells`.
+        ``vertices`` equals ``cells``.
     """
 
     mesh: Cells
