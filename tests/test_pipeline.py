@@ -509,12 +509,12 @@ def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
     with pytest.raises(MeshError, match=hint):
         segment(sheet, 3, features="color")
     with pytest.raises(
-        MeshError, match="features heat: the mesh has no heat, but it has normals, height"
+        MeshError, match="features heat: the mesh has no property heat: it has normals, height"
     ):
         segment(sheet, 3, features="heat")
     write_mesh(tmp_path / "plain.ply", sheet)
     with pytest.raises(
         MeshError,
-        match="features color: the mesh has no red green blue, but it has normals, height",
+        match="features color: the mesh has no property red, green, blue: it has normals, height",
     ):
         segment(tmp_path / "plain.ply", 3, features="color")

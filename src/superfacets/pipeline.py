@@ -774,12 +774,15 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Return costs of borders, from the weights of arcs or, for other units, from `creases_of`."""
+    """Return the costs of borders.
+
+    They are computed from the weights of arcs, or from `creases_of` if these weights have another
+    unit than "creases".
+    """
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
         return BorderCosts(surface, work.lengths, work.unit, scale)
-    # The weights have another unit, or depend on resolution, so "creases" weights are used here.
     weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
     if work.steps is not None:
         weights = work.steps.added(weights, surface, radius)

@@ -102,9 +102,12 @@ def test_properties_of_faces_and_vertices(folder):
 
 def test_what_the_file_does_not_have_is_an_error(folder):
     output = run("segment", "bear.ply", "--features", "color", status=1)
-    assert "features color: the mesh has no red green blue, but it has normals, height" in output
+    assert (
+        "features color: the mesh has no property red, green, blue: it has normals, height"
+        in output
+    )
     output = run("segment", "cloud.ply", "--features", "heat", status=1)
-    assert "but it has color, normals, height, alpha, blue, green, red" in output
+    assert ": it has color, normals, height, alpha, blue, green, red" in output
 
 
 def test_a_cloud_is_not_subdivided(folder):

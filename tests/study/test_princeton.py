@@ -74,7 +74,7 @@ def test_a_damaged_mesh_is_an_error(folder):
 
 def test_a_folder_that_is_no_benchmark_is_refused(tmp_path):
     with pytest.raises(
-        MeshError, match="not a copy of the Princeton benchmark: the folder off is missing"
+        MeshError, match="not a copy of the Princeton benchmark: it has no folder 'off'"
     ):
         Benchmark(tmp_path)
     (tmp_path / "off").mkdir()

@@ -46,7 +46,7 @@ struct PointGraph {
 PointGraph build_point_graph(std::span<const Point> positions, const PointGraphOptions& options,
                              ThreadTeam& team);
 
-// Renumbers the graph to the order of the input.
+// Returns the graph with its points numbered in the order of the input.
 PointGraph in_input_order(const PointGraph& sorted, ThreadTeam& team);
 
 }  // namespace superfacets

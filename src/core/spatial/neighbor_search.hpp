@@ -100,8 +100,9 @@ class NearestFinder {
   std::vector<Block> blocks_;
   std::size_t n_blocks_ = 0;
 
-  // Positions of recent points, and the distances of their farthest neighbors.
   static constexpr std::size_t kRecent = 8;
+  // Points of the last kRecent searches, and the distance from each of them to the farthest
+  // neighbor that was found.
   PointBlock<kRecent> recent_{};
   std::array<double, kRecent> reaches_;
   std::size_t n_searches_ = 0;

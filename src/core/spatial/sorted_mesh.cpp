@@ -60,7 +60,7 @@ Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& 
   return places;
 }
 
-// Returns the cells sorted by their lowest corner, then by index.
+// Returns the cells sorted by the smallest vertex index of their corners, then by cell index.
 Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
   // Codes are shifted to use all bits, because the sort divides its work among threads by the
   // highest digit. With 2^30 vertices or more, the lowest bit of the corner is lost.

@@ -5,9 +5,9 @@
 namespace superfacets {
 namespace {
 
-// Depth of the near plane, as a fraction of the largest depth of a triangle. The image bounding box
-// of a triangle excludes the part in front of this plane, because points at the camera project to
-// infinity.
+// Depth of the near plane of a triangle, as a fraction of the depth of its farthest corner. The
+// bounding box of the triangle in the image excludes the part that is nearer than this plane,
+// because points at the camera project to infinity.
 constexpr double kNearest = 1e-6;
 
 // Margin of the bounding box in pixels. The margin is larger than the rounding errors of the

@@ -160,7 +160,7 @@ class Kind:
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Make a mesh of the same class from new corners, without checks if `bounds` are given."""
+        """Make a mesh of the class of `cells`; if `bounds` is given, the arrays are not checked."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:

@@ -110,7 +110,7 @@ def _columns_of(
     table = _properties_of(wanted, cells, attributes)
     if table is None:
         raise MeshError(
-            f"features {name}: the mesh has no {' '.join(wanted)}, but it has"
+            f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
             f" {', '.join(_names_in(cells, *_stored(attributes)))}"
         )
     return table

@@ -63,7 +63,10 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
 def _values_named(
     color_by: str | None, cells: Cells, attributes: MeshAttributes | None
 ) -> Array | str | None:
-    """Return the values of the file or property `color_by`, or else `color_by` as a column name."""
+    """Return the values in the file or property named `color_by`.
+
+    If there is neither, return `color_by` itself, which is then a column of the table of regions.
+    """
     if color_by is None:
         return None
     if Path(color_by).suffix.lower() in VALUE_ENDINGS:

@@ -96,9 +96,10 @@ class TileOptions:
         self, inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str],
         given: FileOptions, others: Mapping[str, object],
     ) -> tuple[str, ...]:  # fmt: skip
-        """Return formats for outputs without file name; raise a usage error for refused options.
+        """Return the formats of outputs that are given as a folder.
 
-        `others` are values of further options that are not supported in tiles, by option name.
+        Raises a usage error for options that ``--tiled`` does not support. `others` contains the
+        values of further such options, by option name.
         """
         if STANDARD_STREAM in (*inputs, *outputs):
             raise click.UsageError("--tiled does not support standard input and output (-)")

@@ -17,9 +17,9 @@ def label_files(source: object, out: StrPath) -> list[Path]:
     """Return paths for the labels of a source, and create the output folder if it is missing.
 
     `out` is the name of a ``.npy`` file. If the source is a folder, `out` can also be a folder that
-    exists, has no suffix, or ends in a slash. Raises a ValueError for any other `out`, if `out` is
-    a file of the source, or if two files of the source have the same stem. Raises an OSError if a
-    file cannot be written.
+    exists, has no suffix, or ends in a slash. Raises a ValueError for any other `out`, for an `out`
+    that is a file of the source, and for two files of the source with the same stem. Raises an
+    OSError if a file cannot be written.
     """
     if not _is_folder(out):
         if Path(out).suffix != ".npy":

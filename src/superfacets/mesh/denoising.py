@@ -125,11 +125,12 @@ def slack_of(n_steps: int, *, is_regular: bool) -> float:
 class Roughness(NamedTuple):
     """Roughness at sampled faces and at their first corners, measured by `_core.measure_roughness`.
 
-    `near` and `far` are heights of the first corner above a surface that is fitted to vertices
-    around the corner: to both rings for `near`, and to the second ring for `far`. `fold` is the
-    angle between the planes of the face and of its first neighbor. `agreement` is the fraction of
-    pairs of neighboring faces whose centers are on the same side of the face. `n_faces` is the
-    number of faces around the first corner, or 0 if the corner is on the boundary.
+    `near` and `far` are heights of the first corner above a fitted surface. For `near`, the surface
+    is fitted to the first and second ring of vertices around the corner, and for `far`, only to the
+    second ring (see ``roughness.hpp``). `fold` is the angle between the planes of the face and of
+    its first neighbor. `agreement` is the fraction of pairs of neighboring faces whose centers are
+    on the same side of the face. `n_faces` is the number of faces around the first corner, or 0 if
+    the corner is on the boundary.
     """
 
     near: Floats

@@ -166,7 +166,7 @@ def lift(
     least = checked_fraction(agreement, "agreement")
     if least == 0:
         raise ValueError(
-            "agreement must be above 0, because 0 would merge all regions into one object, got 0"
+            "agreement must be above 0, got 0: all regions would be merged into one object"
         )
     checked_choice(overlap, "overlap", get_args(Overlap))
     surface = SeenSurface(cells, labels, checked_threads(n_threads))

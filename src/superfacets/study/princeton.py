@@ -99,7 +99,7 @@ class Benchmark:
         meshes = self.root / "off"
         if not meshes.is_dir():
             raise MeshError(
-                f"{self.root} is not a copy of the Princeton benchmark: the folder off is missing"
+                f"{self.root} is not a copy of the Princeton benchmark: it has no folder 'off'"
             )
         names = (re.fullmatch(r"([1-9]\d*)\.off", path.name) for path in meshes.iterdir())
         self.numbers = tuple(sorted(int(name[1]) for name in names if name))

@@ -159,7 +159,7 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Double the band width, up to `MOST_STEPS`, and mark cells within it around `cells`."""
+        """Double the width of the band, and mark cells within this number of arcs of `cells`."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))

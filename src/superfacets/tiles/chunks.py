@@ -230,7 +230,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # code of the last of the first `n_left` cells
+    code = int(np.searchsorted(ends, n_left))  # highest code of the `n_left` first cells
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:

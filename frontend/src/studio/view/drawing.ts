@@ -246,8 +246,8 @@ export class Drawing {
   }
 
   /**
-   * Draw the current view antialiased. Very large canvases are never antialiased, and slow views only if
-   * `always` is set.
+   * Draw the current view antialiased. Very large canvases are never antialiased. Views that are slow to draw are
+   * antialiased only if `always` is set.
    */
   refine(always = false): void {
     const { width, height } = this.canvas;

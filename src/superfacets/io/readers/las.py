@@ -367,8 +367,8 @@ def _chunks(
     sizes_fit = counts.min(initial=1) > 0 and counts[:, 0].max(initial=0) <= largest
     if not sizes_fit or n_points != header.n_points or n_used > n_bytes:
         raise MeshError(
-            f"the chunks of the file do not add up to {counted(header.n_points, 'point')} in"
-            f" {n_bytes} bytes"
+            f"the chunk table does not match the {counted(header.n_points, 'point')} in"
+            f" {n_bytes} bytes that the header declares: the file may be damaged"
         )
     return [(int(points), int(size)) for points, size in counts]
 
