@@ -74,7 +74,7 @@ fuzz: $(VENV)/group-test ## search a minute for inputs that break a promise; FUZ
 	$(BIN)/python tools/fuzz $(FUZZ)
 
 sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan; SANITIZERS=thread for one
-	tools/sanitize $(BIN)/python
+	tools/sanitize $(BIN)/python $(SANITIZE_TESTS)
 
 compilers: $(BIN)/superfacets ## check that labels are the same with GCC, less optimized, and clang
 	tools/compare-compilers $(BIN)/python
