@@ -231,11 +231,29 @@ def test_a_segmentation_stands_for_its_labels():
     assert_array_equal(sf.snap(result, result), result.labels)
 
 
-def test_what_does_not_fit_is_refused():
+def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
     mesh = shapes.strip(3)
     of_vertices = (
         r"labels must have one value per cell \(3\), got 5 values\. For one label per vertex"
     )
+    cases = [
+        (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), of_vertices),
+        (lambda: sf.region_graph(mesh, [0] * 5), of_vertices),
+        (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
+        (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),
+        (lambda: sf.submesh(mesh, [0] * 5, 0), of_vertices),
+        (lambda: sf.cut_borders(mesh, [0] * 5), of_vertices),
+        (lambda: sf.view(mesh, [0] * 5),
+         r"convert the labels to faces with superfacets\.face_labels\(mesh, labels\)"),
+        (lambda: sf.view(mesh, ground_truth=[0] * 5), of_vertices),
+    ]  # fmt: skip
+    for call, message in cases:
+        with pytest.raises(ValueError, match=message):
+            call()
+
+
+def test_what_does_not_fit_is_refused():
+    mesh = shapes.strip(3)
     cases = [
         (lambda: sf.pool([1, 2, 3], [0, 0, 0], how="median"), "how must be one of mean, sum"),
         (lambda: sf.pool([1, 2], [0, 0, 0]),
@@ -249,15 +267,6 @@ def test_what_does_not_fit_is_refused():
          r"labels\[1\] must be -1 to 2 for 3 cells, got -2"),
         (lambda: sf.pool([1, 2, 3], [0, 0], cells=mesh),
          r"labels must have one value per cell \(3\), got 2 values$"),
-        (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), of_vertices),
-        (lambda: sf.region_graph(mesh, [0] * 5), of_vertices),
-        (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
-        (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),
-        (lambda: sf.submesh(mesh, [0] * 5, 0), of_vertices),
-        (lambda: sf.cut_borders(mesh, [0] * 5), of_vertices),
-        (lambda: sf.view(mesh, [0] * 5),
-         r"convert the labels to faces with superfacets\.face_labels\(mesh, labels\)"),
-        (lambda: sf.view(mesh, ground_truth=[0] * 5), of_vertices),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1]),
          r"measures must have one value per cell, shape \(2,\), got \(1,\)"),
         (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]),
@@ -279,6 +288,9 @@ def test_what_does_not_fit_is_refused():
     for call, message in cases:
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_values_and_labels_of_other_types_are_refused():
     with pytest.raises(
         TypeError, match="values must be integers or bools for 'majority', got float64"
     ):
