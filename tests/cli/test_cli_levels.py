@@ -157,7 +157,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (
             ("-n", "3", "-o", "x.npy", "--features", "heat"),
             1,
-            "features heat: the mesh has no heat",
+            "features heat: the mesh has no property heat: it has normals",
         ),
         (
             ("-n", "9999", "-o", "out.npz"),
