@@ -212,6 +212,18 @@ def test_normals_point_out_of_a_solid_and_to_a_viewpoint():
     assert np.all(estimate_normals(ground, viewpoint=[0, 0, -5])[:, 2] < 0)
 
 
+@pytest.mark.parametrize("viewpoint", [[0, 0, 1.1], [3, 4, 0], [0, 0, 1e6], [0, -1e200, 0]])
+def test_normals_of_a_closed_shape_point_out_of_it_wherever_the_viewpoint_is_outside(viewpoint):
+    ball, ground = sphere(3000), 3.0 * plane(2000) - [3, 3, 5]
+    normals = estimate_normals(np.concatenate([ball, ground]), viewpoint=viewpoint)
+    assert np.all(np.einsum("ij,ij->i", normals[:3000], ball) > 0.99)
+    is_below = viewpoint[2] < -5
+    assert np.all((normals[3000:, 2] < 0) == is_below)
+    one_each = sf.PointCloud(ball, viewpoints=ball * 0.5)
+    facing = sf.estimate_normals(one_each)
+    assert np.all(np.einsum("ij,ij->i", facing, ball) < -0.99)
+
+
 def valley(n, seed=0):
     """Points on two squares that meet at a right angle, seen from within the angle."""
     points = plane(n, seed)

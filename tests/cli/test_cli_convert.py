@@ -173,6 +173,14 @@ def test_regions_are_split(run, folder):
     )  # fmt: skip
     assert files_in(folder / "halves") == ["region_0.ply", "region_1.ply"]
     assert not (folder / "c.obj").exists()
+    (folder / "halves/region_0.npy").write_bytes((folder / "a.npy").read_bytes())
+    before = (folder / "halves/region_0.ply").read_bytes()
+    for inputs in (["halves/region_0.ply", "a.npy"], ["a.ply", "halves/region_0.npy"]):
+        status, _, err = run("convert", *inputs, "--split", "./halves")
+        assert status == 2
+        assert "region_0" in err
+        assert "a file of --split could overwrite the input" in err
+    assert (folder / "halves/region_0.ply").read_bytes() == before
     status, _, err = run("convert", "a.ply", "--split", "none")
     assert (status, err) == (1, NO_LABELS.format("split it by"))
     assert not (folder / "none").exists()

@@ -129,7 +129,7 @@ def test_transforms_of_nerf_are_read(tmp_path):
     del angles["camera_angle_y"]
     write_json(path, CAMERAS, **angles, **bare, w=None, h=None)
     check(sf.read_cameras(path, size=(64, 48)))
-    with pytest.raises(sf.MeshError, match="w and h are missing"):
+    with pytest.raises(sf.MeshError, match=r"w or h is missing: pass size=\(width, height\)"):
         sf.read_cameras(path)
 
 

@@ -456,7 +456,7 @@ def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refus
         (glb().replace(b"BIN\0", b"BOX\0"), "buffers[0] declares 72 bytes but has 0"),
         (
             glb().replace(b"\x48\0\0\0BIN\0", b"\x49\0\0\0BIN\0"),
-            "second chunk is longer than the file",
+            "second chunk extends past the end of the file",
         ),
     ],
 )

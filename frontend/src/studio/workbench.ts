@@ -18,7 +18,7 @@ const MAX_NAMED = 3; // largest number of classes and objects that a message lis
 const EMPTY = "No cell is in view. Home shows the whole mesh.";
 
 interface Kinds {
-  paint: number; // class and object that strokes assign, as one number (see `paintOf`)
+  "current-paint": number; // class and object that strokes assign, as one number (see `paintOf`)
   selection: ReadonlySet<number>;
   hover: number; // cell under the pointer; -1 if there is none
 }
@@ -84,7 +84,7 @@ export class Workbench {
   choose(id: number, object = this.usualObject(id)): void {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
     this.lastObjects.set(id, object);
-    this.events.emit("paint", this.currentPaint);
+    this.events.emit("current-paint", this.currentPaint);
   }
 
   isStuff(id: number): boolean {
@@ -111,7 +111,7 @@ export class Workbench {
     if (!paint || paint === currentPaint) return this.say("No other object is under the pointer.");
     if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of the same class can be merged.");
     const name = this.paintName(paint);
-    session.paint(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
+    this.paintCells(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
     this.say(`${name} is now part of ${this.paintName(currentPaint)}.`);
   }
 
@@ -128,7 +128,7 @@ export class Workbench {
   deleteObject(paint: number): void {
     const { mesh, paints } = this.session;
     const [name, cells] = [this.paintName(paint), paints.cellsOf(classOf(paint), objectOf(paint))];
-    this.session.paint(cells, 0);
+    this.paintCells(cells, 0);
     this.say(`${name} deleted: ${cells.length.toLocaleString("en")} ${mesh.cellName} have no object now (Ctrl+Z undoes).`);
   }
 
@@ -195,11 +195,16 @@ export class Workbench {
     this.select([], false);
   }
 
+  /** Give cells the class and object encoded by `paint`. Calls with the same stroke are one step for undo. */
+  paintCells(cells: Uint32Array, paint: number, strokeId?: string): void {
+    this.session.paint(cells, paint, strokeId);
+  }
+
   /** Paint regions and select them, so that `grow` and `shrink` can change the painted area. */
   paintRegions(regions: Iterable<number>, paint: number): void {
     const list = [...regions];
     if (!list.length) return;
-    this.session.paint(this.session.regions.cellsOfAll(list), paint);
+    this.paintCells(this.session.regions.cellsOfAll(list), paint);
     this.select(list, true);
   }
 
@@ -261,7 +266,7 @@ export class Workbench {
     }
     const replaced = new Map<number, number>();
     this.noteReplaced(list, paint, replaced);
-    this.session.paint(this.session.regions.cellsOfAll(list), paint);
+    this.paintCells(this.session.regions.cellsOfAll(list), paint);
     this.sayPainted(list, paint, replaced);
   }
 
@@ -312,7 +317,7 @@ export class Workbench {
     if (this.isPainted) ring = ring.filter((r) => paints.mainPaint(regions.cellsOf(r)) === 0);
     if (!ring.length) return this.say("All neighbors have a class already.");
     const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
-    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
+    if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
     this.say(`Grown by ${counted(ring.length, "region")}.`);
   }
@@ -323,7 +328,7 @@ export class Workbench {
     if (!ring.length || ring.length === this.selection.size) {
       return this.say("No ring of regions is left to remove.");
     }
-    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), 0);
+    if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
     this.say(`Shrunk by ${counted(ring.length, "region")}.`);

@@ -70,7 +70,7 @@ struct Arcs {
                                [&](Cell neighbor) { return labels[neighbor] != labels[cell]; });
   }
 
-  // Whether the offsets increase from 0 to the number of arcs, and all targets are valid cells.
+  // Whether the offsets ascend from 0 to the number of arcs, and all targets are valid cells.
   bool are_valid() const {
     return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
            std::ranges::is_sorted(offsets) && all_below(targets, n_cells());

@@ -258,9 +258,9 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   return order;
 }
 
-// In a graph with one-way arcs, seeds may not reach all cells. This function repeatedly makes the
-// lowest unreached cell of a large component a seed, until all cells of large components are
-// reached.
+// In a graph with one-way arcs, there may be cells that no path from a seed reaches. This function
+// repeatedly makes the lowest such cell of a large component a seed, until there are n_seeds seeds
+// or all cells of large components are reached.
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;

@@ -17,8 +17,9 @@ constexpr std::int64_t kQueriesPerTask = 1 << 11;
 // Maximum number of queries with the same Morton code that keep their input order.
 constexpr std::size_t kQueriesTogether = 64;
 
-// The best result so far. Initially, `squared` is the squared limit, and `cell` is higher than
-// every valid cell, so a cell at exactly the limit is accepted.
+// The best result so far. Of two cells at the same distance, the lower one is better. Initially,
+// `squared` is the squared limit, and `cell` is higher than every valid cell, so a cell at exactly
+// the limit is accepted.
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs, Viewpoint
+from .._types import Array, Bools, Floats, Ints, Longs, Viewpoint
 from .._validate import (
     check_spread,
     checked_count,
@@ -103,7 +103,8 @@ def _found_points(
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
     """Return the graph with the normals of the cloud if it has any, or with estimated normals.
 
-    If the cloud has viewpoints, estimated normals are flipped to face the viewpoints.
+    If the cloud has viewpoints, estimated normals are flipped to face the viewpoints; see
+    `FacingSums`.
     """
     if cloud.normals is not None:
         given = cloud.normals if graph.points is None else cloud.normals[graph.points]
@@ -277,8 +278,9 @@ def estimate_normals(
         Number of nearest neighbors per normal. More neighbors reduce noise, but also blur edges.
     viewpoint : array_like, shape (3,), optional
         Position of the scanner. The normals of each component are flipped so that most of its area
-        faces the scanner. For terrain, pass a point far above. The default is to use the viewpoints
-        of the cloud, if there are any.
+        faces the scanner. The normals of a closed component are flipped only if the scanner is
+        inside. For terrain, pass a point far above. The default is to use the viewpoints of the
+        cloud, if there are any.
     n_threads : int, optional
         As for `segment`.
 
@@ -326,25 +328,56 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
 
 
 def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
-    """Flip the normals of each component of a graph so that most of its area faces `viewpoints`."""
+    """Flip the normals of each component of a graph to face `viewpoints`, one or one per point."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    facing = facing_areas(viewpoints, graph.positions, graph.normals, graph.measures)
-    sums: Array = np.bincount(components, weights=facing, minlength=n_components)
-    return np.where(sums[components] < 0, -1.0, 1.0)[:, None] * graph.normals
+    sums = FacingSums.zeros(n_components)
+    sums.add(components, viewpoints, graph.positions, graph.normals, graph.measures)
+    is_flipped = sums.is_turned_away(has_one_viewpoint=viewpoints.ndim == 1)
+    return np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
 
 
-def facing_areas(
-    viewpoints: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
-) -> Floats:
-    """Return the area of each point as it appears from a viewpoint; < 0 if seen from behind.
+class FacingSums(NamedTuple):
+    """Sums over the points of each component, from which its normals are flipped to a viewpoint."""
 
-    `viewpoints` is one position for all points, shape (3,), or one per point, shape (N, 3).
-    """
-    toward = np.asarray(viewpoints) - positions
-    farthest = np.abs(toward).max(axis=1, keepdims=True)
-    np.divide(toward, farthest, out=toward, where=farthest > 0)  # avoids overflow of squares
-    facing = measures * np.einsum("ij,ij->i", normals, toward)
-    lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
-    np.divide(facing, lengths, out=facing, where=lengths > 0)
-    return np.asarray(facing)
+    areas: Floats  # (C,) area
+    normals: Floats  # (C, 3) normals, weighted by area
+    facing: Floats  # (C,) area as it appears from the viewpoint; < 0 if seen from behind
+    angles: Floats  # (C,) solid angle seen from the viewpoint, in steradians; > 0 from behind
+
+    @classmethod
+    def zeros(cls, n_components: int) -> FacingSums:
+        areas, facing, angles = np.zeros((3, n_components))
+        return cls(areas, np.zeros((n_components, 3)), facing, angles)
+
+    def add(
+        self, components: Array, viewpoints: npt.ArrayLike, positions: Floats, normals: Floats,
+        measures: Floats,
+    ) -> None:  # fmt: skip
+        """Add points, given the component of each; one viewpoint, or one per point, shape (N, 3)."""
+        toward = np.asarray(viewpoints) - positions
+        farthest = np.abs(toward).max(axis=1, keepdims=True)
+        np.divide(toward, farthest, out=toward, where=farthest > 0)  # avoids overflow of squares
+        facing = measures * np.einsum("ij,ij->i", normals, toward)
+        lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
+        np.divide(facing, lengths, out=facing, where=lengths > 0)
+        np.add.at(self.areas, components, measures)
+        np.add.at(self.normals, components, measures[:, None] * normals)
+        np.add.at(self.facing, components, facing)
+        distances = farthest[:, 0] * lengths
+        with np.errstate(over="ignore"):
+            np.divide(-facing, distances * distances, out=facing, where=distances > 0)
+        np.add.at(self.angles, components, facing)
+
+    def is_turned_away(self, *, has_one_viewpoint: bool) -> Bools:
+        """Return which components must be flipped, if their normals point outward, shape (C,).
+
+        An open component is flipped if most of its area is seen from behind. About half of the area
+        of a closed component faces a viewpoint outside. Therefore it is flipped only if the
+        viewpoint is inside, where the surface covers a solid angle of 4 pi.
+        """
+        is_behind = np.asarray(self.facing < 0)
+        if not has_one_viewpoint:  # each point is visible from its own viewpoint
+            return is_behind
+        is_closed = np.linalg.norm(self.normals, axis=1) <= OPEN_SHARE * self.areas
+        return np.where(is_closed, self.angles > 2.0 * np.pi, is_behind)

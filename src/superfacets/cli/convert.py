@@ -218,6 +218,9 @@ def _plan(
 
         jobs = plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names)
         return jobs, None
+    for path in (Path(name) for name in [*inputs, *also_read]):
+        if path.name.startswith("region_") and path.resolve().parent == folder.resolve():
+            raise click.UsageError(f"{path}: a file of --split could overwrite the input")
     if len(formats) > 1:
         raise click.UsageError("--split writes a single format: give --to only once")
     ending = ENDING_OF_FORMAT[formats[0]] if formats else None

@@ -8,7 +8,7 @@ from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Viewpoint
 from .._validate import checked_normals
 from ..batches.mapping import Run
-from ..cells.point_graph import facing_areas, is_open
+from ..cells.point_graph import FacingSums, is_open
 from .cloud_order import NOT_COPIED
 from .part import Part
 from .store import TileStore, weighted_sum
@@ -23,7 +23,7 @@ OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
     """Flip the normals in ``estimated`` so that normals of neighbors agree, as `segment` does.
 
-    If there is a viewpoint, most of the area of each connected component then faces it.
+    If there is a viewpoint, the normals of each connected component are then flipped to face it.
 
     Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs with similar
     normals are joined first, tile by tile. Then all other pairs are joined in the order of their
@@ -106,13 +106,13 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
 
 
 def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: Viewpoint) -> None:
-    """Flip normals so that most of the area of each component faces the viewpoint."""
+    """Flip the normals of each component to face the viewpoint, as `estimate_normals` does."""
     tiles = range(store.n_tiles)
-    sums = np.zeros(len(roots))
+    sums = FacingSums.zeros(len(roots))
     for tile in tiles:
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
-        np.add.at(sums, own, facing_areas(viewpoint, positions, normals, measures))
-    _flip(store, sets, roots, sums < 0)
+        sums.add(own, viewpoint, positions, normals, measures)
+    _flip(store, sets, roots, sums.is_turned_away(has_one_viewpoint=True))
     for tile in tiles:  # normalized exactly like given normals of a `PointCloud`
         normals = store.read(tile, "estimated")
         store.write(tile, "estimated", checked_normals(normals, len(normals)))

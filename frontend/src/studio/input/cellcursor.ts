@@ -68,7 +68,7 @@ export class CellCursor {
 
   /** Give the cell at the cursor the class and object encoded by `paint`; 0 removes class and object. */
   paint(paint: number): void {
-    this.workbench.session.paint(Uint32Array.of(this.cell), paint);
+    this.workbench.paintCells(Uint32Array.of(this.cell), paint);
     this.workbench.sayPainted(this.name, paint);
   }
 

@@ -88,7 +88,7 @@ export class ClipBox {
     this.workbench.say(isHigh ? `The section along ${name} is removed.` : `Section along ${name}. The keys , and . move it.`);
   }
 
-  /** Move the side that was moved last by a number of steps along its axis. */
+  /** Move the side of the clip box that was moved most recently, by a number of steps along its axis. */
   nudge(steps: number): void {
     if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Shift+X, Shift+Y and Shift+Z cut the mesh; C shows a clip box.");
     const { axis, side } = this.last;

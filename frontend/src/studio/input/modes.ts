@@ -34,7 +34,7 @@ export class Modes {
     };
     for (const [name, text, tip] of BUTTONS) this.buttons.set(name, button(text, tip, () => this.choose(name)));
     element("modes").append(...this.buttons.values());
-    workbench.events.on("paint", () => this.showPaint());
+    workbench.events.on("current-paint", () => this.showPaint());
     workbench.session.events.on("state", () => this.showPaint());
     workbench.session.events.on("file", () => this.choose("paint"));
     workbench.session.events.on("suggestions", () => this.show());

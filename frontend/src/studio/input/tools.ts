@@ -99,7 +99,7 @@ export class RegionBrush extends Brush {
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
       workbench.noteReplaced([region], this.paint, this.replaced);
-      workbench.session.paint(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
+      workbench.paintCells(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
     }
     workbench.hover(cell);
   }
@@ -165,7 +165,7 @@ export class CellBrush extends Brush {
     const around = workbench.picker.cellsAround(place, this.radius);
     const fresh = around.filter((cell) => !this.touched.has(cell));
     for (const cell of fresh) this.touched.add(cell);
-    workbench.session.paint(Uint32Array.from(fresh), this.paint, this.strokeId);
+    workbench.paintCells(Uint32Array.from(fresh), this.paint, this.strokeId);
   }
 
   end(): void {
@@ -241,7 +241,7 @@ export class Lasso extends Tool {
   }
 
   private paintCells(inside: Map<number, number>): void {
-    this.workbench.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
+    this.workbench.paintCells(Uint32Array.from(inside.keys()).sort(), this.paint);
     this.workbench.sayPainted(counted(inside.size, "cell"), this.paint);
   }
 

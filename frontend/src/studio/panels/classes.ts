@@ -27,7 +27,7 @@ export class ClassesPanel {
     this.box.addEventListener("focusout", () => setTimeout(() => this.renew())); // runs after the focus has moved to another element
     session.events.on("state", () => this.show());
     session.events.on("painted", () => this.show());
-    workbench.events.on("paint", () => this.show());
+    workbench.events.on("current-paint", () => this.show());
     onClick("add-class", () => void this.add());
     onClick("new-object", () => workbench.newObject());
     onClick("undo", () => void session.undo());

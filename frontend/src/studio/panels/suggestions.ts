@@ -20,7 +20,7 @@ export class Suggestions {
   constructor(private readonly workbench: Workbench) {
     workbench.session.events.on("suggestions", (suggested) => this.take(suggested));
     workbench.session.events.on("classes", () => this.show());
-    workbench.events.on("paint", () => this.showControls());
+    workbench.events.on("current-paint", () => this.showControls());
     onClick("accept", () => this.accept());
     onClick("reject", () => this.reject());
     onClick("next-suggestion", () => this.next());

@@ -144,7 +144,7 @@ export class Session {
     this.mesh = mesh;
     this.state = state;
     this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
-      saved: (reply) => this.take(reply),
+      saved: (reply) => this.mergeState(reply),
       refused: (error) => void this.refused(error),
       gone: () => this.lose(),
     });
@@ -154,7 +154,7 @@ export class Session {
     this.events.emit("classes", state.classes);
     this.events.emit("painted", null);
     this.events.emit("regions", this.regions);
-    this.take({});
+    this.events.emit("state", this.state);
     await this.loadSuggestions();
     void this.saver.flush();
   }
@@ -189,7 +189,7 @@ export class Session {
   }
 
   /** Merge a state sent by the server into the current state, unless the current state is newer. */
-  private take(news: Partial<State>): void {
+  private mergeState(news: Partial<State>): void {
     if (news.seq !== undefined && news.seq > this.state.seq) this.savedAt = new Date();
     if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
     this.events.emit("state", this.state);
@@ -211,7 +211,7 @@ export class Session {
     this.setPaint(changed, paint);
     this.saver.add({ paint, cells: changed, strokeId });
     this.events.emit("painted", changed);
-    this.take({});
+    this.events.emit("state", this.state);
   }
 
   undo(): Promise<void> {
@@ -259,7 +259,7 @@ export class Session {
       this.events.emit("painted", stroke.cells);
     }
     if (kind !== "paint" && kind !== "settle") await this.reload();
-    this.take(news);
+    this.mergeState(news);
     if (kind === "settle") await this.loadSuggestions();
   }
 
@@ -271,7 +271,7 @@ export class Session {
     this.events.emit("classes", state.classes);
     if (state.revision !== this.regions.revision) await this.loadRegions(state.revision);
     if (state.n_suggestions || this.suggested.entries.length) await this.loadSuggestions();
-    this.take({});
+    this.events.emit("state", this.state);
   }
 
   /** Accept suggestions, given as pairs of id and class, and reject other suggestions. Returns false on failure. */
@@ -321,7 +321,7 @@ export class Session {
       if (line.revision !== this.regions.revision) await this.loadRegions(line.revision);
     }
     this.lastSeconds = (performance.now() - started) / 1000;
-    if (!preview) this.take(await this.alone(() => this.api.get<State>(`${this.path}/state`)));
+    if (!preview) this.mergeState(await this.alone(() => this.api.get<State>(`${this.path}/state`)));
   }
 
   split(region: number, red: number[], blue: number[]): Promise<boolean> {
@@ -329,7 +329,7 @@ export class Session {
     return this.attempt(async () => {
       const reply = await this.post<SplitReply>("split", { region, revision, red, blue });
       await this.loadRegions(reply.revision);
-      this.take(await this.api.get<State>(`${this.path}/state`));
+      this.mergeState(await this.api.get<State>(`${this.path}/state`));
     });
   }
 

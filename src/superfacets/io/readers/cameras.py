@@ -152,7 +152,7 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
         if "w" in values and "h" in values:
             size = int(values["w"]), int(values["h"])
         if size is None:
-            raise MeshError("w and h are missing: pass size, the width and height of the images")
+            raise MeshError("w or h is missing: pass size=(width, height) of the images")
         width, height = size
         fx = _focal_length(values, "x", width)
         fy = _focal_length(values, "y", height) or fx

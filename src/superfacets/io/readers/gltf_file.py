@@ -121,7 +121,7 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
             raise MeshError("broken GLB: the header of the second chunk is truncated")
         binary_size, kind = struct.unpack_from("<2I", data, json_end)
         if json_end + 8 + binary_size > len(data):
-            raise MeshError("broken GLB: the second chunk is longer than the file")
+            raise MeshError("broken GLB: the second chunk extends past the end of the file")
         if kind == CHUNK_BINARY:
             binary = memoryview(data)[json_end + 8 : json_end + 8 + binary_size]
     return data[20:json_end], binary

@@ -199,7 +199,7 @@ def _compare(document: Document, body: Body) -> Body:
     """Compare with the work file in the request, or with the previous one if there is none."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
-        raise ValueError("only one work file can be compared")
+        raise ValueError("choose a single work file to compare with")
     for name, data in files.items():
         document.compare(name, data)
     return _compared(document)
