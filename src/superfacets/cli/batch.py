@@ -92,7 +92,7 @@ def batch_command(
 
 
 def _failure(record: dict[str, Any]) -> str:
-    """Return the error message of a failed file, starting with the file name."""
+    """Return the error message of a failed file; add the file name if the message lacks it."""
     name, error = record["input"], record["error"]
     return error if name in error else f"{name}: {error}"
 

@@ -119,7 +119,7 @@ def _regroup(
 class _Run:
     """Options of the command that apply to every file."""
 
-    placements: dict[str, Placement | None]  # keyed by input; None if the input is not in a tileset
+    placements: dict[str, Placement | None]  # position in a tileset, if any, by input
     labels: Path | None
     labels_named: str
     format: str | None  # format of the input; None to use the file ending
@@ -201,7 +201,7 @@ def _plan(
     sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
-    """Return a job per input, and the file ending for --split, where None means the default."""
+    """Return a job per input, and the file ending for --split, or None for the default ending."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     inputs = [source.input for source in sources]

@@ -15,7 +15,11 @@ FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
 
 
 def message_of(error: BaseException) -> str:
-    """Return the text of an error, preceded by the file name if the operating system names one."""
+    """Return the text of an error.
+
+    Errors of the operating system begin with the file name, or with "standard output" if there is
+    no file name.
+    """
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:
@@ -31,9 +35,9 @@ def count_failures(
     """Call `do` with the index of each input, print all failures, and return their number.
 
     `failed` is called with the index and the error message of each failed input. If there is only
-    one input, a ValueError is raised again, because it means a wrong parameter on the command line.
-    A BrokenPipeError is raised again, too: click then ends the process silently, as is usual in a
-    pipe.
+    one input, a ValueError that is not in `FAILURES` is raised again, because it means a wrong
+    parameter on the command line. A BrokenPipeError is raised again, too: click then ends the
+    process silently, as is usual in a pipe.
     """
     n_failed = 0
     is_one_of_many = len(names) > 1

@@ -82,7 +82,7 @@ def _facts_of(frame: LasFrame) -> dict[str, str | int]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Return names of properties, except colors, that are constant, and so useless as features."""
+    """Return the names of properties, except colors, that have the same value everywhere."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}
@@ -96,7 +96,7 @@ def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
 
 
 def _coordinate(value: float, diagonal: float) -> str:
-    """Format a coordinate with a precision of a millionth of the diagonal."""
+    """Format a coordinate, rounded to about a millionth of the diagonal of the bounding box."""
     if not 1e-4 < diagonal < 1e12:
         return f"{value:g}"
     n_digits = max(0, 6 - math.floor(math.log10(diagonal)))

@@ -94,17 +94,17 @@ class Input(NamedTuple):
 
 
 def labels_for(cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
-    """Read labels of `cells` from a label file; `name` is the same as for `read_labels`.
+    """Read labels of `cells` from a label file; `name` is the same as in `read_labels`.
 
-    Labels of vertices are converted as in `labels_of_cells`.
+    Labels of vertices are converted by `labels_of_cells`, which also explains `is_quiet`.
     """
     return labels_of_cells(cells, given_labels(cells, path, name), is_quiet=is_quiet)
 
 
 def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints:
-    """Convert labels of vertices to the most frequent label of the corners of each cell.
+    """Convert labels of vertices to labels of cells: the most frequent label at a cell's corners.
 
-    A note is printed unless `is_quiet`. Labels of cells are returned unchanged.
+    A note is printed unless `is_quiet`. Labels of cells are returned unchanged, without a note.
     """
     from ..regions.vertices import face_labels
 
@@ -150,10 +150,10 @@ def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
 def labels_beside(
     source: Input, labels: Path | None, cells: Cells, name: str, *, is_quiet: bool
 ) -> Ints | None:
-    """Read labels from a label file if given, else from the mesh file; return None if none exist.
+    """Read labels from the file `labels` or, if it is None, from the mesh file `source`.
 
-    `name` is the name of the labels in files that also contain other data. `is_quiet` is the same
-    as for `labels_of_cells`.
+    Returns None if the mesh file has no labels. `name` is the name of the labels in files that also
+    contain other data. `is_quiet` is the same as in `labels_of_cells`.
     """
     if labels is None:
         return source.labels(cells.n_cells, name)
@@ -234,7 +234,7 @@ def constraints_of(
 
 
 def _read_mask(path: Path, n_cells: int, name: str) -> Ints:
-    """Read the value of each cell in a mask; False is 0, and True is 1."""
+    """Read the value of each cell from a mask file; False is 0, and True is 1."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
         return read_labels(path, n_cells, name=name)
     data = read_content(path)

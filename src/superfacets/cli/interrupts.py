@@ -71,7 +71,7 @@ def _ignore(*_: object) -> None:
 
 @contextlib.contextmanager
 def soon_ended() -> Iterator[None]:
-    """After a signal, end the process if the block has not finished within `GRACE` seconds.
+    """After a signal, end the process if the `with` block does not finish within `GRACE` seconds.
 
     Python runs signal handlers only between two bytecode instructions. A single instruction may
     block for very long, if it reads from a dead network drive or computes in the C++ core.

@@ -102,7 +102,7 @@ def levels_command(
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
         constraints = constraints_of(mask, mask_values, barriers, cells.n_cells, labels_named)
-        with warnings.catch_warnings():  # merging corrects the number of regions
+        with warnings.catch_warnings():  # of the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(
@@ -136,7 +136,7 @@ def _plan(
 
 
 def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
-    """Return the path of a file for all levels, or one path per level, finest level first."""
+    """Return the path of one file for all levels, or one path per level, finest level first."""
     if text == opts.STANDARD_STREAM:
         return [text]
     output = Path(text)
@@ -167,7 +167,7 @@ def _write(
 def _writers(
     outputs: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> Iterator[Callable[[IO[bytes]], None]]:
-    """Yield one function per output file, which writes the file."""
+    """Yield one function per output file; it gets the open file, and writes to it."""
     for output in outputs:
         ending = known_ending(output, OUTPUT_ENDINGS)
         if ending in ALL_LEVELS:
@@ -179,7 +179,7 @@ def _writers(
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
-    """Write the labels of all levels; an .npz also gets the parents and the merge tree."""
+    """Write the labels of all levels; an .npz file also gets parent regions and the merge tree."""
     if ending != ARRAYS:
         write_sstk(file, nested.levels)
         return

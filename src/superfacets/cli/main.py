@@ -117,7 +117,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """Return the message of a usage error, with a hint if the option exists in another tool."""
+    """Return the message of a usage error; for an option of another tool, name our option."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES
@@ -133,7 +133,7 @@ def _text_of(error: click.UsageError) -> str:
 
 
 def _command_path() -> str:
-    """Return the command's name, for usage errors that click's parser raises without a context."""
+    """Return "superfacets" and the command's name, for usage errors of click without a context."""
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
     return " ".join(["superfacets", *called])
 

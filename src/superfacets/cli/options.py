@@ -13,7 +13,7 @@ from ..io.readers.read import CELL_ENDINGS
 
 
 class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `low`, or one given word."""
+    """Type of options whose value is an integer of at least `low`, or the text `word`."""
 
     name = "count or word"
 
@@ -36,7 +36,7 @@ class Count(click.IntRange):
         self._lowest = lowest
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number; a usage error names the lower bound."""
+        """Return the number, or raise a usage error that names the lower bound."""
         try:
             number = int(value)
         except ValueError:
@@ -52,13 +52,13 @@ class Real(click.FloatRange):
     name = "number"
 
     def _describe_range(self) -> str:
-        """Return the range for help; "" if there are no bounds, because click prints "x<=None"."""
+        """Return the range for the help text, or "" without bounds: click would print "x<=None"."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the number; a usage error names the allowed range."""
+        """Return the number, or raise a usage error that names the allowed range."""
         try:
             number = float(value)
         except ValueError:
@@ -112,8 +112,8 @@ def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
     """Add an option to a command.
 
     `words` are separated by spaces: the names of the option, the name of the parameter if it
-    differs, and the metavar in capitals. `kind` is a click type, a tuple of choices, `FLAG`, or
-    None for text. `settings` are further arguments of `click.option`.
+    differs from these names, and the metavar in capitals. `kind` is a click type, a tuple of
+    choices, `FLAG`, or None for text. `settings` are further arguments of `click.option`.
     """
     names = words.split()
     if not names[-1].startswith("-") and not names[-1].islower():
@@ -138,7 +138,7 @@ def options(*given: Decorator) -> Decorator:
 
 
 def format_option(what: str, *, name: str = "--format", of_stream: bool = False) -> Decorator:
-    """Add the option that sets the format of an input, which may be standard input."""
+    """Add the option for the format of an input, which may be standard input if `of_stream`."""
     stream = ", or from the content of standard input" if of_stream else ""
     listed = ", ".join(INPUT_FORMATS)
     text = f"Format of {what}: {listed}.  [default: from the file ending{stream}]"

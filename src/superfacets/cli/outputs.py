@@ -60,7 +60,7 @@ def to_option(about: str = "Output format when -o is a folder or omitted") -> op
 
 
 def one_output_options(what: str, name: str) -> opts.Decorator:
-    """Add the options that `OneRun` needs to a command that processes a single input."""
+    """Add the options of `OneRun` to a command that processes a single input."""
     return options(
         output_option(
             f"Output file ({what}, in any format that segment writes), a folder (results/), or -"
@@ -149,7 +149,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """Return which elements have labels in a label file, or an empty string for other files."""
+    """Return a text that says which elements a label file labels; it is empty for other files."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -209,7 +209,7 @@ def plan_jobs(
     `formats` apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra).
     With `ascii`, meshes are written as text, so standard output may be a terminal. No output may
     overwrite a file of `also_read`. `names` is called with an input and the file endings of its
-    results, and returns their file names in a folder.
+    results, and returns the names of the result files in an output folder.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
@@ -250,7 +250,7 @@ def _folder_beside(text: str) -> Path:
 
 
 def _is_folder(text: str) -> bool:
-    """Return whether an output ends in a slash, or is a folder without a known file ending."""
+    """Return whether a path ends in a slash, or is a folder whose name has no known ending."""
     if text.endswith(("/", os.sep)):
         return True
     return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
@@ -290,7 +290,10 @@ def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -
 
 
 def check_terminal(stream: str, ascii: bool) -> None:
-    """Raise a usage error if a binary format would be written to a terminal."""
+    """Raise a usage error if a binary format would be written to a terminal.
+
+    `stream` is the file ending of the format. Raises OSError if standard output is closed.
+    """
     if sys.stdout is None:
         raise OSError("standard output is closed")
     is_binary = stream not in TEXT_OUTPUTS and not (ascii and stream in ASCII_OUTPUTS)
@@ -302,7 +305,10 @@ def check_terminal(stream: str, ascii: bool) -> None:
 
 
 def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
-    """Raise a usage error if an output would overwrite an input or another output."""
+    """Raise a usage error if an output would overwrite an input or another output.
+
+    An input that is given twice is a usage error, too.
+    """
     inputs = {_identity(job.input): job.input for job in jobs if job.input != opts.STANDARD_STREAM}
     if len(inputs) < sum(job.input != opts.STANDARD_STREAM for job in jobs):
         raise click.UsageError("the same input is given twice")

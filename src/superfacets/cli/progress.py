@@ -37,7 +37,8 @@ NAMES = {
 ITERATIONS = 8.0
 """The bar shows a fraction of 1 - exp(-n / 8) of the loop as finished after n iterations, because
 the number of iterations is not known in advance, and later iterations are shorter. On the meshes
-for `SHARES`, the loop ran for 13 to 18 iterations, and half of its time was spent after 6 to 8."""
+measured for `SHARES`, the loop had 13 to 18 iterations, and the first 6 to 8 took half of its
+time."""
 
 NEARLY = 0.95
 """Largest fraction of a stage, except the loop, that the bar shows before the stage ends."""
@@ -55,7 +56,7 @@ class Estimate:
         self._n_iterations = 0
 
     def begin(self, stage: str, now: float) -> None:
-        """Begin a stage; a stage before the current one is ignored."""
+        """Begin a stage; the current stage and earlier stages are ignored."""
         stages = list(SHARES)
         if stages.index(stage) > stages.index(self.stage):
             self.stage = stage
@@ -117,7 +118,7 @@ class Bar:
 
 
 class RunBar(Bar):
-    """Progress bar of a run in memory: the stage, and the estimated finished fraction."""
+    """Progress bar of a run without tiles: the stage, and the estimated finished fraction."""
 
     layout = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
 

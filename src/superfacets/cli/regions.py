@@ -150,7 +150,10 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
 
 
 def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
-    """Return one value of a property per cell, or raise a MeshError that lists all properties."""
+    """Return the property `name`, one value per cell.
+
+    If it does not exist, a MeshError lists all properties.
+    """
     values = property_of(name, cells, attributes)
     if values is None:
         stored = () if attributes is None else (*attributes.face, *attributes.vertex)
@@ -175,7 +178,10 @@ def _checked_outputs(
 
 
 def _named(lines: BorderLines, names: Ints) -> Iterator[tuple[str, Ints]]:
-    """Yield border lines with names: ``border_3_7``, or ``border_3_open`` at the mesh boundary."""
+    """Yield the name and vertex indices of each border line.
+
+    A name is ``border_3_7`` between regions 3 and 7, or ``border_3_open`` at the mesh boundary.
+    """
     for i, (low, high) in enumerate(lines.regions.tolist()):
         line = lines.line(i)
         other = "open" if high < 0 else names[high]

@@ -63,9 +63,10 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
 def _values_named(
     color_by: str | None, cells: Cells, attributes: MeshAttributes | None
 ) -> Array | str | None:
-    """Return the values in the file or property named `color_by`.
+    """Return the values in the file `color_by`, or of the property with this name.
 
-    If there is neither, return `color_by` itself, which is then a column of the table of regions.
+    If `color_by` is neither, it is returned unchanged, and must be a column of the table of
+    regions.
     """
     if color_by is None:
         return None
@@ -148,7 +149,10 @@ def render_command(
 def _series_of(
     source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
 ) -> tuple[Array | None, list[Array], list[str] | None]:
-    """Return labels of the first picture or None, labels of further pictures, and titles."""
+    """Return the labels of the first picture, the labels of further pictures, and the titles.
+
+    The first labels are None if there are none. The titles are None without ``--compare``.
+    """
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]

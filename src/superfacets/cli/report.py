@@ -28,7 +28,8 @@ def notes_of(
 ) -> list[str]:
     """Return notes on unexpected results of `segment`.
 
-    `asked` is the number of regions given with -n. `sizes` is explained in `notes_on_written`.
+    `asked` is the number of regions given with -n, or None. `sizes` is the same as in
+    `notes_on_written`.
     `holds_labels` is True if some output stores labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
@@ -81,7 +82,7 @@ def notes_on_result(result: Segmentation) -> list[str]:
 
 
 def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
-    """Return a note if the number of regions is not `asked`, or if a radius gives one region."""
+    """Return a note if the number of regions is not `asked`, or if a radius gives only one."""
     params = result.params
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
@@ -122,7 +123,10 @@ def _notes_on_sharp_edges(inside: Floats) -> list[str]:
 
 
 def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
-    """Return a note on regions that are missing in label files because of the subdivision."""
+    """Return a note on regions that are missing in label files because of the subdivision.
+
+    `listed` contains the labels in these files: one for each face before the subdivision.
+    """
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
@@ -136,8 +140,9 @@ def notes_on_written(
 ) -> list[str]:  # fmt: skip
     """Return notes on data that outputs with these file endings do not store.
 
-    `sizes` are the numbers of vertices of regions that `write_outputs` returns. `are_replaced` is
-    False if the labels come from the input, so that no property of the input is replaced.
+    `sizes` is the result of `write_outputs`: the number of vertices of each region in files with
+    vertex labels. `are_replaced` is False if the labels come from the input, so that they replace
+    no property of the input.
     """
     notes = []
     files = " and ".join(sorted({*endings} & {*VERTEX_OUTPUTS}))
@@ -167,7 +172,7 @@ def notes_on_written(
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs) -> list[str]:
-    """Return a note if output formats renumber labels; `sizes` is as for `notes_on_written`."""
+    """Return a note if output formats renumber labels; `sizes` as in `notes_on_written`."""
     renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
     if labels is None or not renumbered:
         return []
@@ -180,7 +185,7 @@ def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs
 
 
 def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list[str]:
-    """Return a note on the number of smoothing steps that ``--denoise auto`` chose."""
+    """Return a note on the number of smoothing steps if ``--denoise auto`` chose this number."""
     if asked != "auto":
         return []
     other = f"; --scans alone uses {SCANS['denoise']}" if scans else ""

@@ -16,7 +16,7 @@ from .options import COUNT, option, options
 
 
 def _defaults_of(parameter: str) -> str:
-    """Return the distinct defaults of a parameter over all kinds of weights, as text."""
+    """Return the defaults of a parameter for all kinds of weights, without duplicates, as text."""
     used = [
         weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
     ]
@@ -142,7 +142,7 @@ segment_options = options(
            " to the length of a path.  [default: 5]"),
     opts.threads_option,
 )  # fmt: skip
-"""Decorator that adds the options of the computation to a command."""
+"""Decorator that adds the options that control the segmentation to a command."""
 
 file_options = options(
     opts.ascii_option,

@@ -57,7 +57,7 @@ def studio_command(
         return
     opened, address = open_again(port, kept_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
-        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the token file, then exit
+        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the address file, then exit
             number = getattr(signal, name)
             stack.callback(signal.signal, number, signal.signal(number, _end))
 

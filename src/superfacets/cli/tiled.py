@@ -41,7 +41,7 @@ tile_options = options(
            "Address of a Dask scheduler whose workers process the tiles, such as"
            " tcp://10.0.0.1:8786."),
 )  # fmt: skip
-"""Decorator that adds the options of tiles to a command."""
+"""Decorator that adds the options for processing in tiles to a command."""
 
 _NOT_OF_TILES = {
     "--paper": "radius_factor",
@@ -73,9 +73,10 @@ class TileOptions:
 
     @classmethod
     def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
-        """Remove and return the tile options of `given`; return None if ``--tiled`` is not given.
+        """Remove and return the tile options in `given`; return None if ``--tiled`` is not given.
 
-        Raises a usage error if options contradict each other.
+        Raises a usage error if tile options contradict each other, or are given without
+        ``--tiled``.
         """
         is_tiled = given.pop("is_tiled")
         found = {field.name: given.pop(field.name) for field in fields(cls)}
@@ -96,10 +97,10 @@ class TileOptions:
         self, inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str],
         given: FileOptions, others: Mapping[str, object],
     ) -> tuple[str, ...]:  # fmt: skip
-        """Return the formats of outputs that are given as a folder.
+        """Return the formats for outputs in a folder: ("npy",), or () if ``-o`` names a file.
 
-        Raises a usage error for options that ``--tiled`` does not support. `others` contains the
-        values of further such options, by option name.
+        Raises a usage error for options and outputs that ``--tiled`` does not support. `others`
+        maps the names of further unsupported options to their values.
         """
         if STANDARD_STREAM in (*inputs, *outputs):
             raise click.UsageError("--tiled does not support standard input and output (-)")
@@ -127,7 +128,7 @@ class TileOptions:
 
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """Return a file name per file ending; for an input folder, return one per input file."""
+    """Return a file name for each ending, or for each file of an input folder or tileset."""
     if holds_files(Path(text)):
         with contextlib.suppress(OSError):  # reading the input will report the error
             return label_names(Path(text))

@@ -1,5 +1,6 @@
-"""Label meshes region by region in a browser, with a local web server that stores work files.
+"""Label meshes region by region in a browser; a local web server saves the labels in work files.
 
-The labels of a cell (face, point or tetrahedron) are a class and an object. Regions only help to
-select cells, so a new segmentation does not change labels.
+Each cell (face, point or tetrahedron) can have a class, such as chair, and the number of an object
+of this class, such as the second chair. Regions are used only to select cells, so a new
+segmentation does not change labels.
 """

@@ -1,4 +1,4 @@
-"""Compare and merge the labels that two people have given to one mesh.
+"""Compare and merge the labels that two people have given to the same mesh.
 
 "My" labels are in the open document, and "their" labels are in another person's work file. Classes
 are matched by name, and objects by their overlap.
@@ -25,21 +25,23 @@ Side = Literal["mine", "theirs"]
 
 @dataclass
 class Theirs:
-    """Labels from another person's work file, translated to my numbers of classes and objects."""
+    """Labels from another person's work file, converted to my class and object numbers."""
 
     name: str
     paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
-    class_list: ClassList  # my classes, followed by new classes from their file
+    class_list: ClassList  # my classes, followed by classes that only they use
 
     def differs(self, mine: Paint) -> Bools:
-        """Return which cells are labeled in both files, but with different classes or objects."""
+        """Return a mask of cells that both people have labeled, but with different labels."""
         return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
 
 
 def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
-    """Read another person's work file, and translate it to my numbers of classes and objects.
+    """Read another person's work file, and convert its labels to my class and object numbers.
 
-    Raises JournalError if the data is not a work file, is damaged, or belongs to another mesh.
+    `data` is the content of the file, and `name` is its name for messages. Raises JournalError if
+    the data is not a work file, is damaged, or belongs to another mesh, or if a class would have
+    more than 999 objects.
     """
     journal = parsed_work(Path(name), data)
     source.check_work(journal)
@@ -53,7 +55,10 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """Return an array that maps their class numbers to mine, and my list with their new classes."""
+    """Return an array that maps their class numbers to mine, and the extended list of my classes.
+
+    A class that they use is added to my list if I have no class with the same name.
+    """
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
@@ -62,12 +67,12 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
 
 
 def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
-    """Renumber the objects of a second file so that matching objects have the numbers of `mine`.
+    """Renumber the objects in `theirs` so that matching objects have the same number as in `mine`.
 
-    Returns the new object number of each cell, or 0 for cells in no object of the second file. Each
-    object of the second file is matched to at most one object of the same class in the first file,
-    greedily in descending order of IoU. Unmatched objects get numbers that are larger than all
-    object numbers of the first file. `mine` and `theirs` are ``class * 1000 + object``.
+    Both arrays contain ``class * 1000 + object`` for each cell. Returns the new object number of
+    each cell, or 0 for cells that are in no object of `theirs`. Objects of the same class are
+    matched one to one, greedily in descending order of IoU. Unmatched objects of a class get
+    numbers above all object numbers of this class in `mine`.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -95,7 +100,8 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
 def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
     """Return triples (my value, their value, IoU) for all pairs of values that share a cell.
 
-    The IoU is the intersection over union of the areas with these values, or 0 if the union is 0.
+    The IoU is the area with both values, divided by the area with at least one of the two values.
+    It is 0 if the divisor is 0.
     """
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
@@ -108,11 +114,12 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 
 
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
-    """Return how well my labels and their labels agree.
+    """Return a dict that says how well my labels and their labels agree.
 
-    ``labeled`` is the fraction of the whole area that is labeled in both files. In this area,
-    ``share`` is the fraction with equal class and object, and ``classes`` are the IoU of each class
-    and of its objects, where ``object`` is my object number. Other cells are ignored.
+    ``labeled`` is the fraction of the whole area that both people have labeled. All other numbers
+    refer to this area only: ``share`` is the fraction of it with equal class and object, and
+    ``classes`` is a list with the IoU of each class and of its objects. ``object`` is an object
+    number in my labels, or a new number if only they have the object.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -141,6 +148,6 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """Return a dict from each positive value in `mine` or `theirs` to the IoU of its areas."""
+    """Return a dict from each positive value to the IoU of its areas in `mine` and `theirs`."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

@@ -1,4 +1,4 @@
-"""Represent the state of a document and its changes, which can be undone and are compressed."""
+"""Represent the state of a document and its changes. Changes are compressed and can be undone."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class State:
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
-    is_changed: bool = False  # whether classes or objects have changed since the review
+    is_changed: bool = False  # whether labels or classes may have changed since the review
     suggestions: Suggestions = ()  # suggested objects that wait for a decision
 
     @property
@@ -47,14 +47,17 @@ class State:
 
     @property
     def objects(self) -> Numbers:
-        """Object number of each cell within its class, shape (N,); 0 means no object."""
+        """Object number of each cell within its class, shape (N,); 0 means no object.
+
+        All cells of a class without objects (``stuff``) have 0.
+        """
         is_stuff = np.zeros(MAX_CLASS + 1, bool)
         is_stuff[[*stuff_of(self.class_list)]] = True
         return np.where(is_stuff[self.classes], np.uint16(0), object_of(self.paint))
 
     @property
     def review_marks(self) -> Line:
-        """Entries of a journal line: each of `REVIEW_MARKS` that applies, with the value True."""
+        """Entries for a journal line: each of `REVIEW_MARKS` that applies, with the value True."""
         values = self.is_reviewed, self.is_changed
         return {name: True for name, value in zip(REVIEW_MARKS, values, strict=True) if value}
 
@@ -69,7 +72,7 @@ class Painted:
 
     @classmethod
     def of(cls, cells: bytes, values: Paint) -> Painted:
-        """Compress the values (class and object) of packed cells; equal values are stored once."""
+        """Compress the values (class and object) of packed cells; if all are equal, store one."""
         row = values[:1] if bool((values == values[0]).all()) else values
         return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
 
@@ -95,9 +98,10 @@ class Change:
     def painting(
         cls, paint: Paint, cells: CellNumbers, wanted: Any, stroke: str | None = None
     ) -> Change | None:
-        """Return the change that gives values to ascending cells, or None if all have them already.
+        """Return the change that sets values of cells, or None if it would change no value.
 
-        `wanted` is one value (class and object) for all cells, or one value per cell.
+        `cells` are indices in ascending order. `wanted` is one value (class and object) for all
+        cells, or one value per cell.
         """
         after = np.broadcast_to(np.asarray(wanted, np.uint32), cells.shape)
         before = paint[cells]
@@ -116,7 +120,10 @@ class Change:
             setattr(state, _FIELDS[self.kind], self.after)
 
     def cells(self, n_cells: int) -> CellNumbers:
-        """Return the indices of the cells whose class or object changes, ascending."""
+        """Return the indices of the cells whose class or object changes, in ascending order.
+
+        If the kind of the change is not "paint", the result is empty.
+        """
         is_paint = self.kind == "paint"
         return unpack_cells(self.after.cells, n_cells) if is_paint else np.empty(0, np.uint32)
 
@@ -126,7 +133,7 @@ class Change:
 
 
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """Return a change that removes the suggestions `ids`; raise a ValueError if one is missing."""
+    """Return a change that removes suggestions by id; raise a ValueError if one does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
     left = tuple(one for one in state.suggestions if one.id not in ids)
@@ -142,4 +149,5 @@ _FIELDS = {
     "suggest": "suggestions",
     "settle": "suggestions",
 }
-"""Field of `State` that each kind of change replaces, except "paint", which changes an array."""
+"""Field of `State` that each kind of change replaces. The kind "paint" is not listed, because it
+writes to the array `paint` instead."""

@@ -90,8 +90,9 @@ class Document:
         `n_segments` regions and with `classes`. If a folder is open, all its meshes use the same
         list `classes`, and the function `share_classes` stores a changed list for all meshes.
 
-        Raises MeshError or OSError if the input cannot be read, and JournalError if the work file
-        cannot be used or belongs to another input.
+        Raises MeshError if the input is invalid, OSError if the input or the work file cannot be
+        read or written, and JournalError if the work file cannot be used or belongs to another
+        input.
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
@@ -147,7 +148,7 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """List of classes, extended by missing classes that cells or suggestions have."""
+        """List of classes, plus new classes for numbers that only cells or suggestions have."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         suggested = {one.class_id for one in self.state.suggestions}
         return with_missing(self.state.class_list, suggested.union(used))
@@ -158,12 +159,15 @@ class Document:
         return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
 
     def name_of(self, class_id: int, object_id: int = 0) -> str:
-        """Return the name of a class, or of one of its objects."""
+        """Return the name of a class or, if `object_id` is not 0, of one of its objects.
+
+        If the user has not named the object, the result is like "chair 2".
+        """
         for entry in self.state.object_names:
             if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
         name = names_of(self.class_list)[class_id]
-        sign = "#" if name[-1].isdigit() else ""  # distinguishes "class 1 #2" from "class 12"
+        sign = "#" if name[-1].isdigit() else ""  # "class 1 #2" is clearer than "class 1 2"
         return f"{name} {sign}{object_id}" if object_id else name
 
     def close(self) -> None:
@@ -172,17 +176,18 @@ class Document:
             self.segmenter.close()
             self.journal.close()
 
-    # Each of the following operations returns after its journal line is on disk. If a folder is
-    # open, `set_classes` writes the list of classes of all meshes instead of a journal line.
+    # Each of the following operations returns only after its journal line is on disk. If a folder
+    # is open, `set_classes` writes the class list that all its meshes share, and no journal line.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
     ) -> Change | None:
         """Set the classes and objects of cells: one number for all cells, or one number per cell.
 
-        `cells` are ascending indices. 0 means no class or no object. Returns None if nothing
-        changes. Raises ValueError if a class does not exist, JournalError if the change could not
-        be written, and ChangedError if the input file has changed.
+        `cells` are indices in ascending order. The number 0 means no class or no object. Returns
+        the change, or None if no cell changes. Raises ValueError if a class does not exist,
+        JournalError if the change could not be written, and ChangedError if the input file has
+        changed.
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
@@ -195,11 +200,11 @@ class Document:
             return change
 
     def split_object(self, class_id: int, object_id: int) -> list[int]:
-        """Make each connected piece of an object, except the largest piece, a new object.
+        """Make each connected component of an object, except the largest, a new object.
 
-        If `object_id` is 0, the cells of the class that are in no object are split, and each piece
-        becomes an object. Returns the numbers of the new objects. Raises ValueError if the object
-        does not exist, or is connected.
+        If `object_id` is 0, the cells of the class that are in no object are split, and each
+        component becomes an object. Returns the numbers of the new objects. Raises ValueError if
+        the object does not exist or is already connected, or if a number would exceed `MAX_OBJECT`.
         """
         with self.lock:
             is_in = (self.state.classes == class_id) & (self.state.objects == object_id)
@@ -213,7 +218,7 @@ class Document:
             ids, ranks = np.unique(pieces[cells], return_inverse=True)
             if object_id and len(ids) == 1:
                 raise ValueError(f"{self.name_of(class_id, object_id)} has only one piece")
-            kept = [object_id] if object_id else []  # the largest piece keeps its number
+            kept = [object_id] if object_id else []  # the largest component keeps the number
             first = self.free_object(class_id)
             new = list(range(first, first + len(ids) - len(kept)))
             if new[-1] > MAX_OBJECT:
@@ -225,12 +230,15 @@ class Document:
             return new
 
     def free_object(self, class_id: int) -> int:
-        """Return the object number after the highest used object number of a class."""
+        """Return the next object number of a class: the highest number of its cells, plus 1."""
         of_class = self.state.objects[self.state.classes == class_id]
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Name an object, or remove its name if `name` is empty; raise a ValueError if invalid."""
+        """Name an object, or remove its name if `name` is empty.
+
+        Raises ValueError if the object does not exist, or if the name is invalid.
+        """
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -240,13 +248,16 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark the document as reviewed or not reviewed, and as unchanged since then."""
+        """Mark the document as reviewed or not reviewed, and as unchanged since the review."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
-        """Replace the current regions by `base`, which was computed with these parameters."""
+        """Replace the current regions by `base`, and return the new current revision.
+
+        `parameters` are the parameters with which `base` was computed.
+        """
         with self.lock:
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
@@ -259,9 +270,10 @@ class Document:
     ) -> CellNumbers:
         """Split a region between two brush strokes, and return the cells of the new region.
 
-        `number` is the revision of the labels that the client shows. The new region contains the
-        blue stroke, and gets the next free label. Raises GoneError if the revision is not the
-        current one, and ValueError if the region does not exist or does not contain both strokes.
+        `number` is the number of the revision that the client shows. The new region contains the
+        blue stroke, and gets the next free label. Raises GoneError if this is not the current
+        revision, and ValueError if the region does not exist, if one of the strokes has no cell in
+        the region, or if the strokes cross.
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
@@ -278,10 +290,12 @@ class Document:
             return cells
 
     def take(self, imported: Imported) -> Change | None:
-        """Apply imported labels, classes and names of objects; a single undo reverts all of them.
+        """Apply imported labels, classes and names of objects.
 
-        Imported objects get numbers above all object numbers of cells outside of the import. Raises
-        ValueError if a class would have more than `MAX_OBJECT` objects.
+        A single undo reverts the import, except new classes in the list that the meshes of a folder
+        share. In each class, imported objects get numbers above all object numbers of cells outside
+        of the import. Returns the change of labels, or None if no label changes. Raises ValueError
+        if an object number would exceed `MAX_OBJECT`.
         """
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
@@ -304,7 +318,10 @@ class Document:
             return change
 
     def suggest(self, imported: Imported) -> int:
-        """Replace all suggestions by imported objects, and return their number, at least 1."""
+        """Replace all suggestions by imported objects, and return the number of new suggestions.
+
+        Raises ValueError if no object was imported.
+        """
         with self.lock:
             suggestions, classes = suggestions_of(imported, self.class_list)
             if not suggestions:
@@ -317,10 +334,11 @@ class Document:
     def settle(self, accepted: Mapping[int, int], rejected: Collection[int] = ()) -> list[Change]:
         """Accept and reject suggestions; return the changes, which a single undo reverts.
 
-        `accepted` maps the id of a suggestion to a class. Unlabeled cells of the suggestion become
-        a new object of this class, or get only the class if it has no objects. Raises ValueError if
-        a suggestion or class does not exist, if a suggestion is both accepted and rejected, if none
-        is given, or if a class would have more than `MAX_OBJECT` objects.
+        `accepted` maps ids of suggestions to classes, and `rejected` contains ids. The unlabeled
+        cells of an accepted suggestion become a new object of its class, or get only the class if
+        it is a class without objects. Raises ValueError if a suggestion or class does not exist, if
+        a suggestion is both accepted and rejected, if no suggestion is given, or if an object
+        number would exceed `MAX_OBJECT`.
         """
         if both := {*accepted}.intersection(rejected):
             raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
@@ -356,23 +374,31 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Read another work file of the mesh to compare; raise a JournalError if it is invalid."""
+        """Read a second work file of the mesh, with labels to compare with the current labels.
+
+        Raises JournalError if the data is not a valid work file of this mesh.
+        """
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """Return the `agreement` with the work file that `compare` has read."""
+        """Return the result of the function `agreement` for the work file that `compare` has read.
+
+        Raises ValueError if `compare` was not called before.
+        """
         return agreement(self.state, self._compared(), self.areas)
 
     def differing(self) -> CellNumbers:
-        """Return the cells that are labeled in both files, but with different labels."""
+        """Return the indices of cells that are labeled in both work files, but differently."""
         with self.lock:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Resolve differences in `cells`: use the other file's labels ("theirs"), or keep mine.
+        """Resolve differences in `cells`: use the labels of the second work file, or keep mine.
 
-        With "theirs", cells without a class in this document are also labeled.
+        With "theirs", `cells` get the labels of the second file, except where that file has none.
+        With "mine", only the copy of that file in memory changes: `cells` get my labels there, so
+        they no longer differ. Returns the change of my labels, or None if no label changes.
         """
         with self.lock:
             theirs = self._compared()
@@ -393,7 +419,10 @@ class Document:
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Replace the list of classes, which must have all classes of cells and suggestions."""
+        """Replace the list of classes.
+
+        Raises ValueError if an entry is invalid, or if a class of a cell or suggestion is missing.
+        """
         classes = checked_class_list(value)
         with self.lock:
             counts = np.bincount(self.state.classes).tolist()
@@ -416,11 +445,17 @@ class Document:
                 self._commit(Change("classes", self.state.class_list, classes, stroke))
 
     def undo(self) -> list[Change]:
-        """Undo the last operation or stroke; return its changes, or raise NothingError."""
+        """Undo the last operation or stroke, and return its changes.
+
+        Raises NothingError if there is nothing to undo.
+        """
         return self._move("undo")
 
     def redo(self) -> list[Change]:
-        """Redo the operation or stroke undone last; return its changes, or raise NothingError."""
+        """Redo the operation or stroke that was undone last, and return its changes.
+
+        Raises NothingError if there is nothing to redo.
+        """
         return self._move("redo")
 
     def _move(self, name: str) -> list[Change]:
@@ -441,20 +476,27 @@ class Document:
         self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
-        """Return whether the regions in the work file, before splits, differ from `base`."""
+        """Return whether the regions in the work file, before splits, differ from `base`.
+
+        If the work file has no hash of its regions, the result is False.
+        """
         return self.state.partition.digest not in ("", self.base.digest)
 
     def _adopt_base(self) -> None:
         """If the stored regions are from another version of superfacets, replace them by `base`.
 
-        The replacement can be undone. Undo must not call this method, because it would add a new
-        step, which the next undo would revert again.
+        The replacement can be undone. `undo` must not call this method: the replacement would be a
+        new change, and the next undo would revert only this change.
         """
         if self._is_foreign():
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Make `base`, with its splits if they are from this version, the current revision."""
+        """Make `base`, with the user's splits, the current revision.
+
+        If the splits are from another version of superfacets, they are left out, and a note is
+        added.
+        """
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition
@@ -475,8 +517,9 @@ def merged_work(
 ) -> dict[str, Any]:
     """Compare two work files of a mesh, and return the same dict as `agreement`.
 
-    If `output` is given, my work file is copied there with one more step. This step copies their
-    labels to cells without a class and, with `prefer_theirs`, to cells with different labels.
+    If `output` is given, a copy of my work file is written there. In this copy, cells without a
+    class get their label from `theirs`. With `prefer_theirs`, cells with different labels do so,
+    too.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """

@@ -17,8 +17,8 @@ from .changes import REVIEW_MARKS
 from .document import Document, work_file_of
 from .journal import JournalError, Line, summary
 
-MAX_OPEN = 3  # maximum number of documents in memory; other documents are opened on demand
-EXPORTED = ".classes"  # suffix of exported files, which are not offered as inputs
+MAX_OPEN = 3  # maximum number of documents in memory, unless more are in use at the same time
+EXPORTED = ".classes"  # suffix in names of exported files, which are not listed as inputs
 
 
 @dataclass
@@ -28,9 +28,10 @@ class Files:
     paths: list[Path]
     work: Path | None = None  # work file of a single input; None means the default path
     n_segments: int | None = None  # number of regions in a new work file
-    classes: ClassList = ()  # classes in a new work file, or shared by all files of a folder
+    classes: ClassList = ()  # classes for a new work file, or for all files of a folder
     folder: Path | None = None
-    # Open documents by index, least recently used first, and number of `with` blocks using each.
+    # Open documents by index in `paths`, least recently used first, and the number of `with` blocks
+    # that use each document.
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
     _users: Counter[int] = field(default_factory=Counter)
     _lock: threading.RLock = field(default_factory=threading.RLock)
@@ -94,7 +95,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # `_lock` is free, because users of documents may need it
+        for document in documents:  # without `_lock`, which threads that use a document may need
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -105,10 +106,11 @@ class Files:
         return document
 
     def _close_surplus(self) -> None:
-        """Close the least recently used documents that no `with` block uses.
+        """Close unused documents, least recently used first, until `MAX_OPEN` documents are open.
 
-        The caller has acquired `_lock`, so no thread can open a work file again before it is
-        closed. Closing does not wait for locks, because no thread uses these documents.
+        More documents stay open if `with` blocks use them. The caller has acquired `_lock`, so no
+        thread can open a work file again before it is closed. Closing does not wait for locks,
+        because no thread uses these documents.
         """
         idle = [number for number in self._open if not self._users[number]]
         for number in idle[: max(0, len(self._open) - MAX_OPEN)]:

@@ -47,8 +47,8 @@ class History:
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
         """Return the history that results from all lines of a journal.
 
-        `classes`, the list of a folder, replaces the list in the journal, unless it is None. Raises
-        JournalError if a line cannot be replayed.
+        `classes` is the class list that the meshes of a folder share, or None to use the list in
+        the journal. Raises JournalError if a line cannot be replayed.
         """
         number = 1
         try:
@@ -77,13 +77,16 @@ class History:
             self.make(change_of(line, self.state))
 
     def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
-        """Apply a new change, which can be undone; changes undone before it cannot be redone."""
+        """Apply a new change; changes that were undone before can then no longer be redone."""
         self._apply([change], record)
         self.undo_stack.append(change)
         self.redo_stack.clear()
 
     def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
-        """Undo or redo the last change or stroke; return its changes, or raise NothingError."""
+        """Undo or redo the last change or stroke, and return its changes.
+
+        `name` is "undo" or "redo". Raises NothingError if there is nothing to undo or redo.
+        """
         is_undo = name == "undo"
         stacks = self.undo_stack, self.redo_stack
         source, target = stacks if is_undo else stacks[::-1]
@@ -114,10 +117,10 @@ class History:
         self.seq += 1
 
     def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
-        """Return whether the labels, after changes of these kinds, may differ from reviewed labels.
+        """Return whether labels may differ from the reviewed labels after changes of these kinds.
 
-        If undo of a review restores an older review, the result is True, because it is unknown
-        whether the document has changed since the older review.
+        If the document is not reviewed, the result is False. If undoing a review restores an older
+        review, the result is True, because labels may have changed between the two reviews.
         """
         is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
         kept = self.state.is_changed and "review" not in kinds

@@ -25,7 +25,7 @@ _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("asci
 """First bytes of every work file."""
 
 _SUM = b',"crc":"%08x"}'  # end of each line, with the CRC-32 of the earlier bytes of the line
-_LAST_BYTES = 1 << 12  # size of the first block that is searched for the last line
+_LAST_BYTES = 1 << 12  # bytes at the end of a file in which the last line is searched first
 
 Line = dict[str, Any]
 
@@ -46,16 +46,17 @@ class Journal:
     header: Line  # content of the first line
     lines: list[Line]  # lines after the header; empty after they have been replayed
     notes: list[str]  # messages for the user about damage that was repaired
-    _file: int = field(repr=False)  # file descriptor; -1 if the file is closed or read-only
+    _file: int = field(repr=False)  # descriptor; -1 after `close` and from `parsed_work`
     _size: int = field(repr=False)  # size of all complete lines, in bytes
     _fault: str | None = None  # why nothing more can be written; None if writing is possible
 
     @classmethod
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
-        """Open a work file, or create it with this header.
+        """Open a work file, or create it with `header` as the first line.
 
-        Raises JournalError if another studio has the file open, if it is not a work file, or if a
-        line before the last is damaged. Raises OSError if the file cannot be read or written.
+        An incomplete last line is removed. Raises JournalError if another studio has the file open,
+        if it is not a work file or was written by a later version, or if a line before the last
+        line is damaged. Raises OSError if the file cannot be read or written.
         """
         file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         try:
@@ -84,8 +85,8 @@ class Journal:
     def append(self, line: Mapping[str, Any]) -> None:
         """Append a line, and return after it is on disk.
 
-        If the line cannot be written completely, or if another file has replaced the file, this
-        raises WriteError and leaves the file unchanged.
+        Raises WriteError if the line cannot be written completely, or if another program has
+        replaced or changed the file. A partly written line is removed.
         """
         self._check()
         data = _coded(line)
@@ -107,7 +108,10 @@ class Journal:
         self._file = -1
 
     def _check(self) -> None:
-        """Raise a WriteError if another program has replaced or changed the file at the path."""
+        """Raise a WriteError if the file is closed, or if `_fault` says why writing is impossible.
+
+        A WriteError is also raised if another program has changed, replaced or removed the file.
+        """
         if self._fault is not None:
             raise WriteError(self._fault)
         if self._file < 0:
@@ -125,7 +129,7 @@ class Journal:
             )
 
     def _take_back(self) -> None:
-        """Remove the incomplete line of a failed write; if that fails, reject all later writes."""
+        """Remove the incomplete line of a failed write; if this fails, reject all later writes."""
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
@@ -133,9 +137,10 @@ class Journal:
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
-    """Return a read-only journal with the lines in the content of a work file.
+    """Parse the content of a work file, and return a journal that nothing can be appended to.
 
-    Raises JournalError if the data is not a work file, or if a line before the last is damaged.
+    `path` is used in messages. Raises JournalError if the data is not a work file or was written by
+    a later version, or if a line before the last line is damaged.
     """
     lines, size, notes = _read_lines(path, data)
     if not lines:
@@ -146,8 +151,9 @@ def parsed_work(path: Path, data: bytes) -> Journal:
 def summary(path: Path) -> tuple[Line, Line] | None:
     """Return the first and the last complete line of a work file, without locking the file.
 
-    Returns None if the file does not exist or has no complete line. Raises JournalError if the
-    first line is damaged, or if the path is a link or another special file.
+    Returns None if the file does not exist, has no complete line, or cannot be read. Raises
+    JournalError if the first line is damaged, or if the file cannot be opened, for example because
+    it is a link.
     """
     try:
         opened = open_own(path, os.O_RDONLY)
@@ -173,7 +179,9 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """Return the valid lines of a file, their size in bytes, and a note if the last is damaged.
+    """Return the valid lines of a file, their total size in bytes, and notes.
+
+    There is one note if the last line is damaged, and no note otherwise.
 
     Raises JournalError if the data is not a work file, was written by a later version, or has a
     damaged line before the last line.
@@ -209,7 +217,7 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    with contextlib.suppress(ValueError, RecursionError):  # JSON is invalid despite the checksum
+    with contextlib.suppress(ValueError, RecursionError):  # invalid JSON despite a correct checksum
         line: Line = json.loads(text)
         return line
     return None

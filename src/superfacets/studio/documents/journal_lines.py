@@ -31,7 +31,10 @@ from .journal import Line
 
 
 def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
-    """Return the state before the first change; `classes`, if given, replaces the header's list."""
+    """Return the state before the first change.
+
+    If `classes` is not None, it replaces the list of classes in the header.
+    """
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
@@ -47,7 +50,10 @@ def line_of(change: Change) -> Line:
 
 
 def change_of(line: Line, state: State) -> Change:
-    """Return the change in a line; an invalid line raises ValueError, TypeError or KeyError."""
+    """Return the change of `state` that a line of the journal describes.
+
+    Raises ValueError, TypeError or KeyError if the line is invalid.
+    """
     name = str(line["op"])
     if name not in _READERS:
         raise ValueError(f"unknown operation {name}")
@@ -60,7 +66,8 @@ def _class_list(value: Any) -> ClassList:
     return checked_class_list(json.loads(text))
 
 
-# For each kind of change, one function writes the entries of a line, and another one reads them.
+# For each kind of change, one function converts a change to the entries of a line, and another
+# function converts a line to a change.
 
 
 def _write_paint(change: Change) -> Line:
@@ -69,7 +76,7 @@ def _write_paint(change: Change) -> Line:
         "cells": base64_of(change.after.cells),
         **_write_numbers("class", "es", class_of(values)),
     }
-    objects = object_of(values)  # a line without objects can be read by version 1
+    objects = object_of(values)  # version 1 can read a line only if it has no objects
     return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
 
 
@@ -92,7 +99,10 @@ def _read_paint(line: Line, state: State) -> Change:
 
 
 def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int) -> int | Numbers:
-    """Return one number for all cells from the entry `name`, or one per cell from name + plural."""
+    """Return one number for all cells (entry `name`), or one per cell (entry `name + plural`).
+
+    Raises ValueError if a number is above `highest`.
+    """
     if name not in line:
         data = inflated(bytes_from(line[name + plural], name + plural), 2 * n_cells)
         numbers = np.frombuffer(data, np.uint16)

@@ -36,7 +36,7 @@ class Source:
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Read an input file, or raise a MeshError or OSError."""
+        """Read an input file; raise a MeshError or OSError if this fails."""
         seen = _stamp(path)
         content = read_content(path)
         try:
@@ -81,7 +81,7 @@ class Source:
         self._seen = stamp
 
     def check_work(self, journal: Journal) -> None:
-        """Raise a JournalError if a work file belongs to another input."""
+        """Raise a JournalError if a work file belongs to another input, or has a damaged header."""
         file, n_cells = journal.header.get("file"), journal.header.get("n_cells")
         if not isinstance(file, dict) or n_cells is None:
             raise JournalError(f"{journal.path}: the first line of the work file is damaged")

@@ -28,8 +28,8 @@ from ..labels.classes import INSTANCES, stuff_of
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Maps each of two ScanNet formats to the other, because their files belong together: segments, and
-objects as groups of segments."""
+"""Two formats of ScanNet whose files belong together, each mapped to the other. One file contains
+segments, and the other file contains objects as groups of these segments."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Object:
     object_id: int  # 0 means cells that are in no object
     label: str  # name of the class
     name: str  # name of the object
-    is_stuff: bool
+    is_stuff: bool  # whether the class has no objects, such as walls
 
     @property
     def instance(self) -> int:
@@ -49,7 +49,7 @@ class Object:
 
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
-    """Return the objects in an array of instances, sorted by class and object number."""
+    """Return an `Object` for each instance in an array except 0, in ascending order."""
     stuff = stuff_of(document.class_list)
     found = []
     for instance in np.setdiff1d(instances, 0).tolist():
@@ -60,7 +60,10 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
 
 
 def vertex_instances(document: Document) -> Ints:
-    """Return the instance (class and object) with the largest area around each vertex, or 0."""
+    """Return the instance (class and object) with the largest area around each vertex.
+
+    The instance is 0 if unlabeled cells have the largest area, or if the vertex has no cells.
+    """
     return np.maximum(vertex_labels(document.cells, document.instances), 0)
 
 
@@ -71,7 +74,7 @@ def write_objects(document: Document, format: str, path: Path) -> None:
 
 
 def _write_json(document: Document, temporary: Path, path: Path) -> None:
-    """Write COCO categories and annotations, with run lengths of cells instead of pixels."""
+    """Write COCO categories and annotations; masks are run lengths of cells, not of pixels."""
     instances, cells = document.instances, document.cells
     image = {"id": 1, "file_name": document.path.name, "n_cells": document.n_cells}
     categories = [
@@ -97,7 +100,10 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _runs(is_in: Bools) -> list[int]:
-    """Return lengths of runs of equal values in a mask; the first run is False and may be empty."""
+    """Return the lengths of the runs of equal values in a mask.
+
+    The first length belongs to a run of False, and is 0 if the mask begins with True.
+    """
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
     return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 
@@ -130,7 +136,10 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
-    """Return the segment and instance of each vertex; segments are regions, split by objects."""
+    """Return the segment and the instance of each vertex.
+
+    A segment is a region or, if the region has several instances, its part in one instance.
+    """
     instances = vertex_instances(document)
     regions = vertex_labels(document.cells, document.revision.labels)
     pairs = np.stack([regions, instances], axis=1)
@@ -175,7 +184,7 @@ def _parts(document: Document, labels: Ints, n_objects: int) -> Iterator[Any]:
 
 
 def _safe(name: str) -> str:
-    """Replace by hyphens all characters that some file systems do not allow in names."""
+    """Replace all characters except ASCII letters, digits, ``_`` and ``-`` by hyphens."""
     return re.sub(r"[^\w-]+", "-", name, flags=re.ASCII).strip("-")
 
 

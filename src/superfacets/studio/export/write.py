@@ -47,7 +47,7 @@ MARKS = {
     "objects": ".objects",
     "region_classes": ".region-classes",
 }
-"""Marker before the ending of a file name, for each kind of export."""
+"""Marker before the file ending, for each kind of export except regions, which have `MARK`."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
@@ -77,14 +77,15 @@ def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
 
 
 def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
-    """Write an export to the folder of the input, and return its path.
+    """Write an export to the folder of the input, and return the path of the file.
 
-    An existing file is replaced if its name contains a marker of the studio. Other tools require
-    some names without a marker. An existing file with such a name may come from another tool.
+    An existing file is replaced if its name contains a marker of the studio. Some names have no
+    marker, because other tools require these names. An existing file with such a name may come from
+    another tool, so it is replaced only if `replace` is True.
 
     Raises ValueError if `what` or `format` is unknown, or if the format cannot store the labels.
-    Raises FileExistsError if a file without a marker exists and `replace` is False, and OSError if
-    the file cannot be written.
+    Raises FileExistsError if the file exists and must not be replaced, and OSError if it cannot be
+    written.
     """
     path = document.path.with_name(_name_of(document, what, format))
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
@@ -98,7 +99,7 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
     """Return the name and content of the file that `export` would write.
 
-    Two files that belong together are packed into a .zip.
+    If the format consists of two files, both are packed into a .zip file.
     """
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         first, *others = _write(document, what, format, Path(folder))
@@ -112,7 +113,11 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
 
 
 def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
-    """Return the class with the largest area in each region, or 0, and its fraction of the area."""
+    """Return the class with the largest area in each region, and its fraction of the region's area.
+
+    The class is 0 if unlabeled cells have the largest area. The fraction is 1 if the region has no
+    area.
+    """
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
     winners = weighted_majority(labels, classes, areas, n).winners
@@ -163,7 +168,11 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """Return the texture for .glb files, and for .obj files in the same folder as the images."""
+    """Return attributes with the texture if the format can store it, and otherwise None.
+
+    A .glb file contains the images. An .obj file refers to the images in the folder of the input,
+    so an .obj file in another folder gets no texture.
+    """
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ...io.atomic import atomic_outputs
 from ...io.attributes import is_encodable
 
-CLASSES_FILE = "superfacets-classes.json"  # file in a folder with the classes of all its meshes
+CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
 MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
 MAX_OBJECT = 999
 """Highest object number in a class; 0 means no object. An instance is the number ``class *
@@ -25,21 +25,22 @@ _MAX_NAME = 200
 _EXPECTED = 'expected a JSON list of classes, or an object with a list "categories"'
 
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
-"""Names of classes such as walls, which have no objects by default."""
+"""Names of classes that have no objects by default."""
 
 _COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
     "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#5a5a00",
 )  # fmt: skip
 """Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
-which color-blind people can distinguish. Gray is the color of unlabeled cells."""
+which color-blind people can distinguish. Gray is not used, because unlabeled cells are gray."""
 
 _N_DEFAULT = 6
 
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
-"""Dicts with ``id``, ``name``, ``color`` and ``key``, and ``stuff`` for a class without objects."""
+"""List of classes, as dicts with ``id``, ``name``, ``color`` and ``key``. The key is a shortcut, or
+empty. A class without objects, such as walls, also has ``stuff``, which is True."""
 
 ObjectNames = tuple[dict[str, Any], ...]
 """Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
@@ -86,7 +87,10 @@ def with_new(classes: ClassList, class_id: int, name: str | None = None) -> Clas
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
-    """Find a class by its name, ignoring case, or add a class; return its number and the list."""
+    """Return the number of the class with this name, ignoring case, and the list of classes.
+
+    If there is no such class, a new class is added to the list.
+    """
     for entry in classes:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
@@ -105,20 +109,23 @@ def stuff_of(classes: ClassList) -> set[int]:
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
-    """Return new classes with these names or, if there are no names, with a few numbered names."""
+    """Return new classes with these names or, by default, six classes named "class 1" and so on."""
     if names:
         return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
     return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
 
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
-    """Return the list, extended by new classes for the numbers in `used` that are not in it."""
+    """Return the list, extended by new classes for numbers in `used` (except 0) that it lacks."""
     more = sorted({*used} - {0, *names_of(classes)})
     return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
 
 def checked_class_list(value: object) -> ClassList:
-    """Return a checked copy of a list of classes; raise a ValueError if an entry is invalid."""
+    """Return a checked copy of a list of classes.
+
+    Raises ValueError if an entry is invalid, or if two classes have the same number or key.
+    """
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
@@ -164,7 +171,7 @@ def with_object_name(
 ) -> ObjectNames:
     """Return the list of names with a new name for one object; an empty name removes the entry.
 
-    Raises ValueError if the name is too long or is not a string.
+    Raises ValueError if the name is too long, is not a string, or is not valid Unicode.
     """
     if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
@@ -186,7 +193,8 @@ def checked_object(value: object) -> int:
 def read_classes(path: Path) -> ClassList:
     """Read classes from a JSON file, or from a text file with one name per line.
 
-    A JSON file contains a list, as from `write_classes`, or is an ``objects.json`` file.
+    A JSON file contains a list of classes, as written by `write_classes`, a list of names, or COCO
+    categories, as in an exported ``.objects.json`` file.
 
     Raises ValueError if the file contains no list of classes, and OSError if it cannot be read.
     """
@@ -205,7 +213,10 @@ def read_classes(path: Path) -> ClassList:
 
 
 def _listed(content: Any) -> list[Any]:
-    """Return the classes in a JSON file: the entries of a list, or the categories of COCO."""
+    """Return the classes in the content of a JSON file: a list, or a dict with COCO categories.
+
+    Strings in a list are the names of new classes.
+    """
     if isinstance(content, list):
         return [
             new_class(i, entry) if isinstance(entry, str) else entry

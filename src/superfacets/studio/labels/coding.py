@@ -23,10 +23,10 @@ _MAX_BYTES = 5  # maximum number of bytes for a 32-bit number, with 7 bits per b
 
 
 def pack_cells(cells: CellNumbers) -> bytes:
-    """Compress ascending cell indices: encode the differences as varints, and apply zlib.
+    """Compress sorted cell indices: encode the differences as varints, and apply zlib.
 
     The cells of a region take at most about one byte each, because neighboring cells mostly have
-    similar indices. A run of consecutive indices takes a few bytes.
+    similar indices. A run of consecutive indices takes only a few bytes in total.
     """
     deltas = np.diff(cells, prepend=np.uint32(0))
     sizes = np.ones(len(deltas), np.int64)
@@ -43,7 +43,10 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Decode the result of `pack_cells`, or raise a ValueError if it is damaged or out of range."""
+    """Decode the result of `pack_cells`.
+
+    Raises ValueError if the data is damaged, or if an index is not less than `n_cells`.
+    """
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
@@ -61,7 +64,7 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
 
 
 def inflated(packed: bytes, max_bytes: int) -> bytes:
-    """Decompress bytes, or raise a ValueError if they are damaged or exceed `max_bytes`."""
+    """Decompress bytes; raise a ValueError for damaged data or a result above `max_bytes`."""
     reader = zlib.decompressobj()
     try:
         data = reader.decompress(packed, max_bytes + 1)
@@ -79,7 +82,10 @@ def base64_of(array: Array | bytes) -> str:
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:
-    """Decode cell indices from a client, uint32 as base64, and return them sorted and unique."""
+    """Decode cell indices from a client, and return them sorted, without duplicates.
+
+    `text` is base64 of uint32. Raises ValueError if it is not, or if a cell does not exist.
+    """
     data = bytes_from(text, "cells")
     if len(data) % 4:
         raise ValueError(
@@ -107,7 +113,7 @@ def packet(header: Mapping[str, Any], arrays: Mapping[str, Array]) -> bytes:
 
     The block contains `MAGIC`, the length of the JSON header as uint32, the header padded with
     spaces, and the arrays, each at an offset that is a multiple of 4. The entry ``arrays`` of the
-    header lists the arrays as `Entry`, with offsets from the end of the header.
+    header describes each array by an `Entry`, with its offset from the end of the header.
     """
     block = Arrays()
     for name, array in arrays.items():

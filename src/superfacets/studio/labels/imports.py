@@ -1,4 +1,4 @@
-"""Read labels of other tools or earlier exports as classes and objects of cells."""
+"""Import labels from other tools or earlier exports, as classes and objects of cells."""
 
 from __future__ import annotations
 
@@ -42,25 +42,28 @@ class Imported:
     The keys of `names` and `scores` are pairs (class, object).
     """
 
-    cells: CellNumbers  # indices of all labeled cells, ascending
-    classes: npt.NDArray[np.uint16]  # class of each labeled cell
-    objects: npt.NDArray[np.uint16]  # object of each labeled cell within its class; 0 means none
+    cells: CellNumbers  # indices of all cells that the import labels, in ascending order
+    classes: npt.NDArray[np.uint16]  # class of each of these cells; 0 removes its label
+    objects: npt.NDArray[np.uint16]  # object of each of these cells; 0 means no object
     class_list: ClassList
     names: Mapping[tuple[int, int], str] = field(default_factory=dict)
     scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidence, 0 to 1
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
-    """Read a file of labels and optionally a file of groups; `files` maps names to contents.
+    """Read a label file and, optionally, a file that groups its labels into objects.
+
+    `files` maps file names to contents. `known` is the current list of classes.
 
     ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell. An ``.sstk.json`` file may
-    contain several segmentations, of which the first, the finest, is read. A ``.segs.json`` file
-    contains one label per vertex, and a cell gets the most frequent label of its corners. A label
-    is the number of a class, where 0 or less means no class. If an ``.aggregation.json`` file is
-    also given, each of its groups of labels becomes an object instead, and the group's name,
-    ignoring case, becomes its class. Cells without a group are not imported. An ``.objects.json``
-    file, which the studio exports, has objects in COCO format. `known` is the current list of
-    classes.
+    contain several segmentations; the first is read, because it is the finest. A ``.segs.json``
+    file contains one label per vertex, and a cell gets the most frequent label of its corners. Each
+    label is the number of a class; 0 or less means no class.
+
+    If an ``.aggregation.json`` file is also given, labels are not class numbers: each group of
+    labels becomes an object, whose class has the name of the group, ignoring case. Cells in no
+    group are not imported. An ``.objects.json`` file, as exported by the studio, contains objects
+    in COCO format.
 
     Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
     """
@@ -133,7 +136,7 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Return the most frequent label at the corners of each cell; the lowest if there is a tie."""
+    """Return the most frequent label at the corners of each cell, or the lowest of several."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
     return labels_of_corners(cells, of_vertices)
@@ -182,18 +185,19 @@ class _Gathered:
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
-        self._taken: dict[int, set[int]] = {}  # object numbers in use, by class
+        self._taken: dict[int, set[int]] = {}  # object numbers in use in each class
         self._classes = np.zeros(n_cells, np.int64)
         self._objects = np.zeros(n_cells, np.int64)
         self._names: dict[tuple[int, int], str] = {}
         self._scores: dict[tuple[int, int], float] = {}
 
     def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
-        """Give cells the class `name`, and make them an object unless the class has no objects.
+        """Give the cells in the mask `is_in` the class `name`, and make them an object.
 
         An unknown class is added to the list. The object gets the number `wanted` if it is free,
-        and otherwise the next free number. If `wanted` is 0, the cells become no object. `entry` is
-        the entry in the file, which may contain the name and score of the object.
+        and otherwise the number after the highest in use. If `wanted` is 0, or if the class has no
+        objects, the cells are in no object. `entry` is the entry in the file, which may contain the
+        name and score of the object.
         """
         class_id, self._known = with_named(self._known, name)
         self._classes[is_in], self._objects[is_in] = class_id, 0
@@ -214,7 +218,7 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Store the score of an entry; several entries of one object get the lowest score."""
+        """Store the score of an object if the entry has one; of several scores, keep the lowest."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id

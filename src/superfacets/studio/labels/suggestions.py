@@ -35,7 +35,10 @@ class Suggestion:
 
     @classmethod
     def of_line(cls, entry: Any, n_cells: int) -> Suggestion:
-        """Convert an entry of a line; a damaged entry raises ValueError, TypeError or KeyError."""
+        """Return the suggestion in an entry of a journal line.
+
+        Raises ValueError, TypeError or KeyError if the entry is damaged.
+        """
         packed = bytes_from(entry["cells"], "cells")
         unpack_cells(packed, n_cells)  # raises a ValueError if the cells are damaged
         class_id = int(entry["class"])
@@ -50,7 +53,8 @@ Suggestions = tuple[Suggestion, ...]
 def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
     """Return a suggestion for each imported object, and the list of classes with new classes.
 
-    The label `UNNAMED` means no class, unless a class with this name exists already.
+    In each class, all cells that are in no object become one suggestion. The user must choose the
+    class of objects whose class name is `UNNAMED`, unless `known` has a class with this name.
     """
     unnamed = [
         entry
@@ -59,7 +63,7 @@ def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, C
     ]
     classes = tuple(entry for entry in imported.class_list if entry not in unnamed)
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
-    order = np.argsort(keys, kind="stable")  # stable: cells of an object stay ascending
+    order = np.argsort(keys, kind="stable")  # stable, so the cells of an object stay sorted
     found, starts = np.unique(keys[order], return_index=True)
     parts = np.split(imported.cells[order], starts)[1:]  # the part before the first start is empty
     suggestions = []

@@ -18,7 +18,7 @@ from ...cells.region_adjacency import RegionGraph, region_graph_of
 from ...cells.surface import Surface
 from ...io.guards import shortened
 
-MAX_KEPT = 6  # number of revisions that are kept for requests of clients
+MAX_KEPT = 6  # number of most recently used revisions that are kept
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Partition:
 
     parameters: dict[str, Any]
     digest: str = ""  # hash of the labels before all splits; empty if unknown
-    splits: tuple[bytes, ...] = ()  # cells split off, from `pack_cells`; each gets the next label
+    splits: tuple[bytes, ...] = ()  # packed cells of the new region of each split, in order
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
         """Return a copy with one more split; `digest` is the hash of labels before all splits."""
@@ -41,7 +41,7 @@ def _check_exists(region: int, n_regions: int) -> None:
 
 
 class GoneError(LookupError):
-    """Error raised if a requested revision is no longer stored; clients then request the state."""
+    """Error raised if a revision is no longer stored or current; clients then request the state."""
 
 
 @dataclass
@@ -56,13 +56,19 @@ class Revision:
 
     @cached_property
     def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
-        """Offset of each region in an array of cells sorted by region, and this array."""
+        """Tuple of two arrays: the offset of each region in the second array, and all cells.
+
+        The cells are sorted by region. The offsets have shape (n_regions + 1,).
+        """
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)
 
     def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
-        """Return the cells of a region, ascending, or raise a ValueError if it does not exist."""
+        """Return the cells of a region in ascending order.
+
+        Raises ValueError if the region does not exist.
+        """
         _check_exists(region, self.n_regions)
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
@@ -79,11 +85,13 @@ class Revisions:
     """Cache of the most recently used revisions."""
 
     _kept: OrderedDict[int, Revision] = field(default_factory=OrderedDict)
+    # Number of the latest revision. It begins at the time in milliseconds, so that numbers are
+    # unique even after a restart.
     _last: int = field(default_factory=lambda: time.time_ns() // 1_000_000)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Return the stored revision of a partition, or else store labels as a new revision."""
+        """Return the stored revision of a partition; if there is none, store a new revision."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:
@@ -101,7 +109,7 @@ class Revisions:
         with self._lock:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
-                name = shortened(str(number))  # may be a value of any type and length
+                name = shortened(str(number))  # clients may send a value of any type and length
                 raise GoneError(f"revision {name} no longer exists: request the state and labels")
             self._kept.move_to_end(revision.number)
             return revision
@@ -110,9 +118,10 @@ class Revisions:
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
     """Return `region` and all regions of similar shape; size and position are ignored.
 
-    The tolerance is the maximum distance between shape descriptors, as a fraction of the largest
-    distance: 0 (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does
-    not exist or the tolerance is not between 0 and 1.
+    Shapes are compared by the distance of their descriptors. `tolerance` is the maximum distance,
+    as a fraction of the distance between `region` and the least similar region: 0 gives regions of
+    equal shape only, and 1 gives all regions. Raises ValueError or TypeError if the region does not
+    exist, or if the tolerance is not between 0 and 1.
     """
     limit = checked_fraction(tolerance, "tolerance")
     _check_exists(region, graph.n_regions)
@@ -124,7 +133,7 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
 
 
 def _shapes(graph: RegionGraph) -> Floats:
-    """Return linearity, planarity, sphericity, 3 * curvature, and crease of regions, (K, 5).
+    """Return linearity, planarity, sphericity, 3 * curvature and crease of each region, (K, 5).
 
     The first four values are between 0 and 1. The crease is the mean signed angle at borders with
     other regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.

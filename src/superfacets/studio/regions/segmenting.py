@@ -28,15 +28,15 @@ from ...regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
-FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
-MAX_REGIONS = 20_000  # maximum of the slider; more regions would be too small for labeling
+FEWEST_OFFERED = 4  # minimum number of regions on any level except the finest
+MAX_REGIONS = 20_000  # maximum of the slider; with more, regions would be too small for labeling
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Parameters = dict[str, Any]
 
 
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
-    """Return the default parameters of `segment`, with this number of regions if it is given."""
+    """Return default parameters, with `n_segments` regions if given, but at most `n_cells`."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
     weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
@@ -54,7 +54,8 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
     """Check parameters from a client, and take missing parameters from `usual`.
 
-    `level` is the number of regions after merging; it becomes None if it equals `n_segments`.
+    `level` is the number of regions after merging. It becomes None (no merging) if it equals
+    `n_segments`, or if a new `n_segments` is given without a level.
     Raises ValueError or TypeError if a parameter is unknown, out of range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
@@ -62,7 +63,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
         raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
-        merged["level"] = None  # `usual` has a level for another number of regions
+        merged["level"] = None  # the level in `usual` is for another number of regions
     n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:
@@ -85,12 +86,12 @@ def levels_of(n_segments: int) -> list[int]:
 
 
 class Cancelled(Exception):  # noqa: N818  # not an error
-    """Raised in a segmentation that a newer one has replaced, or whose client has disconnected."""
+    """Raised in a segmentation if a newer one replaces it, or if its client has disconnected."""
 
 
 @dataclass
 class Turn:
-    """Handle to cancel a segmentation from another thread; `tell` is called with its progress."""
+    """Handle of a segmentation: other threads can cancel it, and `tell` receives its progress."""
 
     tell: Callable[[dict[str, Any]], object] = lambda _: None
     _is_cancelled: threading.Event = field(default_factory=threading.Event)
@@ -117,7 +118,7 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Regions as computed by `segment`, before splits by the user."""
+    """Regions computed by `segment`, merged if a level is set, but not yet split by the user."""
 
     labels: Ints
     n_regions: int
@@ -130,7 +131,7 @@ class Segmenter:
     """Segments one mesh with any parameters in a separate thread, one segmentation at a time.
 
     The cell graph is built once, because it does not depend on the parameters. Regions and merge
-    trees for the most recent parameters are cached.
+    trees for the `MAX_KEPT` most recently used parameters are cached.
     """
 
     source: Cells
@@ -218,7 +219,11 @@ class Segmenter:
 
 
 def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
-    """Return warnings as texts for the page, without parameters of Python functions."""
+    """Return a text for the page for each warning.
+
+    Messages of `SliverWarning` and `IslandWarning` are replaced, because they mention parameters of
+    Python functions.
+    """
     notes = []
     for warning in found:
         if warning.category is SliverWarning:

@@ -16,14 +16,14 @@ SHARPNESS = 12.5
 """Rate at which creases reduce the cost of a border. In a crease with angle t, the cost is
 multiplied by exp(-12.5 t / pi): by 0.002 for a right angle. `hierarchy` uses a similar rate."""
 
-CONVEX = 0.5  # factor for angles of convex creases; angles of concave creases have 1
+CONVEX = 0.5  # factor on the angle t of convex creases; the factor of concave creases is 1
 NEARNESS = 6.0
-"""Attraction of cells to the nearer stroke. Without attraction, the border would be the shortest
-closed curve around the smaller stroke. On a flat square with strokes of a tenth of its side, a
-value of 3 is too small to prevent this. With 6, the border is midway between the strokes, but still
-moves to a crease if one is a quarter of the distance away."""
+"""Strength of the attraction of cells to the nearer stroke. Without attraction, the border would be
+the shortest closed curve around the smaller stroke. On a flat square with strokes as long as a
+tenth of its side, a value of 3 is too small to prevent this. With 6, the border is midway between
+the strokes, but still moves to a crease at a quarter of the distance between them."""
 
-CAPACITY = 1 << 30  # sum of the capacities of all arcs that may be cut
+CAPACITY = 1 << 30  # sum of the capacities of all arcs that may be cut; fits into int32
 
 UNCUT = (1 << 31) - 1  # capacity of arcs that must not be cut: the largest 32-bit integer
 
@@ -34,11 +34,11 @@ def split_cells(
     """Split a region, and return the cells on the side of the blue stroke.
 
     The border is a minimum cut. Its cost is its length, reduced in creases, plus a term that
-    attracts each cell to the nearer stroke. If a connected piece of one side contains no cell of
-    the stroke of this side, it moves to the other side. `cells` (the region), `red` and `blue` (the
-    strokes) must be ascending. Cells of strokes outside the region are ignored.
+    attracts each cell to the nearer stroke. If a connected component of one side contains no cell
+    of this side's stroke, it moves to the other side. `cells` (the region), `red` and `blue` (the
+    strokes) are cell indices in ascending order. Cells of strokes outside the region are ignored.
 
-    Raises ValueError if a stroke has no cell in the region, or if both strokes contain a cell.
+    Raises ValueError if a stroke has no cell in the region, or if the strokes share a cell.
     """
     strokes = [_indices_in(cells, stroke) for stroke in (red, blue)]
     for name, found in zip(("red", "blue"), strokes, strict=True):
@@ -58,8 +58,8 @@ class _Part:
     """Graph of a region: its cells, renumbered from 0, and the arcs between neighboring cells."""
 
     areas: Floats
-    sources: Ints  # int32, because maximum_flow of old SciPy rejects int64
-    targets: Ints
+    sources: Ints  # first cell of each arc; int32, because maximum_flow of old SciPy rejects int64
+    targets: Ints  # second cell of each arc
     costs: Floats  # cost of cutting each arc: length of the border crossed, reduced in creases
     lengths: Floats  # distance between the centroids of the two cells of each arc
 
@@ -125,7 +125,7 @@ def _cut(part: _Part, red: Any, blue: Any) -> Bools:
 
 
 def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
-    """Return the attraction of each cell to the red (positive) or blue stroke, as a length."""
+    """Return the attraction of each cell to the red (> 0) or blue (< 0) stroke, as a length."""
     from scipy.sparse.csgraph import dijkstra
 
     steps = part.matrix(np.maximum(part.lengths, 1e-12 * part.lengths.max(initial=1.0)))
@@ -138,7 +138,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 
 
 def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
-    """Return which cells of a side are in a connected piece that contains no cell of `stroke`."""
+    """Return a mask of the cells of a side whose connected component has no cell of `stroke`."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

@@ -1,8 +1,8 @@
 """Choose the port and access token of a server, store both, and pass both to a browser.
 
-The next server for the same work file uses the same address. Therefore, a page that is still open
-works again after its server was killed and restarted. Only the owner can read the file with the
-stored address. The file is removed when the server ends normally.
+The next server for the same work file or folder uses the same address. Therefore, a page that is
+still open works again after its server was killed and restarted. Only the owner can read the file
+with the stored address. The file is removed when the server ends normally.
 """
 
 from __future__ import annotations
@@ -51,7 +51,10 @@ class Address:
 
 
 def new_token() -> str:
-    """Return the token from the environment, which must be well-formed, or a random token."""
+    """Return the token in `TOKEN_VARIABLE`, or a random token if the variable is not set.
+
+    Raises ValueError if the variable contains no well-formed token.
+    """
     given = os.environ.get(TOKEN_VARIABLE)
     if given is None:
         return secrets.token_urlsafe(24)
@@ -61,7 +64,10 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """Listen on a port (0: any free port), or raise an OSError if the port is in use."""
+    """Return a socket that listens on a port (0: any free port).
+
+    Raises OSError if this fails, for example because the port is in use.
+    """
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name != "nt":  # on Windows, this option would let other processes use the port
@@ -78,7 +84,12 @@ def open_socket(port: int) -> socket.socket:
 
 
 def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
-    """Listen on `port`; by default, on the last server's port, or on any port if it is in use."""
+    """Return a socket that listens on `port`, and the address of the server.
+
+    If `port` is None, the address of the last server, `kept`, is used again. If there is no such
+    address, or if its port is in use, any free port is used. If the port differs from the port of
+    `kept`, the server gets a new token.
+    """
     if port is None and kept is not None:
         with contextlib.suppress(OSError):
             return open_socket(kept.port), kept
@@ -90,7 +101,7 @@ def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, A
 
 
 def address_file(work: Path) -> Path:
-    """Return the path of the file that stores the address of the server for a file or folder."""
+    """Return the path of the file that stores the server's address, for a work file or folder."""
     if work.is_dir():
         return work / ".superfacets-studio.address"
     return work.with_name(f".{work.name}.address")

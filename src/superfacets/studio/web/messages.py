@@ -54,7 +54,7 @@ STATUS_OF = (
     (MemoryError, 507),
     (ClientDisconnect, 400),  # status is arbitrary: nobody receives it
 )
-"""HTTP status of each class of errors. For an error of several classes, the first is used."""
+"""HTTP status of each class of errors. The first class that an error belongs to is used."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
@@ -90,7 +90,10 @@ async def body_of(request: Request) -> Body:
 
 
 async def _content(request: Request) -> bytearray:
-    """Read the body of a request, or raise a TooLargeError if it is or claims to be too large."""
+    """Read the body of a request; raise a TooLargeError if it exceeds `MAX_BODY`.
+
+    If the header of the request already announces a larger body, nothing is read.
+    """
     data = bytearray()
     announced = request.headers.get("content-length", "0")
     if not announced.isdecimal() or int(announced) <= MAX_BODY:

@@ -73,8 +73,8 @@ def progress_of(document: Document) -> Body:
 def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
     """Carry out a step, and return the changed cells with their new class and object.
 
-    If the step also changes other data, ``kind`` is the kind of that change, which tells the client
-    to request the whole state.
+    If the step changes only labels, ``kind`` is "paint". Otherwise it is the kind of another change
+    in the step, and the client then requests the whole state.
     """
     changes = step()
     kinds = [change.kind for change in changes if change.kind != "paint"]
@@ -91,9 +91,10 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     """Return the geometry of the mesh in the binary format of `packet`.
 
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
-    are merged, and sorted by their first use in a triangle. For polygons and tetrahedra,
-    ``sources`` is the cell of each triangle. For point clouds, ``normals`` are packed normals.
-    ``colors`` are red, green and blue of each cell, if the file has colors.
+    are merged, and sorted by their first use in a triangle. For polygons and tetrahedra, the array
+    ``sources`` contains the cell that each triangle belongs to. For point clouds, ``normals``
+    contains packed normals. If the file has colors, ``colors`` contains red, green and blue of each
+    cell.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -135,7 +136,11 @@ def _region_packet(document: Document, query: Body) -> bytes:
 
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:
-    """Return the list of suggestions, and for each cell the index of its suggestion + 1, or 0."""
+    """Return the list of suggestions, and for each cell the number of its suggestion, or 0.
+
+    Suggestions are numbered from 1, in the order of the list. A cell in several suggestions has the
+    number of the last of them.
+    """
     owners = np.zeros(document.n_cells, np.uint32)
     entries = []
     for index, one in enumerate(document.state.suggestions, 1):
@@ -196,7 +201,7 @@ def _name_object(document: Document, body: Body) -> Body:
 
 
 def _compare(document: Document, body: Body) -> Body:
-    """Compare with the work file in the request, or with the previous one if there is none."""
+    """Compare with the work file in the request; if there is none, with the previous work file."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
         raise ValueError("choose a single work file to compare with")

@@ -15,7 +15,8 @@ from .address import Address, address_file, keep
 from .app import Studio, studio_app
 
 MAX_CONNECTIONS = 64
-"""Maximum number of connections. A browser opens six. Some systems allow only 256 open files."""
+"""Maximum number of connections. A browser opens at most six. Some systems allow only 256 open
+files, and each connection is one."""
 
 BACKLOG = 32  # maximum number of connections that are not yet accepted
 SECONDS = 10.0  # time in seconds after which a connection without progress is closed
@@ -63,7 +64,7 @@ class Connection(H11Protocol):
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Start the timer of a new connection, and close one if there are too many connections."""
+        """Start the timer of a new connection; if there are too many, close one that is idle."""
         super().connection_made(transport)
         self._n_received = 0
         self._watch()
@@ -108,5 +109,5 @@ class Connection(H11Protocol):
 
     def _give_up(self) -> None:
         self._timer.cancel()
-        self.connections.discard(self)  # the event loop closes it later
+        self.connections.discard(self)  # now, because the event loop calls `connection_lost` later
         self.transport.abort()

@@ -38,7 +38,7 @@ class Thumbnails:
         return kept[1]
 
     def close(self) -> None:
-        """Kill the drawing process, and start no others; waiting threads get a RenderError."""
+        """Kill the drawing process, and prevent new ones; waiting threads get a RenderError."""
         self._is_closed = True
         drawing = self._drawing
         if drawing is not None:
@@ -75,7 +75,7 @@ class Thumbnails:
 
 
 def main() -> None:
-    """Draw the mesh file given as first argument, and write the picture to the second argument."""
+    """Draw the file in the first argument, and write a PNG to the path in the second argument."""
     from ...io.readers.read import read_cells
     from ...pictures.rendering import render
 
