@@ -107,7 +107,7 @@ class PointArcs(NamedTuple):
     """Graph of points, with arcs in CSR form."""
 
     measures: Floats  # (N,) area around each point
-    offsets: Longs  # (N + 1,) index of the first arc of each point
+    offsets: Longs  # (N + 1,) index of the first arc of each point, then the number of arcs
     neighbors: Ints  # (M,) target of each arc
     border_lengths: Floats  # (M,) length of the border that each arc crosses
 

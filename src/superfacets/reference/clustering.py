@@ -20,7 +20,7 @@ Path = tuple[int, int]
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Label each cell by the center with the shortest path; return the labels and all centers.
+    """Give each cell the label of the center with the shortest path; return labels and centers.
 
     In a connected component without a center, the lowest cell becomes a new center. If `islands` is
     "nearest", such a component gets the label -1 instead. `offsets` contains an initial length for
@@ -58,11 +58,11 @@ def _shortest_paths(
 def classify_halted(
     graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Label cells by a limited expansion from each center; return the labels and all centers.
+    """Label cells by a limited expansion from each center; return labels and centers.
 
     Cells farther from the center than the Euclidean distance `reach` are labeled but not expanded.
-    If `islands` is "keep", the lowest unreached cell repeatedly becomes a new center. If it is
-    "nearest", unreached cells get the label -1.
+    If `islands` is "keep", the lowest unreached cell becomes a new center, until all cells are
+    reached. If `islands` is "nearest", unreached cells get the label -1.
     """
     best = [(math.inf, -1)] * graph.n_cells  # shortest path so far to each cell
     all_centers: list[int] = []

@@ -43,7 +43,10 @@ def move_cells(
 
 
 class _Moves(MovingRegions):
-    """State of `move_cells`: labels of faces and sizes of regions."""
+    """State of `move_cells`: labels of faces and sizes of regions.
+
+    `blocked` contains pairs of regions (from, to) between which no face could be moved.
+    """
 
     test, n_stuck = 0, 0
 
@@ -97,11 +100,11 @@ class _Moves(MovingRegions):
         return False
 
     def targets(self, region: int) -> list[int]:
-        """Return the regions to which faces of `region` may move, except blocked pairs."""
+        """Return the regions to which faces of `region` may move, except pairs in `blocked`."""
         return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
     def sources(self, region: int) -> list[int]:
-        """Return the regions whose faces may move to `region`, except blocked pairs."""
+        """Return the regions whose faces may move to `region`, except pairs in `blocked`."""
         around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
         return [other for other in sorted(around) if region in self.targets(other)]
 
@@ -122,7 +125,8 @@ class _Moves(MovingRegions):
     def is_joined(self, face: int) -> bool:
         """Return whether the neighbors of a face in its region stay connected without the face.
 
-        They are connected by paths in the region. Returns False if there are no such neighbors.
+        Paths between these neighbors may use all other faces of the region. Returns False if there
+        are no such neighbors.
         """
         region = set(self.faces_of(self.labels[face])) - {face}
         wanted = region & set(self.neighbors(face))

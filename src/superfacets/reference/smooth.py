@@ -124,7 +124,10 @@ class _Stiffness:
 
 
 def _runs(labels: list[int], block: int = 1 << 14) -> list[list[int]]:
-    """Return lists of consecutive faces with the same label. No list extends beyond a block."""
+    """Return lists of consecutive faces with the same label, for the faces of each block in turn.
+
+    A block consists of `block` consecutive faces.
+    """
     runs: list[list[int]] = []
     for face, label in enumerate(labels):
         if face % block == 0 or labels[face - 1] != label:
@@ -309,7 +312,7 @@ def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: flo
 
 
 SMALLEST, LARGEST = 64, 1024
-"""A patch stops growing at a certain number of border faces. These are its minimum and maximum."""
+"""Limits of `Patches._least`, the number of border faces at which a patch stops growing."""
 
 MANY = 512
 """Target number of patches, within the limits `SMALLEST` and `LARGEST`."""
@@ -374,7 +377,7 @@ class Patches:
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Return whether all regions `others` are in the patch of `region` or in other colors."""
+        """Return whether all regions `others` are in the patch of `region` or have other colors."""
         own = self.sort_key(region)
         keys = [self.sort_key(other) for other in others]
         return all(key == own or key[0] != own[0] for key in keys)

@@ -114,7 +114,7 @@ def _volume(corners: Floats) -> Any:
 
 
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
-"""Cosine and sine of the golden angle. Each ray of a cone is rotated by it about the axis."""
+"""Cosine and sine of the golden angle, the rotation about the axis from each ray to the next."""
 
 
 def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:

@@ -26,8 +26,8 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
     surface in its pixel.
 
     The ray of each pixel is intersected with each triangle. Vertices are mapped to (u d, v d, d),
-    where (u, v) is the pixel and d the depth. This map is linear, so triangles stay flat and depths
-    can be interpolated.
+    where (u, v) is the position in the image and d the depth. This map is linear, so triangles stay
+    flat and depths can be interpolated.
     """
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)

@@ -136,7 +136,10 @@ def _own_errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> Fl
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """Return the face with the smallest error in each region, if possible a face with a normal."""
+    """Return, for each region, the face with the smallest error among its faces with a normal.
+
+    If no face of a region has a normal, all of its faces are considered.
+    """
     has_no_normal = np.asarray(~surface.normals.any(axis=1))
     regions = np.array(labels)
     ranks = (_own_errors(surface, labels, proxies), has_no_normal.astype(int), regions)
