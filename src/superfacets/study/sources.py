@@ -24,7 +24,7 @@ class Source:
     """A model of the benchmark or a mesh file of the user. The mesh is read by `load`."""
 
     name: str  # number of the model as text, or name of the file
-    path: Path  # root folder of the benchmark, or path of the file
+    path: Path  # root folder of the benchmark, or path of the mesh file of the user
     category: str  # category in the benchmark; empty for a mesh file of the user
     n_faces: int  # number of faces of the mesh
     n_ground_truths: int  # number of segmentations by people; 0 for a mesh file of the user

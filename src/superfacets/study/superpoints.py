@@ -69,7 +69,7 @@ class Room:
         """Read a room from a file, and segments of other methods from a label file in each folder.
 
         The name of a label file is the name of the room, a dot, and an ending. Raises a MeshError
-        if the file contains no room, or if a folder does not contain exactly one label file of it.
+        if the file contains no room, or if a folder does not contain exactly one such label file.
         """
         try:
             with np.load(path) as file:
@@ -212,7 +212,7 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Return the number of connected components of `edges` that contain vertices in `used`.
+    """Return the number of connected components of the graph `edges` that contain used vertices.
 
     This function needs SciPy.
     """

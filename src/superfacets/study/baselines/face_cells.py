@@ -28,7 +28,7 @@ class Component:
 
     faces: Longs  # (n,) indices of the faces in the mesh, in ascending order
     arcs: Longs  # (m,) indices of the arcs in the whole graph, sorted by their first face
-    offsets: Longs  # (n + 1,) index in `arcs` of the first arc of each face
+    offsets: Longs  # (n + 1,) index in `arcs` of the first arc of each face, then m
     neighbors: Ints  # (m,) local index of the face to which each arc leads
 
 

@@ -22,7 +22,7 @@ SIGMA = 0.1
 """Width s of the affinity exp(-d / s), as a fraction of the mean path length. On small benchmark
 models with alpha > 0, no width from 0.02 to 1 has a smaller undersegmentation error."""
 
-ALPHA = 100.0  # best alpha for normalized cuts according to the paper
+ALPHA = 100.0  # best alpha for normalized cuts, according to the superfacets paper
 
 MAX_MEMORY = 6e9  # default memory limit in bytes, sufficient for all pairs of 37,000 faces
 
@@ -37,7 +37,7 @@ _N_POWERS = 12
 _N_ROWS = 1024  # number of rows of a sparse array that are processed together
 
 _MAX_ROTATIONS = 50  # maximum number of iterations of `_discretize`; about 30 are usual
-_ROTATION_TOL = 1e-9  # iterations stop if the relative improvement of the fit is not larger
+_ROTATION_TOL = 1e-9  # iterations stop if the fit improves by at most this fraction
 
 # Memory in bytes for each pair of faces at a distance of at most R (see `reach` of
 # `affinity_embedding`), including temporary arrays.
@@ -240,7 +240,8 @@ def affinity_embedding(
     Notes
     -----
     Time is O(F^2 log F) for paths and O(k F^2) for eigenvectors. Memory is 4 bytes for each pair of
-    faces and 52 k bytes for each face. With `reach`, there are only about (F reach)^2 / k pairs.
+    faces, and 52 bytes times k for each face. With `reach`, there are only about (F reach)^2 / k
+    pairs.
 
     Examples
     --------
@@ -284,9 +285,10 @@ class _Affinity:
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Return the affinities of cells within a distance of `reach` as a symmetric sparse array.
+        """Return the affinities of all pairs of cells with a distance of at most `reach`.
 
-        Affinities from cell i to j and from j to i may differ. The larger one is used for both.
+        The result is a symmetric sparse array. If the affinities from cell i to j and from j to i
+        differ, both are set to the larger one.
         """
         from scipy.sparse import csr_array
 

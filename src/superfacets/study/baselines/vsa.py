@@ -63,10 +63,11 @@ def variational_shape_approximation(
         number of faces.
     metric : {"l21", "l2"}, default "l21"
         Error of a face, integrated over its area. ``"l21"`` is the squared difference of the unit
-        normals of face and proxy, 0 to 4. The normal of the proxy is the normalized mean of the
-        normals of the faces. The error of a face without a normal is 0. ``"l2"`` is the squared
-        distance to the plane of the proxy. This plane contains the barycenter of the region, and is
-        perpendicular to the direction in which the region extends least.
+        normals of face and proxy, 0 to 4. The normal of the proxy is the area-weighted mean of the
+        normals of the faces, scaled to unit length. The error of a face without a normal is 0.
+        ``"l2"`` is the squared distance to the plane of the proxy. This plane contains the
+        barycenter of the region, and is perpendicular to the direction in which the region extends
+        least.
     init : {"random", "incremental"}, default "random"
         With ``"random"``, the seeds are k random faces, drawn without replacement, and the proxies
         are their planes. ``"incremental"`` starts with one region per connected component of the

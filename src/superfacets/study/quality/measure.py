@@ -141,11 +141,11 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
 """For each scale, a function that multiplies the number of faces of a model by the scale."""
 
 
-_RECORD_VERSION = 2  # version of the content of records; other versions are outdated
+_RECORD_VERSION = 2  # version of the content of records; other versions are not used
 
 
 class Case(NamedTuple):
-    """A run of one variant on one model, at one scale and one k. It gives one row of results."""
+    """A run of one variant on one model at one scale, with k regions. Gives one row of results."""
 
     source: Source
     scale: str

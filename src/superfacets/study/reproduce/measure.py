@@ -21,7 +21,7 @@ from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 
-_RECORD_VERSION = 2  # version of the content of records; other versions are outdated
+_RECORD_VERSION = 2  # version of the content of records; other versions are not used
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Task:
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the mesh, do the work that all runs share, and return a function that does a run."""
+        """Load the mesh, do the work that all runs share, and return a function for one run."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)

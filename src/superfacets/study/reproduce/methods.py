@@ -40,7 +40,7 @@ class Method:
     line: str = "-"  # line style of curves; it distinguishes similar colors
     figures: tuple[str, ...]  # names of figures with curves or dots of this method
     depends_on: tuple[str, ...] = ("alpha",)  # fields of `Setting` that labels depend on
-    alphas: tuple[float | None, ...] = (None,)  # all values of alpha; (None,) if it has no alpha
+    alphas: tuple[float | None, ...] = (None,)  # values of alpha; (None,) if there is no alpha
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""

@@ -42,7 +42,7 @@ class Results:
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
     failed: dict[Run, str] = field(default_factory=dict)  # reason of failure of each failed run
-    missing: tuple[Run, ...] = ()
+    missing: tuple[Run, ...] = ()  # runs without a valid record
 
     def value(self, run: Run, quantity: str) -> float:
         """Return a metric of a run that is done, or its total time if `quantity` is "seconds"."""
@@ -61,7 +61,7 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean over `models` of a metric, or of the total time for "seconds"."""
+        """Return the mean of `value` over `models`, for runs of a curve with k regions."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
