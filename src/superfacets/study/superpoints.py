@@ -155,8 +155,8 @@ class Room:
 def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
     """Return a Markdown table with the mean scores of all methods at each noise level.
 
-    Each folder contains the label files of another method, which is named by the path of the
-    folder. A noise level lists only methods that have segments of all its rooms.
+    Each folder contains the label files of another method. The path of the folder is the name of
+    the method. A method without segments of all rooms of a noise level is not listed for the level.
     """
     rooms = [Room.read(path, folders) for path in sorted(paths)]
     if not rooms:

@@ -105,7 +105,7 @@ def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
 
 @dataclass(frozen=True)
 class _Recording:
-    """Job that runs a task, and writes its records. The result of `run` is as for `run_tasks`."""
+    """Job that runs a task, and writes its records. The result is like that of `run_tasks`."""
 
     task: Task
     deadline: float | None = None  # in seconds of `time.monotonic`, which is equal in all processes

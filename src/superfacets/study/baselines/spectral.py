@@ -26,7 +26,7 @@ ALPHA = 100.0  # best alpha for normalized cuts, according to the superfacets pa
 
 MAX_MEMORY = 6e9  # default memory limit in bytes, sufficient for all pairs of 37,000 faces
 
-_N_SAMPLES = 256  # number of start faces of the paths whose mean length is used; its error is 2 %
+_N_SAMPLES = 256  # number of faces from which the mean path length is estimated; its error is 2 %
 
 # The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
 # of computed eigenvectors, plus _BLOCK_SLACK. On benchmark models, the error of eigenvalues is 1e-6

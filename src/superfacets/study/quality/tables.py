@@ -26,9 +26,9 @@ def means(rows: Iterable[Row]) -> Means:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return the variants that, for every k, are better than `PLAIN` in UE or compactness.
+    """Return the variants that are better than `PLAIN` for every k.
 
-    A variant that is worse in the other value is not returned.
+    Better means that UE or compactness is lower, and neither is higher.
     """
     ks = [k for variant, k in found if variant == PLAIN]
 

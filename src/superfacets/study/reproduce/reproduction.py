@@ -60,9 +60,9 @@ class Report:
 def reproduce(options: Options) -> Report:
     """Do all runs that have no results yet, and write tables, plots, pictures and the page.
 
-    Raises MeshError if no run succeeded, and ValueError if no run is needed or another process uses
-    the output folder. If a figure cannot be drawn, raises MissingExtraError or RenderError before
-    the first run.
+    Raises MeshError if no run succeeded, and ValueError if the figures need no run or another
+    process uses the output folder. If a figure cannot be drawn, raises MissingExtraError or
+    RenderError before the first run.
     """
     start = time.monotonic()
     plan = _plan(options)
