@@ -1,8 +1,12 @@
 """Slow, readable versions of functions of the C++ core, which tests compare with the core.
 
-On the same input, a function in this package and its compiled version return bit-identical numbers.
-Therefore, both add floats in the same order. `arithmetic` computes arctangents and exponentials.
-`vsa` implements variational shape approximation, an alternative to stages 3 and 4.
+On the same input, most functions in this package and their compiled versions return bit-identical
+numbers, because they add floats in the same order and compute arctangents and exponentials without
+the C library (see `arithmetic`). Only rounding errors may differ in `measure_polygons`,
+`build_point_graph`, `point_normals`, `region_shapes`, `region_arcs`, `ray_thickness` and
+`smallest_eigenpairs`.
+
+The module `vsa` implements variational shape approximation, an alternative to stages 3 and 4.
 """
 
 from .cells import build_face_graph as build_face_graph

@@ -1,4 +1,4 @@
-"""Compute vector products, arctangents and exponentials, bit-identical to the C++ core."""
+"""Compute scalar products, norms, arctangents and exponentials, bit-identical to the C++ core."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def norm(a: Floats) -> Any:
     return np.sqrt(dot(a, a))
 
 
-# Coefficients of the polynomial P, ascending, in atan(q) = q + q z P(z) with z = q^2.
+# Coefficients of the polynomial P in atan(q) = q + q z P(z), where z = q^2, lowest power first.
 _ARCTANGENT_SERIES = (
     -0.33333333333333315, 0.19999999999993445, -0.14285714284977744, 0.11111111069363067,
     -0.09090907692059402, 0.07692277476441967, -0.06666223702917291, 0.05877809365040213,
@@ -31,7 +31,8 @@ _ARCTANGENT_SERIES = (
 
 _PI_4_ERROR = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus the float64 nearest to pi / 4
 
-# The sum of both is ln 2. The first has only 32 bits, so its products with integers are exact.
+# The sum of these two numbers is ln 2. `_LN_2` has only 32 bits, so that its products with the
+# integers in `exponential` are exact.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
 _LN_2_REMAINDER = float.fromhex("0x1.473de6af278edp-34")
 
@@ -40,8 +41,8 @@ def arctangent(y: Floats, x: Floats) -> Floats:
     """Return the angle, in [0, pi], from the positive x axis to each (x, y), where y >= 0.
 
     The angle is 0 if x and y are 0. Unlike in `numpy.arctan2`, the last bits do not depend on the C
-    library. An angle is computed as a multiple of pi / 4 plus the arctangent of a number q with |q|
-    <= 1/2. A polynomial approximates this arctangent.
+    library. An angle is computed as the sum of a multiple of pi / 4 and the arctangent of a number
+    q with |q| <= 1/2. A polynomial approximates this arctangent.
     """
     left, width = x < 0, np.abs(x)
     flat, steep = y + y <= width, y > width + width

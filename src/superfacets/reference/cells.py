@@ -1,4 +1,4 @@
-"""Stage 1: build the graphs of faces, tetrahedra and points."""
+"""Stage 1: build the graphs of faces, tetrahedra and points, and measure faces."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
 
 
 def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
-    """Return all arcs between tetrahedra, sorted like arcs of faces. `same_turn` is not used."""
+    """Return all arcs between tetrahedra, sorted like arcs of faces. `same_turn` has no meaning."""
     tets_on_triangle: Sides = defaultdict(dict)
     for tet, lowest in enumerate(_welded(mesh.vertices, mesh.tets, weld)):
         for side in range(4):
@@ -53,11 +53,16 @@ def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
 
 
 Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
-"""For the vertices of a side: dict from each of its cells to (index of the side, is ascending)."""
+"""Dict from the sorted vertices of each side to the cells with this side. The inner dict maps each
+cell to (index of the side in the cell, whether the side runs from the lower to the higher vertex).
+"""
 
 
 def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:
-    """Return the corners of each cell, or the first vertex at each position if `weld` is true."""
+    """Return the corners of each cell.
+
+    If `weld` is true, a corner is replaced by the first vertex found at the same position.
+    """
     first: dict[tuple[float, ...], int] = {}
     lists = [cell.tolist() for cell in cells]
     if not weld:
@@ -102,7 +107,7 @@ class PointArcs(NamedTuple):
     """Graph of points, with arcs in CSR form."""
 
     measures: Floats  # (N,) area around each point
-    offsets: Longs  # (N + 1,) index of the first arc of each point
+    offsets: Longs  # (N + 1,) index of the first arc of each point, then the number of arcs
     neighbors: Ints  # (M,) target of each arc
     border_lengths: Floats  # (M,) length of the border that each arc crosses
 
@@ -137,9 +142,9 @@ def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float)
 
 
 def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
-    """Return the direction in which a point and its neighbors vary least, or 0 if undefined.
+    """Return, for each point, the direction in which it and its neighbors vary least, (N, 3).
 
-    There is one row per point, (N, 3). The signs of directions are arbitrary.
+    The direction is 0 if it is not unique. The signs of directions are arbitrary.
     """
     positions = np.asarray(points, dtype=np.float64)
     first, together = _duplicates(positions)
@@ -180,7 +185,7 @@ def _area(positions: Floats, i: int, near: list[int]) -> float:
 
 
 def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
-    """Return the border length of each arc: mean over its ends of pi * area / sum(arc lengths)."""
+    """Return the border length of each arc: mean of pi * area / sum(arc lengths) at its ends."""
     sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
     per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
     return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

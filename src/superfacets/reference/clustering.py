@@ -14,16 +14,17 @@ from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
 
 Path = tuple[int, int]
-"""Length of a path, and label of its center, so that shorter paths are less than longer paths."""
+"""Length of a path, and label of its center. Paths are compared by length, then by label."""
 
 
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Label each cell by the center with the shortest path; return the labels and all centers.
+    """Give each cell the label of the center with the shortest path; return labels and centers.
 
-    A connected component without a center gets a new center or, if `islands` is "nearest", the
-    label -1. `offsets` contains, for each center, the initial length of all paths from the center.
+    In a connected component without a center, the lowest cell becomes a new center. If `islands` is
+    "nearest", such a component gets the label -1 instead. `offsets` contains an initial length for
+    each center, which is added to all paths from this center.
     """
     all_centers = list(centers)
     while True:
@@ -37,7 +38,11 @@ def classify_exact(
 def _shortest_paths(
     graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
 ) -> dict[int, Path]:
-    """Return the shortest path to each cell from any of `starts`: (initial length, label, cell)."""
+    """Return the shortest path from `starts` to each cell that can be reached.
+
+    A start is (initial length, label, cell). Paths are within `allowed`, or within all cells if it
+    is None.
+    """
     best: dict[int, Path] = {}
     queue = sorted(starts)
     while queue:
@@ -53,9 +58,11 @@ def _shortest_paths(
 def classify_halted(
     graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Label cells by a limited expansion from each center; return the labels and all centers.
+    """Label cells by a limited expansion from each center; return labels and centers.
 
-    Expansions end at the Euclidean distance `reach`. `islands` is as for `classify_exact`.
+    Cells farther from the center than the Euclidean distance `reach` are labeled but not expanded.
+    If `islands` is "keep", the lowest unreached cell becomes a new center, until all cells are
+    reached. If `islands` is "nearest", unreached cells get the label -1.
     """
     best = [(math.inf, -1)] * graph.n_cells  # shortest path so far to each cell
     all_centers: list[int] = []
@@ -73,12 +80,13 @@ def classify_halted(
 def join_islands(
     graph: CellGraph, labels: list[int], groups: list[int] | None = None
 ) -> tuple[list[int], int, list[int]]:
-    """Join islands (connected components with label -1) to the nearest regions.
+    """Join islands to the nearest regions. An island is a connected component of cells labeled -1.
 
     An island gets the label of the labeled cell that is nearest to any of its cells. If several
-    cells are equally near, the lowest index is used. If groups are given, this cell must be in the
-    group of the island, unless that group is -1. If there is no such cell, the island becomes a
-    region whose center is its lowest cell. Returns labels, number of joined islands, new centers.
+    labeled cells are equally near, the lowest index is used. `groups` are groups of cells or None.
+    With groups, the labeled cell must be in the group of the island, unless that group is -1. If
+    there is no such labeled cell, the island becomes a new region with its lowest cell as center.
+    Returns all labels, the number of joined islands, and the new centers.
     """
     joined = list(labels)
     new_centers: list[int] = []
@@ -132,7 +140,7 @@ def iterate(
 
 
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """Return the paths to each cell from its nearest and second-nearest centers, if they exist."""
+    """Return the paths to each cell from its nearest and second-nearest center, if they exist."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -146,7 +154,11 @@ def relocate_centers(
 ) -> list[int]:  # fmt: skip
     """Move up to `n_moves` centers of regions that cost least to remove; return all centers.
 
-    They move into regions with large distortion. Sums are computed in the order `order` of cells.
+    Centers move into the regions with the largest distortions. The distortion of a region is the
+    sum of measure times squared path length. The cost of removing a region is the increase of the
+    total distortion. It must be less than half of the distortion of the region that gets the
+    center, or less than a quarter if `has_crease_limit` is true. Sums are computed in the order of
+    cells in `order`.
     """
     paths = second_nearest(graph, centers)
     gain = 0.25 if has_crease_limit else 0.5
@@ -186,7 +198,8 @@ def relocate_centers(
 
 
 RANGE = 4096
-"""Number of consecutive cells of `order` in a range. A coarse cell lies within one range."""
+"""`coarse_cells` divides the order of cells into ranges of this number of cells. Each coarse cell
+is within one range."""
 
 
 def coarse_cells(
@@ -194,9 +207,10 @@ def coarse_cells(
 ) -> tuple[list[int], list[int], list[int]]:
     """Group cells into coarse cells; return the centers of all coarse cells, and two lists.
 
-    The lists contain the coarse cell of each cell, and the path length from its center. In a range
-    of `order`, centers are `spacing` cells apart. A cell without a path from a center within the
-    range becomes an additional center.
+    The lists contain the coarse cell of each cell, and the path length from its center. In each
+    range of `order`, centers are `spacing` cells apart, and paths stay within the range. If cells
+    of the range have no path from a center, the first of them becomes an additional center. This is
+    repeated until all cells have a path.
     """
     centers: list[int] = []
     coarse_of = [-1] * graph.n_cells
@@ -220,7 +234,10 @@ def coarse_cells(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the lengths of arcs between coarse cells: shortest paths across a single border."""
+    """Return a dict from each pair of adjacent coarse cells to the length of the arc between them.
+
+    It is the length of the shortest path between the two centers that crosses their border once.
+    """
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

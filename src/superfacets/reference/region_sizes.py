@@ -12,7 +12,7 @@ from ..mesh.triangle_mesh import Mesh
 from .smooth import MovingRegions
 
 MOST_STUCK = 4
-"""Number of failed attempts per region after which no more cells are moved in a pass."""
+"""A pass stops after this number of failed attempts, multiplied by the number of regions."""
 
 
 def move_cells(
@@ -29,8 +29,9 @@ def move_cells(
     """Move faces until the sizes of regions are within `bounds` if possible; return labels.
 
     A face moves only if its region stays connected without it. The first pass tests this only with
-    the faces at the corners of the face, and the second pass with the whole region. If regions may
-    split, a third pass moves faces without a test. `bounds` are minimum and maximum sizes.
+    the faces at the corners of the face, and the second pass with the whole region. If `may_split`
+    is true, a third pass moves faces without a test. `sizes` are the sizes of faces, and `bounds`
+    are the minimum and the maximum size of each region.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -42,7 +43,10 @@ def move_cells(
 
 
 class _Moves(MovingRegions):
-    """State of `move_cells`: labels of faces and sizes of regions."""
+    """State of `move_cells`: labels of faces and sizes of regions.
+
+    `blocked` contains pairs of regions (from, to) between which no face could be moved.
+    """
 
     test, n_stuck = 0, 0
 
@@ -71,7 +75,7 @@ class _Moves(MovingRegions):
         return self.n_stuck < MOST_STUCK * len(self.totals)
 
     def sweep(self) -> bool:
-        """Improve all regions in turn; return whether another sweep may improve them more."""
+        """Improve each region once; return whether another sweep may improve the regions more."""
         has_moved = False
         for region in range(len(self.totals)):
             for is_full in (True, False):
@@ -81,7 +85,10 @@ class _Moves(MovingRegions):
         return has_moved and self.may_go_on()
 
     def improve(self, region: int, is_full: bool) -> bool:
-        """Move faces along a path out of a region (`is_full`) or into it; return if any move."""
+        """Move faces along a path of regions, and return whether any face has moved.
+
+        The path leads out of `region` if `is_full` is true, and into it otherwise.
+        """
         margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
         while -margin(region) > self.rounding and self.may_go_on():
             path = _search(region, lambda other: margin(other) >= self.step, next_of)
@@ -93,11 +100,11 @@ class _Moves(MovingRegions):
         return False
 
     def targets(self, region: int) -> list[int]:
-        """Return the regions to which faces of `region` may move, without blocked pairs."""
+        """Return the regions to which faces of `region` may move, except pairs in `blocked`."""
         return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
     def sources(self, region: int) -> list[int]:
-        """Return the regions whose faces may move to `region`, without blocked pairs."""
+        """Return the regions whose faces may move to `region`, except pairs in `blocked`."""
         around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
         return [other for other in sorted(around) if region in self.targets(other)]
 
@@ -116,7 +123,11 @@ class _Moves(MovingRegions):
         return self.test == 2 or self.may_leave(face) or (self.test == 1 and self.is_joined(face))
 
     def is_joined(self, face: int) -> bool:
-        """Return whether the neighbors of a face in its region stay connected without the face."""
+        """Return whether the neighbors of a face in its region stay connected without the face.
+
+        Paths between these neighbors may use all other faces of the region. Returns False if there
+        are no such neighbors.
+        """
         region = set(self.faces_of(self.labels[face])) - {face}
         wanted = region & set(self.neighbors(face))
         reached = set(list(wanted)[:1])
@@ -184,7 +195,8 @@ def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> l
     """Return the cells of all regions, sorted by label, then in the order of a depth-first search.
 
     The search in a region starts at the cell with the fewest neighbors in the region. The next cell
-    is the unvisited neighbor with the fewest unvisited neighbors. Otherwise, the search backtracks.
+    is the unvisited neighbor with the fewest unvisited neighbors. If no neighbor is unvisited, the
+    search backtracks. Cells with a negative label are left out.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}

@@ -1,4 +1,4 @@
-"""Stage 5: compute shapes of regions, their graph of neighbors, and the tree of merges."""
+"""Stage 5: compute shapes and borders of regions, bridges between cells, and the merge tree."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """Return the simplices of each cell. A polygon is a fan of triangles at its first corner."""
+    """Return the simplices of each cell. A polygon gives a fan of triangles at its first corner."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
@@ -93,7 +93,8 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
     centroid = _mean(simplices)
     moment = np.zeros((3, 3))
     for simplex in simplices:
-        # The sum over n corners gives the integral of p p^T over the simplex.
+        # The added term is the integral of p p^T over a simplex with n corners, where p is the
+        # position relative to the centroid.
         steps = simplex.corners - centroid
         n, total = len(steps), steps.sum(axis=0)
         moment += simplex.measure / (n * (n + 1)) * (steps.T @ steps + np.outer(total, total))
@@ -117,7 +118,10 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 def region_arcs(
     offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
-    """Return all borders between regions, sorted. An arc and its reverse arc are counted once."""
+    """Return all borders between regions, sorted by the two regions.
+
+    An arc and its reverse arc are counted once. Cells with the label -1 are ignored.
+    """
     regions = np.asarray(labels).tolist()
     targets = neighbors.tolist()
     arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
@@ -142,7 +146,7 @@ def region_arcs(
 def _border_of(
     pair: tuple[int, int], arcs: list[tuple[float, int]], lengths: Floats, angles: Floats
 ) -> RegionArc:
-    """Return a border. Its `arcs` are pairs (fraction of an edge, index of the arc)."""
+    """Return the border between two regions. `arcs` are pairs (fraction of an edge, arc index)."""
     length = math.fsum(fraction * lengths[arc] for fraction, arc in arcs)
     edges = math.fsum(fraction for fraction, _ in arcs)
     weights = {arc: fraction * lengths[arc] / length for fraction, arc in arcs} if length else {
@@ -159,7 +163,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """Return, for each rank > 0, the nearest pair of a cell of this rank and one of lower rank."""
+    """Return, for each rank > 0, the nearest cells (a, b): a has this rank and b a lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -185,7 +189,8 @@ def merge_tree(
     """Repeatedly merge the pair of lowest cost; return all merged pairs of nodes, and costs.
 
     `borders` maps pairs of regions, the lower first, to (length, open length). Edges in creases add
-    less to the open length.
+    less to the open length. If `features` are given, costs depend on areas and features. Then the
+    cost without features only decides between pairs of equal cost.
     """
     areas, positions, borders = list(areas), list(positions), dict(borders)
     features = None if features is None else list(features)
@@ -226,7 +231,7 @@ def merge_tree(
 
 
 def _ward_factor(a: float, b: float) -> float:
-    """Return a b / (a + b) for two areas, or 0 if both are 0."""
+    """Return a b / (a + b) for two areas a and b, or 0 if both areas are 0."""
     area = a + b
     return a / area * b if area > 0 else 0.0
 

@@ -38,7 +38,10 @@ def find_components(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
-    """Return a dict from cells to path lengths; paths end at cells farther than `reach`."""
+    """Return a dict from each cell reached from `center` to the length of its path.
+
+    Cells farther from `center` than the Euclidean distance `reach` are reached but not expanded.
+    """
     lengths: dict[int, int] = {}
     queue = [(0, center)]
     while queue:
@@ -85,9 +88,10 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Return the centroids of regions from fixed-point sums, or NaN for very small regions."""
+    """Return the centroids of regions from fixed-point sums, or NaN for very small measures."""
     # The area (or volume) of a cell, and its product with the offset of the cell from the minimum
-    # corner, are scaled and rounded to integers, whose sums are exact in any order and below 2**61.
+    # corner, are scaled and rounded to integers. Sums of these integers are exact in any order and
+    # below 2**61.
     # The rounding errors, multiplied by 2**31, are rounded and summed in the same way.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
@@ -114,7 +118,11 @@ def _fixed_point_scale(total: float) -> float:
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
-    """Return the component of each cell, and the components that get seeds, largest first."""
+    """Return the component of each cell, and the components that get seeds, largest first.
+
+    A component gets seeds if its measure is at least half of the mean measure of `n_seeds` regions.
+    Smaller components also get seeds until the components with seeds have `n_seeds` cells.
+    """
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
     enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
@@ -129,7 +137,11 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Choose seeds by farthest-point sampling with Euclidean distances."""
+    """Choose seeds by farthest-point sampling with Euclidean distances.
+
+    The first seed is the cell nearest to the centroid. If `islands` is "nearest", the first seeds
+    are the central cells of all components that get seeds, and other components get no seed.
+    """
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":
@@ -147,7 +159,10 @@ def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> 
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
-    """Choose seeds by farthest-point sampling with path lengths in the graph."""
+    """Choose seeds by farthest-point sampling with path lengths in the graph.
+
+    The first seeds are the central cells of all components that get seeds.
+    """
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
@@ -155,10 +170,10 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 
 
 def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
-    """Place 60 % of the seeds in the middle of equal parts of a curve through all cells.
+    """Place 60 % of the seeds in the middles of equal parts of a curve through all cells.
 
-    `order` contains all cells in the order of the curve. Each other seed, one after another, is the
-    cell with the longest path from its nearest seed.
+    `order` contains all cells in the order of the curve. The remaining seeds are chosen one after
+    another: each is the cell with the longest path from its nearest seed.
     """
     components, seeded = _seeded_components(graph, n_seeds)
     n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
@@ -199,7 +214,10 @@ def _curve_weight(graph: CellGraph, cell: int) -> float:
 def _with_farthest(
     graph: CellGraph, seeds: list[int], n_seeds: int, components: Array, seeded: list[int]
 ) -> list[int]:
-    """Add up to `n_seeds` seeds, each the cell with the longest path from its nearest seed."""
+    """Add seeds until there are `n_seeds`.
+
+    Each new seed is the cell with the longest path from its nearest seed.
+    """
     cells = np.flatnonzero(np.isin(components, seeded)).tolist()
     lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):
@@ -213,9 +231,10 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Visit cells in order of path length from the first cell of each component, and return seeds.
+    """Visit cells in the order of path length from a start cell of each component; return seeds.
 
-    A visited cell is a seed if no expansion of an earlier seed to the distance 2 r reaches it.
+    A visited cell becomes a seed if no earlier seed has reached it. Each seed expands to the
+    Euclidean distance 2 r. If `islands` is "nearest", small components get no seeds.
     """
     seeds: list[int] = []
     reached: set[int] = set()
@@ -237,7 +256,10 @@ def flood_seeds(
 
 
 def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
-    """Return the most central cell of each cube of edge length 2 r, sorted by the lowest cell."""
+    """Return, for each cube of edge length 2 r, the cell nearest to the centroid of its cells.
+
+    Cubes are sorted by their lowest cell.
+    """
     label_of: dict[tuple[float, ...], int] = {}
     cubes = np.floor((graph.positions - graph.bounds[0]) / (2.0 * radius))
     labels = [label_of.setdefault(tuple(cube), len(label_of)) for cube in cubes.tolist()]

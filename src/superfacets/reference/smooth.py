@@ -33,8 +33,8 @@ def smooth_borders(
 
     ``steps`` are the lengths of the arcs in the unit of the vertices. Regions are processed in
     groups (`Patches`), as in the parallel C++ code. A patch uses only area changes made by itself
-    and by patches of earlier colors. ``goals`` are target sizes of regions, by default the initial
-    areas. If goals are given, ``sizes`` of faces replace their areas.
+    and by patches of earlier colors. ``goals`` are target sizes of regions. The default is the
+    initial areas. If ``goals`` are given, ``sizes`` are used instead of the areas of faces.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
@@ -98,7 +98,7 @@ class _Stiffness:
         self.known = [size - goal for size, goal in zip(self.known, goals, strict=True)]
 
     def begin(self, key: tuple[int, int] | None) -> None:
-        """Begin the patch with the sort key (color, patch), or end the sweep if the key is None."""
+        """Begin the patch with the sort key (color, patch), or end the sweep if `key` is None."""
         if key == self._key:
             return
         self._others.append(self.own)
@@ -124,7 +124,10 @@ class _Stiffness:
 
 
 def _runs(labels: list[int], block: int = 1 << 14) -> list[list[int]]:
-    """Return lists of consecutive faces with the same label in the same block of faces."""
+    """Return lists of consecutive faces with the same label, for the faces of each block in turn.
+
+    A block consists of `block` consecutive faces.
+    """
     runs: list[list[int]] = []
     for face, label in enumerate(labels):
         if face % block == 0 or labels[face - 1] != label:
@@ -139,7 +142,7 @@ def _squared(step: Floats) -> float:
 
 
 class MovingRegions:
-    """Current labels of faces, and the costs of borders between them, for `smooth_borders`."""
+    """Current labels of faces, and border costs. Used by `smooth_borders` and `move_cells`."""
 
     def __init__(
         self,
@@ -190,7 +193,11 @@ class MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Return the length of the shortest path from the initial border of `label` to a face."""
+        """Return the length of the shortest path from the initial border of a region to a face.
+
+        `label` is the region to which the face would move. The length is 0 if the face was in this
+        region at the start.
+        """
         if self.first[face] == label:
             return 0.0
         lengths = [math.inf]
@@ -202,9 +209,10 @@ class MovingRegions:
         return min(lengths)
 
     def may_leave(self, face: int) -> bool:
-        """Return whether a face may leave its region, so that the region stays connected.
+        """Return whether a face may leave its region, because the region then stays connected.
 
-        Only faces around the corners of the face are examined. Faces in `fixed` may not leave.
+        Only the faces around a corner of the face are examined, so the result may be False although
+        the region would stay connected. Faces in `fixed` never leave their regions.
         """
         side_of: dict[int, int] = {}  # side of the face toward each neighbor in its region
         for number, neighbor in self.arcs(face):
@@ -229,7 +237,10 @@ class MovingRegions:
         return False
 
     def around(self, vertex: int, before: int, here: int) -> int | None:
-        """Return the next face around a vertex after the faces `before` and `here`, or None."""
+        """Return the next face around a vertex after the faces `before` and `here`.
+
+        Returns None if there is no next face, or more than one.
+        """
         corners = self.mesh.faces[here].tolist()
         positions = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
         if vertex in corners:
@@ -248,8 +259,9 @@ class MovingRegions:
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
         """Move a chain of adjacent faces to the region `label`, and return these faces.
 
-        The chain begins with the face `first`. Each next face is adjacent to the chain, and
-        has the largest decrease of cost (gain). The chain ends where the total gain is maximal.
+        The chain begins with the face `first`. Each next face is the neighbor of the chain with the
+        largest gain (decrease of cost). The chain is cut off where the total gain is maximal. If no
+        total gain is positive, no face is moved.
         """
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
@@ -284,7 +296,7 @@ class MovingRegions:
 
 
 def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
-    """Return the border cost of each arc, which is the edge length, reduced in creases."""
+    """Return the border cost of each arc: the length of its edge, reduced in creases."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
@@ -300,17 +312,17 @@ def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: flo
 
 
 SMALLEST, LARGEST = 64, 1024
-"""Lower and upper limit of the number of border faces at which a patch stops growing."""
+"""Limits of `Patches._least`, the number of border faces at which a patch stops growing."""
 
 MANY = 512
-"""Target number of patches, if `SMALLEST` and `LARGEST` permit it."""
+"""Target number of patches, within the limits `SMALLEST` and `LARGEST`."""
 
 FEWEST_COLORS = 8
 """Minimum number of colors of patches."""
 
 
 class Patches:
-    """Groups of adjacent regions (patches), where adjacent patches have different colors."""
+    """Groups of adjacent regions, called patches. Adjacent patches have different colors."""
 
     def __init__(self, graph: FaceGraph, labels: list[int]) -> None:
         self.of_region: dict[int, int] = {}
@@ -331,7 +343,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Grow a patch from the region `seed`; return the region that starts the next, or None."""
+        """Grow a patch from the region `seed`; return the seed of the next patch, or None."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0
@@ -365,7 +377,7 @@ class Patches:
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Return whether all `others` are in the patch of `region` or have another color."""
+        """Return whether all regions `others` are in the patch of `region` or have other colors."""
         own = self.sort_key(region)
         keys = [self.sort_key(other) for other in others]
         return all(key == own or key[0] != own[0] for key in keys)

@@ -16,7 +16,7 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 FLAT = 1e-20
-"""A triangle has no normal if the squared sine of its angle at the first corner is at most this."""
+"""A triangle has no normal if the squared sine of the angle at its first corner is at most this."""
 
 
 def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
@@ -35,9 +35,9 @@ def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
 def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
     """Return the point of a triangle with corners (3, 3) that is nearest to p.
 
-    If the projection of p to the plane of the triangle is inside, the projection is returned.
+    If the projection of p onto the plane of the triangle is inside the triangle, it is returned.
     Otherwise, or if the triangle has no normal, the nearest point is on a side. Corners are sorted
-    first, so that triangles with a common side return the same point on this side.
+    first, so that two triangles with a common side give the same point on this side.
     """
     a, b, c = np.array(sorted(corners.tolist()))
     ab, ac, ap = b - a, c - a, p - a
@@ -53,7 +53,10 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
 
 
 def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
-    """Return p if it is in the tetrahedron with corners (4, 3), or else the nearest point in it."""
+    """Return the point of a tetrahedron with corners (4, 3) that is nearest to p.
+
+    If p is inside the tetrahedron, p is returned.
+    """
     is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
     whole = _volume(corners)
     if is_in_box and whole != 0:
@@ -111,11 +114,11 @@ def _volume(corners: Floats) -> Any:
 
 
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
-"""Cosine and sine of the golden angle, by which consecutive rays are rotated about the axis."""
+"""Cosine and sine of the golden angle, the rotation about the axis from each ray to the next."""
 
 
 def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
-    """Return directions (R, 3) up to 60 degrees from the z axis, and their weights (R,)."""
+    """Return R ray directions (R, 3) at most 60 degrees from the z axis, and their weights (R,)."""
     directions, weights = [], []
     x, y = 1.0, 0.0
     for ray in range(n_rays):
@@ -143,9 +146,11 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """Return the thickness of a body at points `starts` of its surface, with inward unit `axes`.
+    """Return the thickness of a body at points `starts` of its surface.
 
-    The thickness is NaN if less than a quarter of the rays from a point leave the body.
+    Rays are in a cone about each axis in `axes`, a unit vector that points inward. The thickness is
+    the typical length of rays up to where they leave the body. It is NaN if less than a quarter of
+    the rays leave the body. Hits at a distance of at most `least_distance` are ignored.
     """
     corners = vertices[triangles]
     spokes = list(zip(*cone_of_rays(n_rays), strict=True))
@@ -175,9 +180,10 @@ def frame_about(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
-    """Return the distance at which a ray leaves a body, whose triangles are `corners`, (F, 3, 3).
+    """Return the distance at which a ray leaves a body with the triangles `corners`, (F, 3, 3).
 
-    Returns None if the ray hits no triangle, or if it first hits the front of a triangle.
+    Returns None if the ray hits no triangle, or if the first hit is on the front of a triangle.
+    Hits at a distance of at most `least` are ignored.
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     along = normals @ ray
@@ -196,7 +202,7 @@ def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> flo
 
 
 class _Edge(NamedTuple):
-    """An edge between two vertices, and its two halves if the edge was bisected."""
+    """An edge between two vertices, and its two halves if it was bisected."""
 
     start: int
     end: int
@@ -208,14 +214,14 @@ class _Edge(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A triangle that is a part of a face after the face was cut `depth` times."""
+    """One of the triangles into which a face was cut, and the number of cuts that made it."""
 
     corners: tuple[int, ...]
     depth: int
 
 
 def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
-    """Cut faces until edges are at most `max_edge`; return all vertices, and parts of each face."""
+    """Cut faces until edges are at most `max_edge`; return all vertices, and the parts per face."""
     points = mesh.vertices.tolist()
     faces = mesh.faces.tolist()
     sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}
@@ -238,7 +244,10 @@ def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) 
 
 
 def _cut(points: list[list[float]], sides: list[_Edge], max_edge: float, depth: int) -> list[Part]:
-    """Cut a face recursively from the midpoint of its longest side to the opposite corner."""
+    """Cut a face recursively, from the midpoint of its longest side to the opposite corner.
+
+    Cutting ends when the longest side is not bisected.
+    """
     lengths = [_squared_length(points, edge.start, edge.end) for edge in sides]
     side = lengths.index(max(lengths))
     halves = sides[side].halves

@@ -1,4 +1,4 @@
-"""Stage 2: compute mean colors in triangles of a texture, from its pixels (texels)."""
+"""Stage 2: compute mean colors in triangles of a texture. A texel is a pixel of the texture."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def texel_colors(
     """Return the mean color (N, 3) and the spread (N,) of the texels in triangles (N, 3, 2).
 
     Texels are used if their centers are in the triangle. In large triangles, only every n-th row
-    and column is used. If a triangle contains no texel center, colors are interpolated at the
-    centroids of k x k equal parts of the triangle. Coordinates that are not finite or exceed 2**20
-    give NaN.
+    and column is used. If a triangle contains no center of a used texel, colors are interpolated at
+    the centroids of k x k equal parts of the triangle. If a coordinate is not finite, or its
+    absolute value exceeds 2**20, the results are NaN.
     """
     found = [_color(pixels, triangle, wrap) for triangle in pairs.tolist()]
     return np.array([mean for mean, _ in found]), np.array([spread for _, spread in found])
@@ -48,7 +48,10 @@ def _color(pixels: Bytes, pairs: list[Position], wrap: tuple[str, str]) -> tuple
 
 
 def _near(values: list[float], wrap: str) -> list[float]:
-    """Shift texture coordinates by an even integer, so that they are near 0, unless clamped."""
+    """Shift texture coordinates by an even integer, so that their minimum is in [0, 2).
+
+    Coordinates are not shifted if `wrap` is "clamp".
+    """
     shift = 0.0 if wrap == "clamp" else 2.0 * math.floor(min(values) / 2.0)
     return [value - shift for value in values]
 
@@ -68,7 +71,10 @@ def _wrapped(i: int, size: int, wrap: str) -> int:
 
 
 def _covered(corners: list[Position]) -> Iterator[tuple[int, int]]:
-    """Yield (column, row) of all used texels whose centers are in a triangle, row by row."""
+    """Yield (column, row) of the used texels whose centers are in a triangle, row by row.
+
+    In large triangles, only every n-th row and column is used.
+    """
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))

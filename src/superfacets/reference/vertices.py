@@ -12,7 +12,7 @@ from .arithmetic import dot, norm
 
 
 def mean_normals(mesh: Mesh) -> Floats:
-    """Return the mean unit normal of the faces at each vertex, (V, 3), or 0 without faces."""
+    """Return the mean of the unit normals of the faces at each vertex, (V, 3); 0 without faces."""
     sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
     for face in mesh.faces.tolist():
         p, q, r = mesh.vertices[face]
@@ -38,8 +38,9 @@ def spread_labels(
 ) -> list[int]:
     """Extend labels to unlabeled vertices (-1) with Kruskal's algorithm; return all labels.
 
-    `edges` are all edges, sorted, as pairs (a, b) with a < b. Of edges with equal weights, edges
-    between vertices with equal `hints` are used first. Components without a label get -1.
+    `edges` are all edges, sorted, as pairs (a, b) with a < b. Among edges with equal weights, edges
+    between vertices with equal `hints` are used first. Connected components without any label keep
+    -1.
     """
 
     def weight(a: int, b: int) -> float:
@@ -72,13 +73,17 @@ def count_segments(
     threshold: float,
     least: int,
 ) -> int:
-    """Count the segments of at least `least` nodes by Felzenszwalb and Huttenlocher's method."""
+    """Return the number of segments with at least `least` nodes.
+
+    Segments are found by the method of Felzenszwalb and Huttenlocher. Nodes without edges are not
+    counted.
+    """
     ranks = []
     for index, (a, b) in enumerate(edges):
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0
         ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), index))
     sets = {node: [node] for node in range(len(positions))}
-    limits = [threshold] * len(positions)  # weight up to which its segment may join
+    limits = [threshold] * len(positions)  # maximum weight of edges that may join its segment
 
     def join(may_join: Callable[[int, int, float], bool]) -> None:
         for weight, index in sorted(ranks):

@@ -14,16 +14,20 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 MOST_STRETCHED = 10.0
-"""Maximum surface area in a pixel, in multiples of the area of a surface that faces the camera. A
-larger area is set to 0, because the surface is seen at a very small angle."""
+"""Maximum surface area in a pixel, in multiples of the area of a surface at the same depth that
+faces the camera. A larger area is set to 0, because the surface is seen at a very small angle."""
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
     """Return the triangle seen in each pixel, its area in the pixel, and which triangles are seen.
 
-    Pixels without a triangle have the index -1. The ray of each pixel is intersected with each
-    triangle. Vertices are mapped to (u d, v d, d), where (u, v) is the pixel and d the depth. This
-    map is linear, so triangles stay flat and depths can be interpolated.
+    Pixels without a triangle have the index -1 and the area 0. A triangle is seen if it has an area
+    > 0 in a pixel, or if its centroid is in the image and, within a tolerance, not behind the
+    surface in its pixel.
+
+    The ray of each pixel is intersected with each triangle. Vertices are mapped to (u d, v d, d),
+    where (u, v) is the position in the image and d the depth. This map is linear, so triangles stay
+    flat and depths can be interpolated.
     """
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -71,11 +75,13 @@ def _projected(projection: Floats, point: Floats) -> Floats:
 def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
     """Group regions that are often in the same masks, and return the group of each region.
 
-    `areas` contains one array (K, M) per image: the area of each region in each mask. The agreement
-    of two groups is the sum, over images, of products of their areas in the same mask, divided by
-    the sum of products of their areas in all pairs of its masks. The two groups with the highest
-    agreement are merged repeatedly while their agreement is at least `least`. Of equal agreements,
-    older groups and lower regions are merged first.
+    `areas` contains one array (K, M) per image: the area of each region in each mask. At first,
+    each region is a group. The two groups with the highest agreement are merged repeatedly, while
+    their agreement is at least `least`. The agreement is a fraction. Its numerator is the sum, over
+    all masks of all images, of the product of the areas of both groups in the mask. Its denominator
+    is the sum, over all images, of the product of the total areas of both groups in the image. Of
+    pairs with equal agreements, pairs of older groups and of lower regions are merged first. Groups
+    are numbered by their lowest region.
     """
     members = {region: [region] for region in range(len(areas[0]))}
     rows = {region: [image[region] for image in areas] for region in members}

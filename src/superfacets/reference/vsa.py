@@ -18,14 +18,14 @@ Matrix = list[list[float]]
 
 
 class Proxy(NamedTuple):
-    """Plane that approximates a region, or a point if the normal is 0."""
+    """Plane that approximates a region. If the normal is 0, the proxy is a point."""
 
     center: Floats
     normal: Floats
 
 
 class State(NamedTuple):
-    """Labels of faces, and seeds and proxies (planes) of regions, after a flood fill."""
+    """Labels of faces, and the seed and the proxy (plane) of each region, after a flood fill."""
 
     labels: list[int]
     seeds: list[int]
@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 class Surface:
-    """Positions, areas, normals and neighbors of faces, and the error metric, "l2" or "l21"."""
+    """Positions, areas, normals and neighbors of faces, and the error metric: "l2" or "l21"."""
 
     def __init__(self, mesh: Mesh, metric: str, *, weld: bool = True) -> None:
         self.metric = metric
@@ -54,7 +54,8 @@ def approximate(
 ) -> tuple[State, int, str]:
     """Run the algorithm; return the last state, the number of iterations, and the stop reason.
 
-    If `seeds` is None, the algorithm starts with one region, and inserts one region at a time.
+    If `seeds` is None, the algorithm starts with one seed, and inserts one region at a time until
+    there are k regions.
     """
     if seeds is None:
         state = flood(surface, [0], [surface.own_proxy(0)])
@@ -74,7 +75,11 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Grow regions from seeds. The next face has the smallest error, or was queued first."""
+    """Grow regions from seeds, and return the resulting state.
+
+    The next face is the queued face with the smallest error. If errors are equal, the face that was
+    queued first is used. Each connected component without a seed gets one.
+    """
     seeds, proxies = list(seeds), list(proxies)
     errors = [errors_of(surface, proxy).tolist() for proxy in proxies]
     labels = [-1] * len(surface.areas)
@@ -108,9 +113,10 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """Add a region whose seed is the face with the largest error in the worst region.
+    """Add a region. Its seed is the face with the largest error in the worst region.
 
-    The worst region has the largest total error of all regions with at least two faces.
+    The worst region has the largest total error of all regions with at least two faces. The old
+    seed of the worst region is not chosen.
     """
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
@@ -130,7 +136,10 @@ def _own_errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> Fl
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """Return the face with the smallest error in each region, if possible a face with a normal."""
+    """Return, for each region, the face with the smallest error among its faces with a normal.
+
+    If no face of a region has a normal, all of its faces are considered.
+    """
     has_no_normal = np.asarray(~surface.normals.any(axis=1))
     regions = np.array(labels)
     ranks = (_own_errors(surface, labels, proxies), has_no_normal.astype(int), regions)
@@ -180,7 +189,10 @@ def _total(rows: Floats) -> Floats:
 
 
 def _least_axis(m: Matrix) -> list[float]:
-    """Return the unit eigenvector of the smallest eigenvalue of m (3 x 3, symmetric), or 0."""
+    """Return the unit eigenvector of the smallest eigenvalue of m (3 x 3, symmetric).
+
+    Returns 0 if the trace of m is not positive. Jacobi rotations change m in place.
+    """
     trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0:
         return [0.0] * 3
@@ -212,6 +224,9 @@ def _rotate(m: Matrix, axes: Matrix, p: int, q: int) -> None:
 
 
 def _integrals(values: Floats) -> Floats:
-    """Return integrals of squared linear functions, given at corners, over triangles of area 6."""
+    """Return the integral of f^2 over a triangle of area 6, for each row of `values`.
+
+    f is the linear function that has these values at the three corners.
+    """
     a, b, c = values[..., 0], values[..., 1], values[..., 2]
     return np.asarray(a * a + b * b + c * c + a * b + a * c + b * c)

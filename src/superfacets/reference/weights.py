@@ -28,8 +28,9 @@ def superfacet_weights(
 
     `crease_length`, if given, replaces |e| in equation 2. The relative cost of ridges is the
     maximum of `ridges` and `eta_convex`. If `hollows` is true, smooth convex edges of hollow shapes
-    have a cost, and smooth concave edges cost less. If `all_sharp` is true, all sharp convex edges
-    are ridges, except edges between two faces with several common edges.
+    have a cost, and their smooth concave edges cost less. This needs a closed, consistently
+    oriented mesh. If `all_sharp` is true, all sharp convex edges are ridges, except edges between
+    two faces with several common edges.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -58,7 +59,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return the path length, edge length, angle, and concavity (True or False) of each arc."""
+    """Return the path length, edge length and angle of each arc, and whether it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -84,7 +85,8 @@ def _measure_arcs(
 def _evened_share(turn: float, volume: float, area: float) -> float:
     """Return the relative cost of smooth convex edges, from 0 (solid shapes) to 1/4 (hollow).
 
-    `turn` is the sum of angle times edge length over all arcs.
+    `turn` is the sum, over all arcs, of angle times edge length. Angles of concave edges are
+    negative.
     """
     roundness = 3.0 * volume * turn / 4.0 / area**2
     hollowness = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
@@ -131,7 +133,7 @@ def quantize_weights(weights: Floats) -> tuple[Singles, float]:
 
 
 SHARP_ANGLE = math.pi * 2 / 9
-"""Minimum angle, in radians, between the faces at a sharp edge: 40 degrees."""
+"""Minimum angle between the normals at a sharp edge: 40 degrees, in radians."""
 
 MAX_STEPS = 64
 """Maximum number of faces that are visited around a vertex."""
@@ -173,7 +175,10 @@ class _Surface:
         return [other for other, _ in self._of_face[face]].count(neighbor) == 1
 
     def is_flat_beside(self, index: int, thetas: Floats) -> bool:
-        """Return whether an arc is the only arc between its faces, whose other edges are flat."""
+        """Return whether an arc is the only arc between its faces, and their other edges are flat.
+
+        See `_is_flat` for an exception.
+        """
         face, _, neighbor, _ = self._arcs[index]
         theta = float(thetas[index])
         return self.is_only(index) and all(
@@ -183,13 +188,13 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Return whether all angles `bends` are small, except at most one angle like `theta`."""
+        """Return whether all angles `bends` are small, except at most one that is near `theta`."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Return whether each end of an edge is at another edge in `found` or at the boundary."""
+        """Return whether each end of an edge meets another edge in `found`, or the boundary."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -235,8 +240,9 @@ def smallest_eigenpairs(
 ) -> tuple[Floats, Floats]:
     """Return the smallest eigenvalues of L x = lambda A x, and their eigenvectors, (N, n_wanted).
 
-    L is the Laplacian with these arc conductances, and A the diagonal matrix of measures. The first
-    `n_constants` eigenvalues are skipped. The C++ core differs by rounding errors and signs only.
+    L is the Laplacian with the arc weights `conductances`, and A is the diagonal matrix of
+    `measures`. The first `n_constants` eigenvalues are skipped. Results of the C++ core differ only
+    by rounding errors and by the signs of eigenvectors.
     """
     n = len(measures)
     laplacian = np.zeros((n, n))

@@ -63,9 +63,11 @@ class Model:
     category : str
     mesh : Mesh
     ground_truths : tuple of ndarray of int32, shape (F,)
-        One array for each readable file ``N_j.seg``, with the segment of each face, sorted by j.
+        One array for each readable file ``N_j.seg``, in ascending order of j. It contains the
+        segment number of each face.
     problems : tuple of str
-        Messages about ground truths that are left out, because files are missing or do not fit.
+        Messages about ground truths that are left out, because their files are missing or damaged,
+        or do not fit the mesh. If the model has no ground truths, a message says so.
     """
 
     number: int
@@ -86,7 +88,8 @@ class Benchmark:
     Attributes
     ----------
     numbers : tuple of int
-        Numbers of the models that have a mesh file, ascending. Files with other names are ignored.
+        Numbers N of the models that have a mesh file ``off/N.off``, in ascending order. Other files
+        in ``off`` are ignored.
 
     Raises
     ------
@@ -116,9 +119,10 @@ class Benchmark:
         Raises
         ------
         MeshError
-            If the mesh is not valid. Invalid ground truths only give a message in `problems`.
+            If the mesh is not valid. An invalid ground truth is not an error; it is left out, with
+            a message in `problems`.
         OSError
-            If the mesh file does not exist.
+            If the mesh file does not exist or cannot be read.
         ValueError
             If the benchmark has no model with this number.
         """
@@ -141,7 +145,10 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """Return the paths of N_0.seg to the last existing N_j.seg, including missing files."""
+        """Return the paths of all files from N_0.seg to the last existing N_j.seg.
+
+        Files before the last one may be missing; their paths are included.
+        """
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

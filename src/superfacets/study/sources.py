@@ -24,16 +24,16 @@ class Source:
     """A model of the benchmark or a mesh file of the user. The mesh is read by `load`."""
 
     name: str  # number of the model as text, or name of the file
-    path: Path  # root folder of the benchmark, or path of the file
-    category: str  # category in the benchmark; empty for other meshes
+    path: Path  # root folder of the benchmark, or path of the mesh file of the user
+    category: str  # category in the benchmark; empty for a mesh file of the user
     n_faces: int  # number of faces of the mesh
-    n_ground_truths: int  # number of segmentations by people
+    n_ground_truths: int  # number of segmentations by people; 0 for a mesh file of the user
     digest: str  # hash of the content of the mesh and its ground truths
-    number: int = 0  # number of the model in the benchmark, from 1; 0 for other meshes
+    number: int = 0  # number of the model in the benchmark, from 1; 0 for a mesh of the user
 
     @property
     def is_model(self) -> bool:
-        """Whether this is a model of the benchmark, which has ground truths."""
+        """Whether this is a model of the benchmark. Only models have ground truths."""
         return self.number > 0
 
 
@@ -46,7 +46,7 @@ class Sources:
 
 
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
-    """Return all models of a benchmark, or the models in `numbers`, that have ground truths.
+    """Return the models of a benchmark that have ground truths: all, or only those in `numbers`.
 
     Raises MeshError if no model can be used, and ValueError if a model in `numbers` does not exist.
     """
@@ -76,7 +76,7 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
 
 
 def find_meshes(folder: Path) -> Sources:
-    """Return the mesh files of a folder that can be read, and messages about the others."""
+    """Return the readable mesh files of a folder, and messages about unreadable mesh files."""
     found, problems = [], []
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() not in MESH_ENDINGS:
@@ -92,7 +92,10 @@ def find_meshes(folder: Path) -> Sources:
 
 @lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return a mesh and its ground truths; raise a MeshError if files of a model have changed."""
+    """Return the mesh of a source and its ground truths, which only models have.
+
+    Raises a MeshError if the files of a model have changed since `find_models`.
+    """
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
         return mesh, GroundTruths(mesh, (), n_threads=1)

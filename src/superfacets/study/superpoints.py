@@ -36,39 +36,40 @@ METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method, by the name of the method in the table."""
 
 LEAST_OBJECT = 0.002
-"""The mean IoU ignores objects with less than this fraction of the vertices of their room."""
+"""The mean IoU ignores objects with less than this fraction of the annotated vertices of a room."""
 
 VERTICES_PER_SUPERPOINT = 200
-"""Average number of vertices per superpoint in rooms without segments of another method."""
+"""Requested average number of vertices per superpoint, if no other method has segments of the
+room."""
 
 _MOST_RUNS = 5
 
 
 class Score(NamedTuple):
-    """Quality of superpoints, where a superpoint represents the object of most of its vertices."""
+    """Quality of superpoints. A superpoint represents the most frequent object of its vertices."""
 
     n_superpoints: float
     error: float  # fraction of vertices whose superpoint represents another object
-    error_away: float  # the same among vertices more than one edge away from object borders
+    error_away: float  # `error` among the vertices more than one edge away from object borders
     mean_iou: float  # mean intersection over union (IoU) of objects; see `LEAST_OBJECT`
-    extra_pieces: float  # number of connected pieces minus number of superpoints
+    extra_pieces: float  # connected components of all superpoints, minus number of superpoints
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A scanned room: its mesh, the true object of each vertex, and segments by other methods."""
+    """A scanned room: its mesh, the true object of each vertex, and segments of other methods."""
 
     name: str
     mesh: Mesh
     truth: Ints  # (V,) true object of each vertex, from 0; -1 means no annotation
-    given: dict[str, Ints]  # dict from method name to the segment of each vertex, (V,)
+    given: dict[str, Ints]  # for each other method, by name: (V,) segment of each vertex
 
     @classmethod
     def read(cls, path: Path, folders: Iterable[Path] = ()) -> Room:
         """Read a room from a file, and segments of other methods from a label file in each folder.
 
-        The name of a label file begins with the name of the room and a dot. Raises a MeshError if
-        the file contains no room, or if a folder does not have exactly one label file of the room.
+        The name of a label file is the name of the room, a dot, and an ending. Raises a MeshError
+        if the file contains no room, or if a folder does not contain exactly one such label file.
         """
         try:
             with np.load(path) as file:
@@ -89,12 +90,12 @@ class Room:
 
     @property
     def level(self) -> str:
-        """Noise level of the room, which is the part of its name after the last underscore."""
+        """Noise level of the room: the part of its name after the last underscore."""
         return self.name.rpartition("_")[2]
 
     @property
     def edges(self) -> Longs:
-        """Vertices at the two ends of each edge of the mesh, (E, 2), the lower vertex first."""
+        """Vertices at the two ends of each edge of the mesh, (E, 2), the lower index first."""
         threads = checked_threads(None)
         lowest = lowest_vertices(self.mesh.vertices, False, threads)
         graph = vertex_graph(self.mesh, lowest, threads)
@@ -110,14 +111,18 @@ class Room:
         return is_used
 
     def superpoints(self, **options: Any) -> Ints:
-        """Compute superpoints with `segment`, about as many as the first method in `given` has."""
+        """Compute superpoints with `segment`, and return the superpoint of each vertex.
+
+        Their number is about the number of segments of the first method in `given`. If `given` is
+        empty, it is about the number of vertices divided by `VERTICES_PER_SUPERPOINT`.
+        """
         number = self.mesh.n_vertices // VERTICES_PER_SUPERPOINT
         if self.given:
             number = len(np.unique(next(iter(self.given.values()))[self.is_used]))
         asked = number
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
-            for _ in range(_MOST_RUNS):  # because components without a seed add regions
+            for _ in range(_MOST_RUNS):  # repeated, because components without a seed add regions
                 result = segment(self.mesh, max(asked, 1), **options)
                 if result.n_segments <= number:
                     break
@@ -148,9 +153,10 @@ class Room:
 
 
 def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
-    """Return a Markdown table with the mean scores of all methods at each level of noise.
+    """Return a Markdown table with the mean scores of all methods at each noise level.
 
-    Each folder contains label files of another method, which gets the name of the folder.
+    Each folder contains the label files of another method. The path of the folder is the name of
+    the method. A method without segments of all rooms of a noise level is not listed for the level.
     """
     rooms = [Room.read(path, folders) for path in sorted(paths)]
     if not rooms:
@@ -186,7 +192,10 @@ def _labels_in(folder: Path, room: str) -> Ints:
 
 
 def _near_borders(edges: Longs, truth: Ints) -> Bools:
-    """Return whether each vertex is at most one edge away from an edge between two objects."""
+    """Return whether each vertex is at most one edge away from an edge between two objects.
+
+    All vertices without annotation are treated as one more object.
+    """
     is_near = np.zeros(len(truth), bool)
     is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
     is_near[edges[is_near[edges].any(axis=1)]] = True
@@ -203,7 +212,10 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Return the number of connected components of the vertices `used`. Needs SciPy."""
+    """Return the number of connected components of the graph `edges` that contain used vertices.
+
+    This function needs SciPy.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

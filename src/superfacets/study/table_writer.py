@@ -18,7 +18,8 @@ _NUMBER = re.compile(r"-?[\d.,]+(\s?\w+)?")
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a Markdown table, or `EMPTY` if there are no rows. This function needs tabulate.
 
-    A column is aligned to the right if its cell in the first row is a number.
+    A column is aligned to the right if its cell in the first row is a number, with or without a
+    unit.
 
     Examples
     --------
@@ -38,7 +39,7 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows to a CSV file with all keys as columns; missing values are empty cells."""
+    """Write rows to a CSV file, with a column for each key. Missing values give empty cells."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

@@ -1,7 +1,9 @@
-"""Run long studies as tasks in worker processes, with a record on disk for each piece of work.
+"""Run long studies as tasks in worker processes, and store the results in record files.
 
-A task consists of pieces that share some work, for example loading a mesh. Each piece has a
-record, even if it fails, so a study that is started again runs only missing and failed pieces.
+A piece (class `Piece`) is the smallest unit of work, for example segmenting a mesh with one method.
+A task is a sequence of pieces that share preparation, for example loading the mesh. Each piece has
+a record on disk, even if it fails. If a study is started again, it runs only pieces that failed or
+have no valid record.
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
 Key = Mapping[str, Any]
-"""All inputs that the result of a piece depends on. If they change, its record is outdated."""
+"""All inputs that the result of a piece depends on. If they change, the record is outdated."""
 
 Record = dict[str, Any]
 """Results of a piece. The record of a failed piece contains only the entry "reason"."""
 
 _MEMORY_SHARE = 0.8
-"""Fraction of the free memory that tasks may use. The other part is for other programs."""
+"""Fraction of the free memory that tasks may use. The remaining memory is for other programs."""
 
 
 class Job(Protocol):
@@ -37,7 +39,7 @@ class Job(Protocol):
 
     @property
     def memory(self) -> int:
-        """Estimated memory in bytes, or 0 if it is small."""
+        """Estimated memory in bytes, or 0 if it is small. A job with 0 never waits for memory."""
 
     def run(self) -> Any:
         """Run the job, and return its result."""
@@ -45,7 +47,7 @@ class Job(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of work, and the path and key of the record of its results."""
+    """The smallest unit of work in a study, and the path and key of the record of its results."""
 
     subject: Any  # input of the piece; its type depends on the task
     path: Path
@@ -53,21 +55,21 @@ class Piece:
 
 
 class Task(Protocol):
-    """Pieces of work that one worker does in sequence. Tasks are pickled and sent to workers."""
+    """A sequence of pieces, which one worker processes. Tasks are pickled and sent to workers."""
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
-        """Pieces of the task, in the order in which they are done."""
+        """Pieces of the task, in the order of processing."""
 
     @property
     def memory(self) -> int:
-        """Estimated memory in bytes, or 0 if it is small."""
+        """Estimated memory in bytes, or 0 if it is small. A task with 0 never waits for memory."""
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Do the work that all pieces share, and return a function that does a single piece.
+        """Do the work that all pieces share, and return a function that processes one piece.
 
-        If `prepare` raises an exception, all pieces fail. If the returned function raises an
-        exception, only its piece fails.
+        The returned function returns the record of the piece. If it raises an exception, only this
+        piece fails. If `prepare` itself raises an exception, all pieces fail.
         """
 
 
@@ -77,7 +79,8 @@ def run_tasks(
     """Run tasks in worker processes, and write the records of their pieces.
 
     `title` and `memory` are as for `run_shown`. No task is started after `deadline`, in seconds of
-    `time.monotonic`. Returns a dict that maps the path of each record not written to the reason.
+    `time.monotonic`. Returns a dict with the path of each record that could not be written, and the
+    reason.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -87,18 +90,22 @@ def run_tasks(
 
 
 def read_piece(piece: Piece) -> Record | None:
-    """Return the record of a piece, or None if it is missing, damaged or outdated."""
+    """Return the record of a piece, or None if the record is missing, damaged or outdated."""
     return read_record(piece.path, piece.key)
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, or None. If `lost` contains it, return the reason as record."""
+    """Return the record of a piece, or None if it has no valid record.
+
+    `lost` is the result of `run_tasks`. If it contains the path of the record, a record of failure
+    with the reason is returned.
+    """
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """Job that runs a task. The result maps paths of records not written to the reasons."""
+    """Job that runs a task, and writes its records. The result is like that of `run_tasks`."""
 
     task: Task
     deadline: float | None = None  # in seconds of `time.monotonic`, which is equal in all processes
@@ -112,8 +119,8 @@ class _Recording:
         if self.deadline is not None and time.monotonic() >= self.deadline:
             return lost
         for piece in self.task.pieces:
-            # Remove an old record of a failure. It would hide the reason if this worker was killed,
-            # because `_record_death` keeps existing records.
+            # Remove old records of failures. If this worker is killed, `_record_death` keeps
+            # existing records, so an old record would hide the new reason.
             if "reason" in (read_piece(piece) or {}):
                 with contextlib.suppress(OSError):
                     piece.path.unlink()
@@ -132,7 +139,10 @@ class _Recording:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write a record with the reason of a failure; if that fails, return its path and the error."""
+    """Write a record with the reason of a failure.
+
+    Returns an empty dict, or {path: error} if this record cannot be written.
+    """
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -141,7 +151,10 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Write a record of failure for each piece without a record, after the worker was killed."""
+    """After a worker was killed, write a record of failure for each piece without a valid record.
+
+    Returns a dict with the path of each record that could not be written, and the reason.
+    """
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -155,8 +168,9 @@ def run_shown(
     """Run jobs in worker processes, and yield (job, result) when a job ends.
 
     A progress bar with `title` is shown in a terminal. If the worker of a job was killed, the
-    result is a `Killed`. An error of a job is raised again. Jobs start in order. Running jobs may
-    need at most `memory` bytes in total. A job that needs more than `memory` bytes runs alone.
+    result is a `Killed`. An error of a job is raised again. The estimates `Job.memory` of all
+    running jobs add up to at most `memory` bytes, except that a job that needs more may run alone.
+    Jobs start in order, but later jobs that fit may overtake a job that waits for memory.
     """
     from tqdm import tqdm
 
@@ -193,7 +207,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return the record in a file, or None if it is missing, damaged, or has another key."""
+    """Return the record in a file, or None if the file is missing, damaged, or has another key."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

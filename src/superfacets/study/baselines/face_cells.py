@@ -1,4 +1,4 @@
-"""Compute the input of the baseline methods: the weighted face graph, and its components."""
+"""Compute the input of the baseline methods: the weighted face graph and its components."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from ...mesh.faces import FaceMesh
 
 @dataclass(frozen=True)
 class Component:
-    """A connected component of the face graph, whose faces are numbered from 0 to n - 1."""
+    """A connected component of the face graph. Its n faces have local indices from 0 to n - 1."""
 
-    faces: Longs  # (n,) index of each face in the mesh, ascending
-    arcs: Longs  # (m,) index in the graph of each arc from these faces, sorted by face
-    offsets: Longs  # (n + 1,) index in `arcs` of the first arc of each face
-    neighbors: Ints  # (m,) target of each arc, as an index into `faces`
+    faces: Longs  # (n,) indices of the faces in the mesh, in ascending order
+    arcs: Longs  # (m,) indices of the arcs in the whole graph, sorted by their first face
+    offsets: Longs  # (n + 1,) index in `arcs` of the first arc of each face, then m
+    neighbors: Ints  # (m,) local index of the face to which each arc leads
 
 
 @dataclass(frozen=True)
 class FaceCells:
-    """A mesh, its weighted face graph, and the timings and parameters of the run so far."""
+    """A mesh, its weighted face graph, and the timings and parameters collected so far."""
 
     mesh: FaceMesh
     faces: FaceGraph
@@ -50,7 +50,7 @@ class FaceCells:
         no_labels = np.zeros(graph.n_cells, np.int32)
         piece, n_pieces = _core.find_components(graph.offsets, graph.neighbors, no_labels)
         by_piece = np.argsort(piece, kind="stable")
-        local = np.empty(graph.n_cells, np.int64)  # index of each face in its component
+        local = np.empty(graph.n_cells, np.int64)  # local index of each face in its component
         components = []
         for faces in np.split(by_piece, np.cumsum(np.bincount(piece, minlength=n_pieces))[:-1]):
             local[faces] = np.arange(len(faces))
@@ -62,7 +62,7 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
-        """Return a `Segmentation` with these labels, renumbered without gaps, and their centers."""
+        """Return a `Segmentation` with `labels`, renumbered without gaps, and computed centers."""
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
@@ -85,7 +85,11 @@ def component_graph(cells: FaceCells, component: Component) -> CellGraph:
 def read_face_cells(
     mesh: MeshLike, n_segments: int | None, chosen: WeightOptions, weld: bool, n_threads: int
 ) -> FaceCells:
-    """Read a mesh, and compute its face graph and arc weights as `superfacets.segment` does."""
+    """Read a mesh, and compute its face graph and arc weights as `superfacets.segment` does.
+
+    One exception: if the caller gives an array of weights, an arc and its reverse arc get the mean
+    of their weights.
+    """
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)
@@ -103,7 +107,7 @@ def read_face_cells(
 
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
-    """Return, for each arc, the mean weight of the arc and its reverse arc."""
+    """Return, for each arc, the mean of the weights of the arc and its reverse arc."""
     there = np.lexsort((graph.neighbors, graph.sources))
     back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)

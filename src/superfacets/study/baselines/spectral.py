@@ -1,4 +1,4 @@
-"""Segment meshes by normalized cuts, from the leading eigenvectors of face affinities."""
+"""Segment meshes by normalized cuts, from leading eigenvectors of a matrix of face affinities."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ SIGMA = 0.1
 """Width s of the affinity exp(-d / s), as a fraction of the mean path length. On small benchmark
 models with alpha > 0, no width from 0.02 to 1 has a smaller undersegmentation error."""
 
-ALPHA = 100.0  # best alpha for normalized cuts according to the paper
+ALPHA = 100.0  # best alpha for normalized cuts, according to the superfacets paper
 
 MAX_MEMORY = 6e9  # default memory limit in bytes, sufficient for all pairs of 37,000 faces
 
-_N_SAMPLES = 256  # number of faces to estimate the mean path length from, with an error of 2 %
+_N_SAMPLES = 256  # number of faces from which the mean path length is estimated; its error is 2 %
 
 # The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
 # of computed eigenvectors, plus _BLOCK_SLACK. On benchmark models, the error of eigenvalues is 1e-6
@@ -36,10 +36,11 @@ _N_POWERS = 12
 
 _N_ROWS = 1024  # number of rows of a sparse array that are processed together
 
-_MAX_ROTATIONS = 50  # maximum number of iterations to find the rotation; about 30 are usual
-_ROTATION_TOL = 1e-9  # iterations stop if the relative improvement is smaller
+_MAX_ROTATIONS = 50  # maximum number of iterations of `_discretize`; about 30 are usual
+_ROTATION_TOL = 1e-9  # iterations stop if the fit improves by at most this fraction
 
-# Memory in bytes for each pair of faces within `reach`, including temporary arrays.
+# Memory in bytes for each pair of faces at a distance of at most R (see `reach` of
+# `affinity_embedding`), including temporary arrays.
 _BYTES_PER_NEAR_PAIR = 32
 
 
@@ -53,7 +54,7 @@ class _EmbeddedComponent(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh, from which `segment` computes 1 to `n_vectors` regions."""
+    """Result of `affinity_embedding`: eigenvectors from which `segment` computes regions."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -61,7 +62,7 @@ class AffinityEmbedding:
 
     @property
     def n_vectors(self) -> int:
-        """Number of computed eigenvectors, which is the maximum number of regions."""
+        """Number of leading eigenvectors, and maximum number of regions that `segment` accepts."""
         return self._cells.n_segments
 
     @property
@@ -76,7 +77,11 @@ class AffinityEmbedding:
 
     @property
     def eigenvalues(self) -> Singles:
-        """Leading eigenvalues of D^-1/2 W D^-1/2, from 1 downward, at least one per component."""
+        """Leading eigenvalues of D^-1/2 W D^-1/2 (see `normalized_cuts`), in descending order.
+
+        The first value is 1. There are `n_vectors` values, or one value per connected component if
+        there are more components.
+        """
         values = np.concatenate([component.eigenvalues for component in self._components])
         return np.sort(values)[::-1][: max(self.n_vectors, len(self._components))]
 
@@ -86,12 +91,12 @@ class AffinityEmbedding:
         Parameters
         ----------
         n_segments : int, optional
-            Number of regions k, 1 to `n_vectors`, which is the default.
+            Number of regions k, from 1 to `n_vectors`. The default is `n_vectors`.
 
         Returns
         -------
         Segmentation
-            As from `normalized_cuts`.
+            Same as in `normalized_cuts`.
 
         Raises
         ------
@@ -114,7 +119,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> Longs:
-        """Return how many of the k leading eigenvectors belong to each component (at least one)."""
+        """Return how many of the k leading eigenvectors belong to each component, at least one."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -125,7 +130,7 @@ class AffinityEmbedding:
 
 
 def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: Any) -> Segmentation:
-    """Label every face of a mesh with one of k regions, which are computed by normalized cuts.
+    """Label every face of a mesh with one of k regions, computed by normalized cuts.
 
     The affinity of two faces is ``exp(-d / s)``, where d is the length of the shortest path between
     them in the face graph. W is the matrix of affinities, and D is the diagonal matrix of its row
@@ -136,12 +141,12 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any surface mesh, as for `superfacets.segment`. The affinity between components is 0, so
-        each region is within one component.
+        Any surface mesh, as for `superfacets.segment`. Faces in different connected components
+        have the affinity 0, so each region is within one component.
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces. The default is 150, or the number of
         faces if that is less. There are more regions if the mesh has more than k components. In
-        rare cases, an axis is not nearest to any point, and there is one region less.
+        rare cases, an axis is not nearest to any point, and there is one region fewer.
     **options
         Keywords of `affinity_embedding`: `alpha`, `eta_convex`, `weights`, `sigma`, `reach`,
         `max_memory`, `weld` and `n_threads`.
@@ -154,7 +159,7 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     Raises
     ------
     MeshError, ValueError, TypeError, MissingExtraError
-        As from `affinity_embedding`.
+        Same as in `affinity_embedding`.
 
     References
     ----------
@@ -193,22 +198,23 @@ def affinity_embedding(
     Parameters
     ----------
     mesh : Mesh or mesh-like
-        As for `normalized_cuts`.
+        Same as in `normalized_cuts`.
     n_vectors : int, optional
-        Maximum number of regions that can be requested. The default and the range are as for
-        `n_segments` of `normalized_cuts`.
+        Maximum number of regions for `AffinityEmbedding.segment`. The default and the range are the
+        same as for `n_segments` in `normalized_cuts`.
     alpha, eta_convex, weights
-        As for `superfacets.segment`. The defaults are ``"superfacets"`` and an `alpha` of 100. If
-        the two arcs of a pair have different weights, both arcs get the mean.
+        Same as in `superfacets.segment`, but the default of `weights` is ``"superfacets"``, with
+        a default `alpha` of 100. If the weights of an arc and its reverse arc differ, both arcs get
+        the mean of the two weights.
     sigma : float, default 0.1
         Width s of the affinity, as a fraction of the mean path length, > 0. The mean is over the
         paths from 256 faces, evenly spaced among the faces that have a neighbor, to all faces.
     reach : float, optional
         By default, the affinity of all pairs of faces is computed. With `reach`, the affinity of
         two faces is 0 if their Euclidean distance e exceeds R = `reach` * r, where r is the
-        expected radius of `n_vectors` regions. Paths must then stay within R of one of the faces,
-        and affinities are multiplied by 1 - (e / R)^2. Results with a reach of 3 are close to
-        results with all pairs.
+        expected radius of `n_vectors` regions. Paths must then stay within the distance R of one of
+        the two faces, and affinities are multiplied by 1 - (e / R)^2. Results with a reach of 3 are
+        close to results with all pairs.
     max_memory : float, default 6e9
         Memory limit in bytes for affinities and eigenvectors.
     weld : bool, default True
@@ -234,7 +240,8 @@ def affinity_embedding(
     Notes
     -----
     Time is O(F^2 log F) for paths and O(k F^2) for eigenvectors. Memory is 4 bytes for each pair of
-    faces and 52 k bytes for each face. With `reach`, there are only about (F reach)^2 / k pairs.
+    faces, and 52 bytes times k for each face. With `reach`, there are only about (F reach)^2 / k
+    pairs.
 
     Examples
     --------
@@ -268,7 +275,7 @@ class _Affinity:
     """Computes affinities of cells from the lengths of paths between them."""
 
     width: float  # width s of the affinity, in the unit of the arc weights
-    reach: float | None  # maximum distance R in the unit of the vertices, or None
+    reach: float | None  # maximum distance R in the unit of the vertices; None means no limit
     n_threads: int
 
     def between_all(self, graph: CellGraph) -> Singles:
@@ -278,9 +285,10 @@ class _Affinity:
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Return the affinities of cells within a distance of `reach` as a symmetric sparse array.
+        """Return the affinities of all pairs of cells with a distance of at most `reach`.
 
-        Affinities from cell i to j and from j to i may differ. The larger one is used for both.
+        The result is a symmetric sparse array. If the affinities from cell i to j and from j to i
+        differ, both are set to the larger one.
         """
         from scipy.sparse import csr_array
 
@@ -387,7 +395,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # twice, because the first pass has rounding errors
+        for _ in range(2):  # the second pass removes rounding errors of the first pass
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block
@@ -404,7 +412,7 @@ def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]
 
 
 def _discretize(vectors: Singles) -> Longs:
-    """Rotate the rows of `vectors` close to axes; return the index of each row's nearest axis."""
+    """Rotate the rows of `vectors` so that they are near axes; return the nearest axis per row."""
     from scipy.sparse import csr_array
 
     n, m = vectors.shape
@@ -412,7 +420,7 @@ def _discretize(vectors: Singles) -> Longs:
     rows = vectors.astype(np.float64) / np.maximum(norms, np.finfo(np.float32).tiny)
     rotation = _pivoted_rotation(vectors.astype(np.float64))
     labels = np.zeros(n, np.int64)
-    fit = 0.0  # sum of the coordinates of all rows on their nearest axes, which is maximized
+    fit = 0.0  # sum over rows of the coordinate on the nearest axis; the iterations maximize it
     for _ in range(_MAX_ROTATIONS):
         labels = (rows @ rotation).argmax(axis=1)
         members = csr_array((np.ones(n), labels, np.arange(n + 1)), shape=(n, m))

@@ -47,10 +47,11 @@ def variational_shape_approximation(
 
     Each region is approximated by a plane, its proxy, which has a center and a unit normal. Two
     steps alternate: proxies are fitted to the regions, and a flood fill grows new regions from
-    seeds. The seed of a region is its face with the lowest error; of several faces, the lowest
-    index is used. A face without a normal is chosen only if all faces of the region have no normal.
-    The flood fill adds faces one by one. The next face is the face with the lowest error with
-    respect to an adjacent region, or the first of several in the queue. Faces are labeled once.
+    seeds. The seed of a region is its face with the lowest error. If several faces have the lowest
+    error, the lowest index is used. A face without a normal is a seed only if all faces of the
+    region have no normal. The flood fill adds faces one by one. The next face is the face with the
+    lowest error with respect to an adjacent region. If several faces have the lowest error, the
+    face that was queued first is used. Each face is labeled only once.
 
     Parameters
     ----------
@@ -62,18 +63,19 @@ def variational_shape_approximation(
         number of faces.
     metric : {"l21", "l2"}, default "l21"
         Error of a face, integrated over its area. ``"l21"`` is the squared difference of the unit
-        normals of face and proxy, 0 to 4. The normal of the proxy is the normalized mean of the
-        normals of the faces. The error of a face without a normal is 0. ``"l2"`` is the squared
-        distance to the plane of the proxy. This plane contains the barycenter of the region, and is
-        perpendicular to the direction in which the region extends least.
+        normals of face and proxy, 0 to 4. The normal of the proxy is the area-weighted mean of the
+        normals of the faces, scaled to unit length. The error of a face without a normal is 0.
+        ``"l2"`` is the squared distance to the plane of the proxy. This plane contains the
+        barycenter of the region, and is perpendicular to the direction in which the region extends
+        least.
     init : {"random", "incremental"}, default "random"
         With ``"random"``, the seeds are k random faces, drawn without replacement, and the proxies
-        are their planes. ``"incremental"`` starts with one region per component of the mesh, and
-        adds one seed at a time until there are k regions. The new seed is in the region with the
-        largest total error, among regions of two or more faces; of several, the lowest region is
-        used. In this region, the new seed is the face with the largest error, except the old seed;
-        of several, the highest index is used. After each new seed, proxies are fitted and all
-        regions are flooded again.
+        are their planes. ``"incremental"`` starts with one region per connected component of the
+        mesh, and adds one seed at a time until there are k regions. The region for the new seed has
+        the largest total error of all regions with two or more faces. The new seed is the face with
+        the largest error in this region, except the old seed. Ties are resolved by the lowest index
+        of regions, and by the highest index of faces. With the new seed, all regions are flooded
+        again. Before the next seed is chosen, proxies are fitted.
     rng : int or numpy.random.Generator, default 0
         Random number generator for ``"random"``, or an int >= 0 to seed a generator.
     max_num_iter : int, default 50
@@ -81,20 +83,20 @@ def variational_shape_approximation(
     weld : bool, default True
         Whether to merge vertices at exactly the same position.
     n_threads : int, optional
-        As for `superfacets.segment`. Flood fills and fits use one thread.
+        Same as in `superfacets.segment`. Flood fills and fits use one thread.
     progress : callable, optional
         Function called after each iteration with the iteration number, from 1, and the number of
-        faces that changed their region, which is the number of all faces in the first iteration. If
-        the function returns False, the loop stops with ``stop_reason="cancelled"``. Iterations with
-        fewer than k regions are not reported.
+        faces that changed their region. In the first iteration, this is the number of all faces. If
+        the function returns False, the loop stops with ``stop_reason="cancelled"``. Flood fills
+        with fewer than k regions are not reported.
 
     Returns
     -------
     Segmentation
         ``labels`` are from the last flood fill, and ``centers`` are its seeds. ``stop_reason`` is
         ``"converged"`` if no face changed its region, and ``"settled"`` if earlier labels occur
-        again. Each connected component without a seed becomes an additional region, whose seed is
-        its lowest face. With ``"incremental"``, these regions are included in k.
+        again. Each connected component without a seed becomes an additional region, and its seed is
+        the face with the lowest index. With ``"incremental"``, these regions are included in k.
 
     Raises
     ------
@@ -137,7 +139,7 @@ def variational_shape_approximation(
             seeds = generator.choice(surface.n_faces, n_segments, replace=False)
             regions = _flood(surface, graph, metric, seeds)
         else:
-            regions = _flood(surface, graph, metric, [0])  # every other component gets a seed, too
+            regions = _flood(surface, graph, metric, [0])  # adds a seed in each further component
             while regions.n_regions < n_segments:
                 regions.insert()
     with timed(timings, "relax"):
@@ -159,7 +161,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Repeat fits and flood fills in turn; return number of iterations and stop reason."""
+    """Alternate fits and flood fills; return the number of iterations and the stop reason."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):
@@ -170,7 +172,7 @@ def _relax(
             return iteration, "converged"
         if isinstance(answer, (bool, np.bool_)) and not answer:
             return iteration, "cancelled"
-        # Labels depend only on the previous labels, so they repeat forever if they occur again.
+        # Labels depend only on the previous labels. If labels occur again, they repeat forever.
         fingerprint = hashlib.blake2b(regions.labels().tobytes(), digest_size=16).digest()
         if fingerprint in seen:
             return iteration, "settled"

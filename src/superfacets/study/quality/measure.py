@@ -51,14 +51,14 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, not smooth": {"smooth": False},
 }
 """Keywords of `superfacets.segment` for each variant. `PAPERS` is the method of the paper. `PLAIN`
-has the same weights and seeds, but each face gets the label of the nearest center, and the stop
-criterion differs. Therefore, it returns exactly k connected regions."""
+has the same weights and seeds, but another stop criterion. In `PLAIN`, each face gets the label of
+the nearest center, so there are exactly k regions, and they are connected."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured at all resolutions of a model."""
 
 
-SHARP = math.radians(45)  # minimum angle of a crease, in radians
+SHARP = math.radians(45)  # minimum angle between the normals at a crease, in radians
 
 
 class Subject(NamedTuple):
@@ -69,21 +69,27 @@ class Subject(NamedTuple):
 
 
 class Creases(NamedTuple):
-    """Creases of a mesh: edge lengths, and pairs of adjacent faces, each in both directions."""
+    """Creases of a mesh: the two faces at each crease edge, and the length of the edge.
+
+    Each edge occurs twice, with the two faces in both orders.
+    """
 
     sources: Ints
     targets: Ints
     lengths: Floats
 
     def share_between(self, labels: Ints) -> float | None:
-        """Return the fraction of crease length on region borders, or None if all lengths are 0."""
+        """Return the fraction of crease length on region borders, or None without creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, `levels` times; new faces get the segments of their old faces."""
+    """Split each face into four, `levels` times.
+
+    In each ground truth, the new faces have the segment of the old face that contains them.
+    """
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -94,7 +100,7 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 def coarsened(subject: Subject) -> Subject:
     """Decimate a mesh to a quarter of its faces. This function needs PyVista and SciPy.
 
-    Each new face gets the segments of the old face with the nearest centroid.
+    In each ground truth, a new face has the segment of the old face with the nearest centroid.
     """
     import pyvista
     from scipy.spatial import KDTree
@@ -115,7 +121,7 @@ def _centroids(mesh: Mesh) -> Floats:
 
 
 def creases(mesh: Mesh) -> tuple[Creases, Creases]:
-    """Return the concave and the convex creases, which are edges with an angle >= `SHARP`."""
+    """Return the concave and the convex creases: edges where normals differ by at least `SHARP`."""
     faces = build_face_graph(mesh)
     measures = arc_measures(mesh, faces)
     angles = np.asarray(measures.angles)  # positive in concave edges
@@ -135,11 +141,11 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
 """For each scale, a function that multiplies the number of faces of a model by the scale."""
 
 
-_RECORD_VERSION = 2  # version of the content of records
+_RECORD_VERSION = 2  # version of the content of records; other versions are not used
 
 
 class Case(NamedTuple):
-    """A run of one variant on one model at one scale with one k, which gives one row of results."""
+    """A run of one variant on one model at one scale, with k regions. Gives one row of results."""
 
     source: Source
     scale: str
@@ -150,7 +156,10 @@ class Case(NamedTuple):
         return f"model {self.source.name}, {self.scale}, {self.variant}, k = {self.k}"
 
     def piece(self, folder: Path) -> Piece:
-        """Return the case as a piece of work with the record ``SCALE/MODEL/VARIANT_k-K.json``."""
+        """Return the `Piece` of this case. Its record is ``folder/SCALE/MODEL/VARIANT_k-K.json``.
+
+        Characters of SCALE and VARIANT that are not letters or digits are replaced by "-".
+        """
         scale, variant = (
             "".join(letter if letter.isalnum() else "-" for letter in name)
             for name in (self.scale, self.variant)
@@ -182,7 +191,7 @@ class Task:
         surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # reused by all cases
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # not measured, because the first call is slower
+        _labels(subject, first)  # warm-up, because the first call is slower
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject

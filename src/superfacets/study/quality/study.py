@@ -1,4 +1,4 @@
-"""Run the quality study: measure all cases that have no record yet, and write the results."""
+"""Run the quality study: measure all cases that have no results yet, and write the results."""
 
 from __future__ import annotations
 
@@ -40,14 +40,15 @@ class Report:
     rows: list[Row]  # results at the original resolution
     resolution: list[Row]  # results of some models at all resolutions
     tables: str  # all tables, as Markdown
-    problems: tuple[str, ...]  # one message per unused file or failed run
+    problems: tuple[str, ...]  # messages about unused files, missing packages and failed runs
 
 
 def study(options: Options) -> Report:
     """Measure all variants on all models, and some variants on some models at all resolutions.
 
     Rows are written to ``runs.csv`` in the output folder, and tables to ``tables.md``. If a run
-    fails, its model is left out at this resolution, so that all means are over the same models.
+    fails, its model is left out at the scale of the run, so that all means at this scale are over
+    the same models.
     Raises MeshError if no model could be measured, ValueError if a model does not exist or another
     process uses the output folder, and MissingExtraError if tabulate is not installed.
     """
@@ -91,7 +92,11 @@ def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
 def _tasks(
     models: Sequence[Source], scales: Sequence[str], options: Options
 ) -> tuple[list[Task], list[Task]]:
-    """Return tasks for some models at all `scales`, and tasks for all models and variants at x1."""
+    """Return two lists of tasks, with one task per model and scale.
+
+    The first list is for `RESOLUTION_VARIANTS` on some models at all `scales`, with the middle k.
+    The second list is for all variants, models and k at the original resolution.
+    """
     some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
     ks = sorted(set(options.ks))
 

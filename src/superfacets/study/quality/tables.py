@@ -26,7 +26,10 @@ def means(rows: Iterable[Row]) -> Means:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return variants that, for all k, improve UE or compactness of `PLAIN` and worsen neither."""
+    """Return the variants that are better than `PLAIN` for every k.
+
+    Better means that UE or compactness is lower, and neither is higher.
+    """
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:
@@ -118,7 +121,10 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return a table of means per category, sorted by the decrease of UE from PLAIN to DEFAULT."""
+    """Return a table of means per category, sorted by the decrease of UE from PLAIN to DEFAULT.
+
+    The category with the largest decrease is first.
+    """
     names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

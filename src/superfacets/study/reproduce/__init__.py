@@ -5,7 +5,7 @@
 - `measure` applies one method to one mesh (a run), and stores the results in a record.
 - `results` reads the records, and computes curves and means.
 - `figures` draws plots, and `gallery` draws pictures of meshes.
-- `page` writes one page with all results, from the templates in the same folder.
+- `page` writes one page with all results, from the templates in the folder ``templates``.
 - `reproduction` runs all stages in order.
 
 The command-line options are in `superfacets.cli.studies`.

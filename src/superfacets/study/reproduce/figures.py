@@ -53,7 +53,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
 
 def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
-    """Plot times against numbers of faces on logarithmic axes; a dot is one model and method."""
+    """Plot times against numbers of faces on logarithmic axes; each dot is one run."""
 
     def draw(figure: Figure) -> None:
         from matplotlib.ticker import LogLocator, NullLocator
@@ -81,7 +81,10 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
 
 
 def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
-    """Plot a metric against k, with one panel per category and one curve per method."""
+    """Plot a metric against k, with one panel per category and one curve per method.
+
+    Each method is shown with its usual alpha.
+    """
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
@@ -117,7 +120,7 @@ def _add_curves(
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
-    """Plot the error against compactness at one k: a dot per alpha, and a line per method."""
+    """Plot the error against compactness at one k: one dot per alpha, and one line per method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]
@@ -145,7 +148,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Return the style of each curve: small alphas are light, and the usual alpha is thick."""
+    """Return the style of each curve: light for small alphas, and thick for the usual alpha."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]

@@ -19,16 +19,18 @@ from ..tasks import Key
 from .measure import Run, unpack_labels
 from .methods import METHODS
 
-TABLE_METHODS = ("default", "superfacets", "paper")  # methods whose times are in Table 1
+TABLE_METHODS = ("default", "superfacets", "paper")  # methods whose times Table 1 lists
 
 _ALPHA = 200.0
 
-# Categories whose smallest models are shown. A category without models is replaced by another.
+# Categories whose smallest models Figures 2, 3 and 8 show. A category without models is replaced by
+# another category.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# Methods and alphas of the last two rows: the paper's method in exact mode, and the default.
+# Methods and alphas of the last two rows of Figures 3 and 8: the weights and seeds of the paper in
+# exact mode, and the default.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -51,7 +53,7 @@ class Picture:
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh, because models have different up axes."""
+    """Return a view of the broad side of a mesh. Models of the benchmark have no common up axis."""
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
         return View(azimuth=20, elevation=60, up="y")
@@ -70,7 +72,10 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category; a category without models is replaced."""
+    """Return the smallest model of each category. `models` are sorted by size.
+
+    A category without models is replaced by the category of the smallest other model.
+    """
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -83,10 +88,11 @@ _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]
     "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
     "8": ((*((vsa, None) for vsa in _VSA), *_OURS), _VSA_CATEGORIES),
 }
-"""For each figure of models: (method, alpha) of each row, and category of each column."""
+"""Rows and columns of Figures 2, 3 and 8: (method, alpha) of each row, category of each column."""
 
 GALLERY = ("1", *_ROWS)
-"""Figures of pictures: large meshes, effect of alpha, normalized cuts, and variants of VSA."""
+"""Figures that consist of pictures: 1 shows large meshes, 2 the effect of alpha, 3 normalized cuts,
+and 8 variants of VSA (variational shape approximation)."""
 
 
 def pictures_of(
@@ -108,7 +114,7 @@ def pictures_of(
 
 _SIZE = (640, 480)
 
-_LOOK = 1  # version of the style; a change draws all pictures again
+_LOOK = 1  # version of the style; if it changes, all pictures are drawn again
 
 _KEY = "superfacets"  # name of the text entry in PNG files that stores `Drawing.key`
 

@@ -21,7 +21,7 @@ from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 
-_RECORD_VERSION = 2  # version of the content of records
+_RECORD_VERSION = 2  # version of the content of records; other versions are not used
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Run:
 
     source: Source
     method: str
-    alpha: float | None  # None for methods without an alpha
+    alpha: float | None  # None if the method has no parameter alpha
     k: int
 
     def setting(self, most_segments: int, max_memory: int) -> Setting:
@@ -41,7 +41,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return all inputs that the result depends on. Records with another key are outdated."""
+        """Return all inputs that the results depend on. Records with another key are outdated."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
@@ -54,7 +54,7 @@ class Run:
         }
 
     def piece(self, folder: Path, most_segments: int) -> Piece:
-        """Return the run as a piece of work with the record ``METHOD/MESH/alpha-A_k-K.json``."""
+        """Return the `Piece` of this run. Its record is ``folder/METHOD/MESH/alpha-A_k-K.json``."""
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
         return Piece(self, path, self.key(most_segments))
@@ -62,7 +62,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Task:
-    """Task of a worker process: runs that differ only in the number of regions, and share work."""
+    """Task of a worker process: runs that differ only in k, and share preparation."""
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]  # runs whose records must contain labels, for pictures
@@ -70,7 +70,7 @@ class Task:
 
     @property
     def first(self) -> Run:
-        """First run of the task. The other runs differ only in the number of regions."""
+        """First run of the task. The other runs of the task differ only in k."""
         run: Run = self.pieces[0].subject
         return run
 
@@ -137,5 +137,5 @@ def pack_labels(labels: Ints) -> str:
 
 
 def unpack_labels(text: str) -> Ints:
-    """Return the labels that `pack_labels` has encoded."""
+    """Return the labels in a text from `pack_labels`."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

@@ -1,6 +1,6 @@
 """Define the table of methods: how each method is run, and in which figures it appears.
 
-To add a method, add a row. A figure shows all methods with the name of the figure in `figures`.
+To add a method, add a row. A figure shows all methods whose `figures` contain its name.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class Setting:
     """Inputs of a method besides the mesh and the number of regions."""
 
     alpha: float | None
-    most_segments: int  # maximum k of all runs, because some work is shared by all k
+    most_segments: int  # maximum k of all runs; some methods do shared work for this k
     seed: int  # random seed, which is different for each mesh
-    max_memory: int  # memory limit in bytes, which does not change labels
+    max_memory: int  # memory limit in bytes; labels do not depend on it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +37,10 @@ class Method:
     prepare: Callable[[FaceMesh, Setting], Segmenter]
     """Function that does the work common to all numbers of regions, and returns a `Segmenter`."""
     color: str
-    line: str = "-"  # line style of curves, because some colors are similar
+    line: str = "-"  # line style of curves; it distinguishes similar colors
     figures: tuple[str, ...]  # names of figures with curves or dots of this method
     depends_on: tuple[str, ...] = ("alpha",)  # fields of `Setting` that labels depend on
-    alphas: tuple[float | None, ...] = (None,)  # all values of alpha; None if there is no alpha
+    alphas: tuple[float | None, ...] = (None,)  # values of alpha; (None,) if there is no alpha
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""
@@ -48,8 +48,8 @@ class Method:
     bytes_per_pair: int = 0
     """Bytes per pair of faces for methods with quadratic memory, and 0 for other methods."""
     max_faces: int | None = None
-    """Models with more faces are left out, except the `least_models` smallest per category."""
-    least_models: int = 2  # number of models per category that are run even if too large
+    """Models with more faces are left out, except the smallest `least_models` per category."""
+    least_models: int = 2  # number of models per category that are run despite `max_faces`
     subset_max_faces: int | None = None  # with ``--subset``, models with more faces are left out
     version: int = 1
     """Version of the method and its settings. Records with another version are not used."""
@@ -59,8 +59,8 @@ _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# Weights and seeds of the paper, but with a tolerance as stop criterion, and without a maximum
-# radius of expansions, so that each face gets the label of the nearest center.
+# Weights and seeds of the paper, but with a tolerance as stop criterion. Expansions have no maximum
+# radius, so that each face gets the label of the nearest center.
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 
@@ -115,7 +115,7 @@ _NCUTS = Method(
     subset_alphas=_FEW_ALPHAS,
     usual_alpha=100.0,
     packages=("scipy",),
-    bytes_per_pair=5,  # affinities: 4; eigenvectors of large meshes: less than 1
+    bytes_per_pair=5,  # affinities: 4; eigenvectors: less than 1 for large meshes
     max_faces=12_000,
     least_models=0,
     subset_max_faces=9_000,
@@ -189,7 +189,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             color="#e07b39",
             line="--",
             figures=("4", "5", "rivals"),
-            bytes_per_pair=1,  # 32 bytes for pairs within reach, which are 3 % of all pairs
+            bytes_per_pair=1,  # 32 bytes for each pair within reach: 3 % of all pairs
             max_faces=16_000,
             least_models=2,
             subset_max_faces=None,
@@ -206,4 +206,4 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         ),
     }
 )
-"""Methods by name, as in the option ``--methods``, in the order of figure legends."""
+"""All methods, in the order of figure legends. The option ``--methods`` uses the same names."""

@@ -1,6 +1,7 @@
 """Write the page with all results: runs, meshes, times and figures.
 
-The templates contain text and layout, and this module computes their values. Images are embedded.
+The templates contain text and layout. This module computes the values that they show. Images are
+embedded.
 """
 
 from __future__ import annotations
@@ -50,7 +51,8 @@ _CURVE_TEXTS = {
     "rivals": "All methods, each at its usual alpha",
 }
 
-# Columns of the summary: title, metric, number of decimals. Arrows point to better values.
+# Columns of the summary: title, metric, number of decimals. An arrow up means that higher values
+# are better, and an arrow down that lower values are better.
 _COLUMNS = (
     ("UE ↓", "undersegmentation_error", 4),
     ("compactness ↓", "compactness", 3),
@@ -68,10 +70,10 @@ class Files:
     """Plots, times and messages that the page shows in addition to `Results`."""
 
     folder: Path
-    plots: dict[str, list[Path]]  # for each figure, the main plot and the plots by category
+    plots: dict[str, list[Path]]  # for each figure, the main plot, then the plots by category
     comparisons: dict[str, Comparison]
     seconds: float  # wall time of the reproduction, in seconds
-    n_before: int  # number of runs that had records at the start
+    n_before: int  # number of runs that had results at the start
     picture_problems: tuple[str, ...]
 
 
@@ -129,7 +131,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return the section with means over models for each method and alpha, at one k."""
+    """Return the section with the means over all models, for each method and alpha, at one k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k

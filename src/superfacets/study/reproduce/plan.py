@@ -19,7 +19,7 @@ CURVES = ("4", "6", "7")  # figures with a curve for each method and alpha
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
 """Names of figures: numbers in the paper, and "rivals", an additional figure with a curve for each
-method that can process most models."""
+method that can process most of the models."""
 
 _USUAL_K = 150  # number of regions in pictures and times of the paper
 
@@ -36,7 +36,7 @@ class Choice:
 
     @property
     def k(self) -> int:
-        """Number of regions for pictures and times, which is the chosen k nearest to 150."""
+        """Number of regions for pictures and times: the value in `ks` that is nearest to 150."""
         return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
 
     def alphas(self, method: str) -> tuple[float | None, ...]:
@@ -65,7 +65,7 @@ class Plan:
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Distinct runs in the order of execution, the smallest model of each category first."""
+    """Distinct runs in the order of execution: meshes of the user, then models by size rank."""
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]  # one message per file that is missing or not used
 
@@ -94,7 +94,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
 
 
 def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
-    """Return the size rank of each model in its category, from 0. `models` are sorted by size."""
+    """Return the rank of each model in its category, 0 for the smallest. `models` are sorted."""
     seen: Counter[str] = Counter()
     ranks = {}
     for model in models:
@@ -104,7 +104,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Yield the runs for all figures without pictures. The same run may occur several times."""
+    """Yield the runs for all figures that are plots. The same run may occur several times."""
     for figure in set(choice.figures) - set(GALLERY):
         ks = (choice.k,) if figure == "5" else choice.ks
         for curve in choice.curves_in(figure):
@@ -112,7 +112,10 @@ def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Return whether the mesh of a run is small enough, or one of the `least_models` smallest."""
+    """Return whether the mesh of a run is small enough for the method.
+
+    The `least_models` smallest models of each category are always accepted, except in a subset.
+    """
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
@@ -121,7 +124,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Return the sort key of a run: user meshes first, then models by rank in their category."""
+    """Return the sort key of a run: meshes of the user, then models by rank in their category."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model

@@ -40,7 +40,7 @@ class Options:
 
     benchmark: Path
     output: Path
-    meshes: Path | None  # folder with meshes of the user for Figure 1
+    meshes: Path | None  # folder with meshes of the user for Figure 1; None means no meshes
     choice: Choice
     budget_seconds: float | None
     """Time in seconds after which no task is started; None means no limit."""
@@ -58,10 +58,11 @@ class Report:
 
 
 def reproduce(options: Options) -> Report:
-    """Do all runs that have no record yet, and write tables, plots, pictures and the page.
+    """Do all runs that have no results yet, and write tables, plots, pictures and the page.
 
-    Raises MeshError if no run succeeded, and ValueError if another process uses the output folder.
-    Before any run, raises MissingExtraError or RenderError if a figure cannot be drawn.
+    Raises MeshError if no run succeeded, and ValueError if the figures need no run or another
+    process uses the output folder. If a figure cannot be drawn, raises MissingExtraError or
+    RenderError before the first run.
     """
     start = time.monotonic()
     plan = _plan(options)
@@ -92,7 +93,10 @@ def _plan(options: Options) -> Plan:
 
 
 def _check_needs(plan: Plan) -> None:
-    """Raise an error before the first run if a package is missing that a figure needs later."""
+    """Raise an error if a package that a run, a figure or the page needs is not installed.
+
+    Raises a RenderError if pictures are needed but cannot be rendered.
+    """
     packages = ["jinja2"]
     packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):
@@ -109,7 +113,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Do all runs without a record; return all results, and how many runs had records before."""
+    """Do all runs that have no results; return all results, and the number of earlier results."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -170,7 +174,7 @@ def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path
 
 
 def _plots(folder: Path, figure: str) -> list[Path]:
-    """Return the paths of the main plot, and for each metric of a plot that compares categories."""
+    """Return the path of the main plot, then for each metric the path of the plot by category."""
     endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
     return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
@@ -193,7 +197,10 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot the curves of a figure, also by category; return the paths, or [] without models."""
+    """Plot the curves of a figure, also by category, and write their points as a CSV file.
+
+    Returns the paths of the plots, or [] if the comparison has no models.
+    """
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:

@@ -21,7 +21,7 @@ from .plan import Plan
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve in a figure, which shows the results of one method with one alpha."""
+    """A curve in a figure. It shows the results of one method with one alpha."""
 
     method: str
     alpha: float | None
@@ -41,8 +41,8 @@ class Results:
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
-    failed: dict[Run, str] = field(default_factory=dict)  # reason of the failure of each run
-    missing: tuple[Run, ...] = ()
+    failed: dict[Run, str] = field(default_factory=dict)  # reason of failure of each failed run
+    missing: tuple[Run, ...] = ()  # runs without a valid record
 
     def value(self, run: Run, quantity: str) -> float:
         """Return a metric of a run that is done, or its total time if `quantity` is "seconds"."""
@@ -61,14 +61,14 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean over models of a metric, or of the total time for "seconds"."""
+        """Return the mean of `value` over `models`, for runs of a curve with k regions."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
         return float(np.mean(values))
 
     def reasons(self) -> list[str]:
-        """Return one line per method and reason of failure, with the meshes of the failed runs."""
+        """Return one line per method and reason of failure, with the names of the meshes."""
         return [
             f"{_runs_of(method, runs)}: {reason}"
             for (method, reason), runs in _grouped(
@@ -77,7 +77,7 @@ class Results:
         ]
 
     def not_started(self) -> list[str]:
-        """Return one line per method with missing runs, with the meshes of these runs."""
+        """Return one line per method with missing runs, with the names of the meshes."""
         runs = _grouped({run: run.method for run in self.missing})
         return [_runs_of(method, of_method) for method, of_method in runs.items()]
 
@@ -99,8 +99,8 @@ def collect(
 ) -> Results:
     """Read the records of all runs of a plan; `pieces` contains the path of each record.
 
-    Records of `pictured` runs must contain labels. `lost` maps paths of records that could not be
-    written to the reasons of failure.
+    A run in `pictured` is missing if its record contains no labels. `lost` is the result of
+    `run_tasks`: the paths of records that could not be written, and the reasons.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
@@ -116,7 +116,7 @@ def collect(
 
 @dataclass(frozen=True)
 class Comparison:
-    """Curves that can be compared, because all their points are means over the same models."""
+    """Curves that can be compared, because all of their points are means over the same models."""
 
     curves: tuple[Curve, ...]
     models: tuple[Source, ...]  # models with results for all points of all curves
@@ -126,7 +126,8 @@ class Comparison:
 def compare(results: Results, figure: str) -> Comparison:
     """Return the curves of a figure, and the models for which all curves have results.
 
-    Curves with many models are added first. A curve is left out if no common models would remain.
+    Curves are added one after another, those with the most models first. A curve is left out if it
+    has no model in common with the curves added before.
     """
     choice = results.plan.choice
     curves = [Curve(*pair) for pair in choice.curves_in(figure)]
@@ -156,7 +157,7 @@ def write_runs(path: Path, results: Results) -> None:
 def write_means(path: Path, results: Results) -> None:
     """Write a CSV file with means over models and median seconds, for each method, alpha and k.
 
-    There is a row for all models, and a row for each category.
+    Each combination has one row for all models, and one row for each category.
     """
     groups: dict[tuple[str, str, float | None, int], list[Run]] = {}
     for run in results.done:
@@ -174,7 +175,7 @@ def write_means(path: Path, results: Results) -> None:
 
 
 def write_points(path: Path, results: Results, comparison: Comparison) -> None:
-    """Write the points of all curves of a figure, which are means over models, as a CSV file."""
+    """Write a CSV file with the points of all curves of a figure. Points are means over models."""
     rows = [
         _row_of_point(results, curve, k, comparison.models)
         for curve in comparison.curves
