@@ -40,7 +40,7 @@ class Model:
     """A glTF file and its placement."""
 
     gltf: Content
-    matrix: Floats | None = None  # applied to all positions of the scene
+    matrix: Floats | None = None  # applied to all positions of the scene; None for no change
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)  # offset that is subtracted from all positions
 
     @property
