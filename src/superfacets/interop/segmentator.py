@@ -288,7 +288,7 @@ def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) ->
 
 
 def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
-    """Build a graph with two arcs per edge, whose crease costs are scaled for `number` regions."""
+    """Build a graph with two arcs per edge. Crease costs are scaled for `number` regions."""
     check_spread(cloud.bounds)
     n = cloud.n_points
     sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T

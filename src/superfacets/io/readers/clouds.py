@@ -35,7 +35,7 @@ times the coefficients `_SPLAT_COLORS`."""
 SCALES = ("scale_0", "scale_1", "scale_2")
 TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _FLAT = math.log(2.0)
-"""Minimum difference of the two smallest log scales of a Gaussian splat. If the difference is
+"""Minimum difference between the two smallest log scales of a Gaussian splat. If the difference is
 smaller, the splat has no normal direction."""
 
 _UNIT = 0.01
@@ -236,7 +236,10 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
 
 
 def _columns_of_rotations(rotations: Floats, columns: npt.NDArray[np.integer[Any]]) -> Floats:
-    """Return one column of the rotation matrix of each quaternion (w, x, y, z), of any norm."""
+    """Return column `columns[i]` of the rotation matrix of each quaternion i.
+
+    Quaternions (w, x, y, z) may have any norm except 0.
+    """
     w, axis = rotations[:, :1], rotations[:, 1:]
     unit = np.eye(3)[columns]
     crossed = np.cross(axis, unit)

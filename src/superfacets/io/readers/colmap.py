@@ -16,7 +16,7 @@ from ..guards import named_errors, read_content, rotation_of
 
 
 class _Model(NamedTuple):
-    number: int  # identifier in binary files
+    number: int  # identifier of the camera model in binary files
     n_focal: int  # number of focal lengths, which precede the principal point
     n_distortion: int  # number of distortion coefficients, which follow the principal point
     is_central: bool = True  # whether the model is a pinhole camera if all coefficients are 0

@@ -116,7 +116,7 @@ def _concatenated(parts: list[Array]) -> Array:
 
 
 def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
-    """Return the mesh and the global matrix of each node with a mesh, in depth-first order."""
+    """Return mesh index and global matrix of each node with a mesh, in depth-first order."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
     stack = [(root, start) for root in reversed(_indices(scene, "nodes"))]
     seen: set[int] = set()

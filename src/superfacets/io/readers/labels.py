@@ -103,7 +103,7 @@ def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> 
 
 
 def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
-    """Return the labels in the content of a mesh or point cloud file, or None if it has none."""
+    """Return the labels in the content of a mesh or point cloud file, or None if missing."""
     if ending in (".ply", *PART_ENDINGS):
         is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
         return parse_labels(data, ending, n_cells, name) if is_found else None

@@ -20,7 +20,7 @@ _KINDS = {
 
 
 def read_medit(data: Content, name: str) -> Grid:
-    """Read the cells of a file. The only cell data are reference numbers, ``medit:ref``."""
+    """Read the cells of a file. The only cell data are references, called ``medit:ref``."""
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))

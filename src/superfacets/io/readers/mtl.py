@@ -100,7 +100,7 @@ def _add_line(
 
 
 def _split_options(text: str) -> tuple[list[str], str]:
-    """Split a texture map into its options and the name of its image, which may have spaces."""
+    """Split the text of a texture map into options and the image name, which may have spaces."""
     options: list[str] = []
     rest = text
     while rest.startswith("-"):

@@ -45,7 +45,7 @@ def read_obj(data: Content) -> Arrays:
 
 
 def without_continuations(data: Content) -> Content:
-    """Join each line that ends in a backslash with the next line."""
+    """Join each line that ends in a backslash, and has no comment, with the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 

@@ -30,7 +30,7 @@ STRIPS = "tristrips"
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Number of bytes read first, and maximum number of bytes read, to find the end of the header."""
+"""Initial and maximum number of bytes that `read_header` reads to find the end of the header."""
 
 
 @dataclass(frozen=True)

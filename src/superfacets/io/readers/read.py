@@ -73,7 +73,7 @@ _NO_MESHES = dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER) | {".shp": _VECTO
 
 Parsed = TypeVar("Parsed")
 
-# Matches comment lines, and then the first word of a text.
+# Matches the first word of a text, with any comment lines before it.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
 
 _OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()

@@ -55,8 +55,8 @@ class _Visit(NamedTuple):
     file: Path  # JSON file that contains the tile
     above: Floats  # global matrix of the parent tile
     refine: str  # refinement of the parent tile: "ADD" or "REPLACE"
-    up: str  # up axis of the models
-    files: tuple[Path, ...]  # chain of files that include each other, from the top to `file`
+    up: str  # up axis of the models in `file`
+    files: tuple[Path, ...]  # chain of files that include each other, from the first to `file`
 
 
 def tileset_at(path: Path) -> Path | None:
