@@ -1,4 +1,4 @@
-"""Transfer objects, which are groups of segments, to other segments of the same mesh."""
+"""Transfer objects (groups of segments, as in ScanNet) to new segments of the same mesh."""
 
 from __future__ import annotations
 
@@ -25,13 +25,15 @@ class RegroupedObject(NamedTuple):
     Attributes
     ----------
     object_id : int
+        Id of the object in the file.
     label : str
+        Class of the object, or an empty string.
     n_vertices : int
         Number of vertices of the object with the old segments.
     n_lost : int
-        Number of vertices that the object loses with the new segments.
+        Number of vertices that are in the object with the old, but not with the new segments.
     n_gained : int
-        Number of vertices that the object gains with the new segments.
+        Number of vertices that are in the object with the new, but not with the old segments.
     """
 
     object_id: int
@@ -49,11 +51,11 @@ def regroup_segments(
     segments: StrPath | None = None,
     force: bool = False,
 ) -> list[RegroupedObject]:
-    """Write an ``.aggregation.json`` file with the same objects for other segments of a mesh.
+    """Write an ``.aggregation.json`` file with the same objects, but with new segments.
 
-    Each new segment becomes a part of the object that contains most of its vertices, or of no
-    object if most of its vertices are in no object. This moves the border of an object where a new
-    segment crosses the border.
+    Each new segment is assigned to the object that contains the largest number of its vertices, or
+    to no object if even more of its vertices are in no object. Where a new segment crosses the
+    border of an object, the border moves to the border of the segment.
 
     Parameters
     ----------
@@ -62,11 +64,12 @@ def regroup_segments(
     new_segments : path-like
         File ``.segs.json`` with the new segments.
     output : path-like
-        New file ``.aggregation.json``. ``segmentsFile`` is the name of `new_segments`, and objects
-        without a segment are left out. All other data are copied from `aggregation`.
+        New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
+        `new_segments`, a missing ``sceneId`` is added, and objects without a segment are left out.
+        All other data are copied from `aggregation`.
     segments : path-like, optional
-        File ``.segs.json`` with the old segments. The default is the ``segmentsFile`` of
-        `aggregation`, in the same folder.
+        File ``.segs.json`` with the old segments. By default, it is the ``segmentsFile`` of
+        `aggregation`, with or without the prefix ``scannet.``, in the folder of `aggregation`.
     force : bool, default False
         Whether an existing `output` is overwritten. `aggregation` itself is never overwritten.
 
@@ -78,7 +81,8 @@ def regroup_segments(
     Raises
     ------
     MeshError
-        If a file is damaged, or if the files belong to different meshes.
+        If a file is damaged or has another ending, if the files belong to different meshes, or if
+        the ``segmentsFile`` is not found.
     ValueError
         If `output` and `aggregation` are the same file.
     FileExistsError
@@ -138,7 +142,10 @@ class _Groups:
         return cls(path, document, entries)
 
     def named_segments(self) -> Path:
-        """Return the path of the ``segmentsFile``, which is in the same folder."""
+        """Return the path of the ``segmentsFile``, with or without its prefix ``scannet.``.
+
+        Raises a MeshError if it is not in the folder of the ``.aggregation.json`` file.
+        """
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
             raise MeshError(
@@ -174,7 +181,10 @@ class _Groups:
         return objects[of_vertices]
 
     def write(self, path: Path, ids: Ints, of_segments: Ints, segments: Path) -> None:
-        """Write the objects with new segments; `of_segments` has the object of each id in `ids`."""
+        """Write the objects with the new segments `ids`.
+
+        `of_segments` is the index of the object of each segment, or -1 for no object.
+        """
         entries = []
         for i, entry in enumerate(self.entries):
             own = ids[of_segments == i].tolist()

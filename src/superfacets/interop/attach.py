@@ -48,14 +48,16 @@ def attach_labels(
     target : mesh or point cloud of trimesh, PyVista, Open3D or meshio
         An object that `segment` accepts. These libraries are not imported.
     labels : Segmentation, or array_like of integers, shape (N,)
-        Label of each face, tetrahedron or point, in the order of the target, or -1 for no label.
+        Label of each face, tetrahedron or point, or of each vertex (see `location`), in the order
+        of the target; -1 for no label.
     name : str, default "superfacets"
         Name of the array of labels.
     location : {"cells", "points"}
         Whether labels belong to the cells that `segment` labels, or to the vertices of a mesh. For
         a point cloud, both values mean the points.
     colors : bool or array_like of uint8, shape (N, 3), default False
-        Colors to store with the labels. True computes colors of cells with `face_colors`.
+        Colors to store with the labels. If True, colors of cells are computed with `face_colors`.
+        If False, no colors are stored.
 
     Raises
     ------
@@ -102,7 +104,7 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
 def _checked_colors(
     cells: Cells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
 ) -> Bytes | None:
-    """Return the given colors, colors of regions if `colors` is True, or None if it is False."""
+    """Return the array `colors`, colors of regions if `colors` is True, or None if it is False."""
     if colors is False:
         return None
     if colors is not True:

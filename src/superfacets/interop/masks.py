@@ -18,7 +18,7 @@ from ..pictures.backend import import_pillow
 
 
 def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest") -> dict[str, Ints]:
-    """Read the masks of images from a folder, and return images of mask ids, keyed by image name.
+    """Read the masks of images from a folder, and return the mask id of each pixel of each image.
 
     Parameters
     ----------
@@ -26,25 +26,26 @@ def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest")
         Folder that contains one of the following for each image, with the name of the image. Other
         files are ignored.
 
-        - A ``.png`` file, gray or with a palette, with 8 or 16 bits. Pixels are mask ids, or 0
-          outside all masks.
-        - A ``.npy`` file with integers of shape (height, width) or bools of shape
-          (n, height, width).
+        - A ``.png`` file, gray or with a palette, with 8 or 16 bits. The value of a pixel is its
+          mask id, or 0 outside all masks.
+        - A ``.npy`` file: mask ids as integers of shape (height, width), or n masks as bools of
+          shape (n, height, width).
         - A folder with one ``.png`` file per mask, as written by ``amg.py`` of SAM. Pixels above 0
           are in the mask.
     overlap : {"smallest", "largest"}
-        As for `lift`.
+        Which mask is used where bool masks overlap. Same as in `lift`.
 
     Returns
     -------
     dict of str to ndarray of int32, shape (height, width)
-        Mask id of each pixel, in alphabetical order of the names of images. `read_cameras` accepts
-        the dict as `names`.
+        Mask id of each pixel, or 0 outside all masks, keyed by the name of the image without
+        ending. Names are in alphabetical order. `read_cameras` accepts the dict as `names`.
 
     Raises
     ------
     MeshError
-        If a file is damaged or has no ids, if an image has two files, or if there are no files.
+        If a file is damaged or contains no masks, if the masks of an image differ in size, if an
+        image has two files, or if the folder has no masks.
     MissingExtraError
         If there is a ``.png`` file, but Pillow is not installed.
     OSError
@@ -85,7 +86,7 @@ def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
 
 
 def _picture(path: Path) -> Array:
-    """Read the pixels of a picture, which must have one channel."""
+    """Return the pixels of a PNG file, or raise a MeshError if it has several channels."""
     check_regular(path)
     library = import_pillow("Image", "reading masks")
     try:

@@ -55,7 +55,7 @@ class SuperfacetsAccessor:
         Parameters
         ----------
         n_segments : int, optional
-            As for `superfacets.segment`.
+            Same as in `superfacets.segment`.
         name : str, default "superfacets"
             Name of the array in ``cell_data``, or in ``point_data`` if there are only points.
         colors : bool, default False

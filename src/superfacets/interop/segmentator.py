@@ -1,8 +1,8 @@
 """Replacement of the package `segmentator`, with the same function names.
 
-Scripts that prepare scans, such as ScanNet, for neural networks, such as SPFormer, MAFT and
-OneFormer3D, import ``segmentator``, an extension that must be compiled against torch. To use this
-module instead, change the import line to
+Neural networks such as SPFormer, MAFT and OneFormer3D come with scripts that prepare scans, such as
+ScanNet. These scripts import ``segmentator``, an extension that must be compiled against torch.
+To use this module instead, change the import line to
 
     from superfacets import segmentator
 
@@ -58,18 +58,20 @@ def segment_mesh(
 
     The mesh is segmented with `superfacets.segment`, and the labels are converted to vertices with
     `superfacets.vertex_labels` and ``method="creases"``. Regions with fewer than `segMinVerts`
-    vertices grow, or are merged with other regions if they cannot grow.
+    vertices take vertices from their neighbors, or are merged with a neighbor if this is not
+    possible.
 
     The number of regions equals the number of segments that the original package finds with the
     same parameters. The original package uses the method of Felzenszwalb and Huttenlocher on the
-    edges of the mesh. The weight of an edge is 1 - n_i . n_j, where n is the mean of the unit
-    normals of the faces around a vertex. The weight is squared if n_j points forward along the
-    edge, as on a convex surface. In the order of ascending weight, an edge joins the segments at
-    its ends if its weight is at most the threshold of both segments. The threshold of a segment is
-    `kThresh` divided by its number of vertices, plus the weight of the last edge that was joined.
-    Then segments with fewer than `segMinVerts` vertices are joined to others along edges.
-    Connected components with fewer than `segMinVerts` vertices are not counted, and become
-    additional regions. Vertices at the same position are treated as one vertex.
+    edges of the mesh. The weight of an edge from vertex i to vertex j is 1 - n_i . n_j, where the
+    normal n of a vertex is the mean of the unit normals of its faces. The weight is squared if n_j
+    points forward along the edge, as on a convex surface. At first, each vertex is a segment. In
+    the order of ascending weight, an edge joins the segments at its ends if its weight is at most
+    the threshold of both segments. The threshold of a segment is `kThresh` divided by its number of
+    vertices, plus the weight of the last edge that was used to join it. Then segments with fewer
+    than `segMinVerts` vertices are joined to neighboring segments. Connected components with fewer
+    than `segMinVerts` vertices are not counted, and become additional regions. Vertices at the same
+    position are treated as one vertex.
 
     Parameters
     ----------
@@ -83,8 +85,8 @@ def segment_mesh(
         Minimum number of vertices of a region, >= 1, except for smaller components and vertices
         without faces.
     n_segments : int, optional
-        Number of regions. If it is given, `kThresh` has no effect, and regions are not merged.
-        Regions that cannot grow then have fewer than `segMinVerts` vertices.
+        Number of regions. By default, it is computed from `kThresh` and `segMinVerts`. If you pass
+        a number, small regions can still take vertices from their neighbors, but are not merged.
 
     Returns
     -------
@@ -157,7 +159,8 @@ def segment_point(
     edges : array_like or torch tensor of integers, shape (E, 2)
         Pairs of neighboring points, in one direction or in both directions.
     kThresh, segMinVerts, n_segments
-        As for `segment_mesh`. The default number of regions is computed from `edges` and `normals`.
+        Same as in `segment_mesh`, with `edges` and `normals` in place of the edges and the normals
+        of a mesh.
 
     Returns
     -------
@@ -174,7 +177,7 @@ def segment_point(
 
     Examples
     --------
-    A row of points goes around a corner:
+    A row of points has a corner in the middle:
 
     >>> from superfacets import segmentator
     >>> points = [[x, 0, 0] for x in range(4)] + [[4, 0, z] for z in range(1, 5)]
@@ -268,14 +271,14 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
 
 
 def _distinct(steps: Ints, n_nodes: int) -> Longs:
-    """Return distinct directed pairs of different nodes, in ascending order, shape (E, 2)."""
+    """Return directed pairs of different nodes, sorted and without duplicates, shape (E, 2)."""
     first, second = steps.T.astype(np.int64)
     keys = np.unique((first * n_nodes + second)[first != second])
     return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
 
 
 def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Return how many segments of `least` or more vertices the original makes, but at least 1."""
+    """Return the number of segments of `least` or more vertices in the original; at least 1."""
     lowest = lowest_vertices(mesh.vertices, True, n_threads)
     normals = mean_normals(mesh, lowest)
     number = _core.count_mesh_segments(
@@ -285,7 +288,7 @@ def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) ->
 
 
 def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
-    """Build a graph with two arcs per edge, whose crease costs are scaled for `number` regions."""
+    """Build a graph with two arcs per edge. Crease costs are scaled for `number` regions."""
     check_spread(cloud.bounds)
     n = cloud.n_points
     sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T

@@ -1,4 +1,4 @@
-"""Write files atomically, so that incomplete files never appear, and lock files and folders."""
+"""Write files atomically, so that incomplete files never appear; lock files and folders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STEM_SIZE = 40
 temporary file. The number is limited because file systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Leftover temporary files are removed at this age, in seconds. Writing a file takes less time."""
+"""Age, in seconds, from which temporary files are removed. Writing a file takes less time."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
@@ -93,7 +93,7 @@ def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
-    """Return the path that each output creates or replaces, with links to folders resolved.
+    """Return the real path of each output: symbolic links to its folder are resolved.
 
     If the output itself is a link, the link is not resolved. Raises an OSError if a folder is
     missing or not writable, or if an existing file is write-protected or not a regular file. Raises
@@ -121,10 +121,10 @@ def writable_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """Create a folder for the outputs of the block, and remove it afterwards if it is empty.
+    """Create a missing folder for outputs of the block; remove it after the block if it is empty.
 
-    Missing parent folders are created and removed in the same way. Raises an OSError if the folder
-    is not writable.
+    A folder that existed before is not removed. Missing parent folders are created and removed in
+    the same way. Raises an OSError if the folder is not writable.
     """
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     writable_folder(folder)
@@ -162,7 +162,7 @@ def _create(temporary: Path, target: Path) -> None:
 def open_own(path: Path, flags: int) -> int:
     """Open a lock file and return its descriptor, or raise an OSError if it is not a regular file.
 
-    Links are refused, because somebody else may have created a link to an important file.
+    Symbolic links are refused, because somebody else may have created a link to an important file.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode
@@ -175,7 +175,10 @@ def open_own(path: Path, flags: int) -> int:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Create and lock a folder during the block; raise a ValueError if it is already locked."""
+    """Lock a folder during the block, or raise a ValueError if the folder is already locked.
+
+    A missing folder is created.
+    """
     writable_folder(folder)
     with held(folder / ".lock", f"{folder}: another run is writing to this folder"):
         yield
@@ -185,9 +188,9 @@ def locked(folder: Path) -> Iterator[None]:
 def held(path: Path, message: str) -> Iterator[None]:
     """Lock a file during the block, or raise a ValueError with `message` if it is already locked.
 
-    A missing file is created. The file is not removed. The operating system releases the lock when
-    this process ends, even if it is killed. Child processes that run another program do not inherit
-    the lock.
+    A missing file is created. The file is not removed after the block. The operating system
+    releases the lock when this process ends, even if it is killed. Child processes that run another
+    program do not inherit the lock.
     """
     file = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
@@ -198,7 +201,7 @@ def held(path: Path, message: str) -> Iterator[None]:
 
 
 def is_left_behind(path: Path) -> bool:
-    """Return whether a lock file exists that no process has locked."""
+    """Return whether a lock file exists and no process has locked it."""
     try:
         file = open_own(path, os.O_RDWR)
     except OSError:

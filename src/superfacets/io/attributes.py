@@ -25,7 +25,7 @@ PROJECTION = "LASF_Projection"
 """User id of the LAS records that contain the coordinate reference system."""
 
 _WKT, _GEOTIFF = 2112, 34735
-"""Ids of the records that define the reference system, in each of the two formats."""
+"""Ids of the LAS records that define the reference system: in WKT format, and in GeoTIFF format."""
 
 
 class LasDimension(NamedTuple):
@@ -46,7 +46,7 @@ class LasDimension(NamedTuple):
         return "_".join(self.name.split())
 
     def decoded(self, stored: Array) -> Array:
-        """Return the values of stored numbers."""
+        """Return the values that stored numbers represent."""
         if not self.scales:
             return narrowed(stored)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -54,7 +54,7 @@ class LasDimension(NamedTuple):
         return values
 
     def encoded(self, values: Array) -> Array | None:
-        """Return the numbers to store for the values, or None if a value cannot be restored."""
+        """Return the numbers to store, or None if decoding them would not give `values`."""
         if values.shape[1:] != ((self.n_numbers,) if self.n_numbers > 1 else ()):
             return None
         dtype = np.dtype(self.kind)
@@ -80,11 +80,12 @@ class LasFrame(NamedTuple):
     is_wkt: bool = False
     """Whether the header declares that the reference system is WKT."""
     extra: tuple[LasDimension, ...] = ()
-    """Extra dimensions that are attributes of the points."""
+    """Extra dimensions that were read, and are attributes of the points."""
     source_id: int = 0
     """File source id, for example the number of the flight line."""
     has_standard_time: bool = False
-    """Whether GPS times are adjusted standard times. Otherwise they are seconds of a week."""
+    """Whether GPS times are adjusted standard times. Otherwise they are seconds since the start of
+    the week."""
 
     @property
     def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:
@@ -113,9 +114,9 @@ class MeshAttributes:
     comments : sequence of str, optional
         Lines of the PLY header that begin with ``comment`` or ``obj_info``, in their order.
     left_out : sequence of str, optional
-        Descriptions of the parts of the file that were not read: elements other than vertices and
-        faces, lists of varying length, and properties whose name is repeated or is not one word of
-        ASCII.
+        Descriptions of data in the file that were not read, for example elements other than
+        vertices and faces, lists of varying length, properties whose name is repeated or is not one
+        word of ASCII, and missing images.
     las : LasFrame, optional
         Version, point format, quantization, coordinate reference system and types of extra
         dimensions of the LAS file that was read. Written LAS files use the same values.
@@ -129,7 +130,8 @@ class MeshAttributes:
         dimensions, if no type of PLY can store an integer, or if a comment is not one line that
         begins with ``comment`` or ``obj_info``.
     TypeError
-        If an array is not an array of real numbers.
+        If an array does not contain real numbers, if `vertex` or `face` is not a mapping, or if
+        `texture` is not a `Texture`.
 
     Examples
     --------
@@ -162,14 +164,14 @@ class MeshAttributes:
     def with_properties(
         self, *, vertex: Mapping[str, Any] | None = None, face: Mapping[str, Any] | None = None
     ) -> MeshAttributes:
-        """Return a copy to which these properties are added. They replace properties of equal name.
+        """Return a copy with additional properties, which replace properties of the same name.
 
-        Comments, the texture and the description of a LAS file are copied, too.
+        All other fields, such as comments and the texture, are the same as in the original.
 
         Parameters
         ----------
         vertex, face : mapping of str to array_like, optional
-            Properties of the vertices, and of the faces, as for the class.
+            Properties of the vertices, and of the faces. Same as in `MeshAttributes`.
 
         Returns
         -------
@@ -213,7 +215,10 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """Return the NumPy type, in native byte order, in which PLY stores an array."""
+    """Return the NumPy type to which an array is converted, so that PLY can store it.
+
+    Raises a ValueError if an integer does not fit in 32 bits.
+    """
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":
@@ -228,7 +233,7 @@ def _stored_type(array: Array, what: str) -> npt.DTypeLike:
 
 
 def is_word(name: object) -> bool:
-    """Return whether an object can be a name in a PLY header."""
+    """Return whether an object can be a name in a PLY header: one word of printable ASCII."""
     if not isinstance(name, str):
         return False
     return name.isascii() and name.isprintable() and name.split() == [name]

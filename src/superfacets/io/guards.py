@@ -25,22 +25,23 @@ TriangleArrays = tuple[Floats, Array]
 """Vertices, (V, 3), and faces, (F, 3), in the order of the file."""
 
 MAX_GROWTH = 100
-"""Maximum ratio of array bytes to file bytes, in formats that repeat or compress arrays."""
+"""Maximum size of the arrays of a file, as a multiple of the file size, in formats that compress
+arrays or refer to an array several times."""
 
 ALWAYS_ALLOWED = 64 << 20
-"""Size of arrays, in bytes, that is accepted even if `MAX_GROWTH` is exceeded."""
+"""Size of arrays, in bytes, that is accepted for files of any size."""
 
 
 class Polygons(NamedTuple):
     """Faces with different numbers of corners, or with more than three corners."""
 
     offsets: Longs  # (F + 1,) start of each face in `indices`, then the length of `indices`
-    indices: Array  # (C,) vertex of each corner
+    indices: Array  # (C,) vertex index of each corner
 
 
 Arrays = tuple[Floats, Array | Polygons]
-"""Vertices, (V, 3), and faces in the order of the file; an (F, 3) array if all faces are triangles.
-Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
+"""Vertices, (V, 3), and faces, in the order of the file. Faces are an (F, 3) array if all faces are
+triangles. Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
 
 Content = bytes | mmap.mmap
 """Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
@@ -50,7 +51,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
     """Return the longest of `endings` with which the file name ends.
 
     Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
-    may have several parts, for example ``.segs.json``.
+    may contain several dots, for example ``.segs.json``.
     """
     name = path.name.lower()
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
@@ -61,7 +62,10 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a file into memory. A mapped file would crash the process if it were truncated later."""
+    """Read a file into memory, or raise a MeshError if the file is empty.
+
+    The file is not memory-mapped, because the process would crash if the file were truncated later.
+    """
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -90,7 +94,7 @@ def read_json(path: Path) -> Any:
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a regular file for reading, or raise an OSError if it is a device, pipe or folder."""
+    """Open a file for reading, or raise an OSError if it is not a regular, readable file."""
     check_regular(path)
     return path.open("rb", buffering=0)
 
@@ -113,12 +117,12 @@ def check_regular(path: Path) -> None:
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Allocate memory, in huge pages if possible. Filling a bytes object is 5 times as slow."""
+    """Allocate memory, in huge pages if possible. Filling a bytes object takes 5 times as long."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     if hasattr(mmap, "MADV_HUGEPAGE"):
-        with contextlib.suppress(OSError):  # harmless, because madvise is only a hint
+        with contextlib.suppress(OSError):  # errors are harmless, because madvise is only a hint
             memory.madvise(mmap.MADV_HUGEPAGE)
     return memory
 
@@ -135,10 +139,11 @@ def fill(buffer: Any, file: io.FileIO) -> None:
 
 @contextlib.contextmanager
 def temporary_file(data: Content, name: str) -> Iterator[str]:
-    """Yield the path of a temporary file with this content, for libraries that read only files.
+    """Yield the path of a temporary file that contains `data`, for libraries that read only files.
 
-    On POSIX systems the file is not in any folder and its path refers to its descriptor, so that a
-    killed process leaves no file behind. On other systems the file is called `name`.
+    On POSIX systems the file is not in any folder, and the path refers to its file descriptor, so
+    that a killed process leaves no file behind. On other systems the file is called `name`, and is
+    in a temporary folder.
     """
     if os.name == "posix":
         with TemporaryFile() as file:
@@ -152,7 +157,10 @@ def temporary_file(data: Content, name: str) -> Iterator[str]:
 
 
 def side_by_side(rows: Array) -> Array:
-    """Copy an (N, n) field of a structured array to a contiguous array, faster than NumPy does."""
+    """Return an (N, n) array in contiguous memory, for example a field of a structured array.
+
+    The array is copied if it is not contiguous. The C++ copy is faster than a copy by NumPy.
+    """
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -175,7 +183,10 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
 
 
 def narrowed(column: Array) -> Array:
-    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64."""
+    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64.
+
+    A column of any other type is returned unchanged.
+    """
     if column.dtype.kind not in "iu" or column.itemsize < 8:
         return column
     fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
@@ -190,7 +201,7 @@ def rotation_of(quaternion: Floats) -> Floats:
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
-    """Build faces from a flat array of corners, and check the number of corners of each face."""
+    """Build faces from flat corners, or raise a MeshError if a face has fewer than 3 corners."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)
@@ -210,7 +221,10 @@ def check_corner_counts(corner_counts: Array) -> None:
 
 
 def hint_at_integers(names: Sequence[str]) -> str:
-    """Return the end of an error message, which lists the integer properties, if there are any."""
+    """Return the end of an error message: a list of the integer properties `names`.
+
+    The text is empty if there are no names.
+    """
     return f": the integer properties are {', '.join(names)}" if names else ""
 
 

@@ -28,8 +28,8 @@ This is the maximum compression ratio of deflate, which PNG uses."""
 
 _PLUGINS = {"png": "Png", "jpeg": "Jpeg", "webp": "WebP", "bmp": "Bmp", "tiff": "Tiff",
             "tga": "Tga"}  # fmt: skip
-"""Names of Pillow's readers, which are called directly, because `PIL.Image.open` refuses images
-with more than 179 million pixels."""
+"""Names of Pillow's readers, keyed by image format. The readers are called directly, because
+`PIL.Image.open` refuses images with more than 179 million pixels."""
 
 _MAGIC = {
     "png": re.compile(rb"\x89PNG\r\n\x1a\n"),
@@ -38,7 +38,8 @@ _MAGIC = {
     "bmp": re.compile(rb"BM.{12}[\x0c-\x7f]\0\0\0", re.DOTALL),
     "tiff": re.compile(rb"II\*\0|MM\0\*"),
     "ktx2": re.compile(rb"\xabKTX 20\xbb\r\n\x1a\n"),
-    # TGA has no signature. Expect a known image type, and either no color map or 256 entries.
+    # TGA has no signature. Expect a known image type, and no color map or a color map with 24 or 32
+    # bits per entry.
     "tga": re.compile(
         rb".(\0[\x02\x03\x0a\x0b]\0\0\0\0\0|\x01[\x01\x09]....[\x18\x20])", re.DOTALL
     ),
@@ -62,7 +63,7 @@ class TextureImage:
     Parameters
     ----------
     name : str
-        Name of the image, used in messages and for copies of the image.
+        Name of the image, used in messages and in the file names of copies of the image.
     path : path-like, optional
         File of the image.
     content : bytes, optional
@@ -77,7 +78,7 @@ class TextureImage:
     problem: str | None = None
 
     def encoded(self) -> bytes:
-        """Return the encoded image, or raise a MeshError if the file or its format is unusable."""
+        """Return the encoded image; raise a MeshError if it is unreadable or of unknown format."""
         problem, content = self.problem, self.content or b""
         if problem is None and self.path is not None:
             try:
@@ -91,7 +92,7 @@ class TextureImage:
         return content
 
     def size(self) -> tuple[int, int]:
-        """Return the width and height of the image, without decoding its pixels."""
+        """Return the width and height of the image in pixels, without decoding the pixels."""
         size: tuple[int, int] = self._open(self.encoded()).size
         return size
 
@@ -121,7 +122,7 @@ class TextureImage:
         return reprlib.repr(self.name)
 
     def _open(self, content: bytes) -> Any:
-        """Open the image with Pillow, which reads only its header at first."""
+        """Open the image with Pillow, which reads only its header, and check the declared size."""
         kind = kind_of_image(content)
         if kind == "ktx2":
             raise MeshError(f"the image {self._shown} is KTX2: convert it to PNG or JPEG")
@@ -155,10 +156,11 @@ def import_pillow(module: str) -> Any:
 
 
 def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
-    """Return the file at a path relative to `folder`, or None if the file is outside `top`.
+    """Return the file at the relative path `name`, or None if the file is outside of `top`.
 
-    By default `top` is the folder itself. For security, a mesh file cannot refer to other files of
-    the machine: ``..`` and symbolic links are resolved before the path is compared with `top`.
+    The path is relative to `folder`, which is also the default of `top`. For security, a mesh file
+    cannot refer to files elsewhere on the machine: URLs and absolute paths are refused, and ``..``
+    and symbolic links are resolved before the path is compared with `top`. The file may be missing.
     """
     if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
         return None
@@ -186,6 +188,6 @@ def _problem_with(path: Path) -> str | None:
 
 
 def problems_of(images: Sequence[TextureImage]) -> list[str]:
-    """Return one description for each image that cannot be used."""
+    """Return a description of each image that cannot be used, without duplicates."""
     found = [f"image {image._shown}, which {image.problem}" for image in images if image.problem]
     return list(dict.fromkeys(found))

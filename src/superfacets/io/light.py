@@ -30,7 +30,7 @@ def linear_of_srgb(values: npt.ArrayLike) -> Floats:
 
 
 def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
-    """Convert linear light to sRGB values, 0 to 255; light outside of 0 to 1 is clipped."""
+    """Convert linear light to sRGB values, 0 to 255; light below 0 or above 1 is clipped."""
     given = np.clip(light, 0, 1)
     values = np.where(given <= 0.0031308, given * 12.92, 1.055 * given ** (1 / 2.4) - 0.055)
     return np.asarray(np.rint(values * 255), np.uint8)

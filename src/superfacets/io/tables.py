@@ -1,4 +1,4 @@
-"""Read ranges of rows from tables, which are arrays, binary files, or several joined files."""
+"""Read ranges of rows from tables: arrays, binary files, or several joined tables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """Interface of tables that are read in ranges of rows; all but `ArrayRows` can be pickled."""
+    """Interface of tables that are read in ranges of rows.
+
+    Tables in files can be sent to other processes, because their pickles contain no rows.
+    """
 
     @property
     def n_rows(self) -> int:
@@ -57,7 +60,7 @@ class RecordRows:
     n_rows: int
     record: np.dtype[Any]
     columns: tuple[str, ...]  # fields with one number each, or a single field with all numbers
-    length: str | None = None  # field with the number of corners, which must be 3; None if missing
+    length: str | None = None  # field with the number of corners, which must be 3; None if absent
 
     def read(self, begin: int, end: int) -> Array:
         """Return rows `begin` to `end` - 1. Raise a MeshError if the field `length` is not 3."""
@@ -102,7 +105,7 @@ class JoinedRows:
     """Concatenation of tables."""
 
     parts: tuple[Rows, ...]
-    shifts: tuple[int, ...] | None = None  # number that is added to all numbers of each table
+    shifts: tuple[int, ...] | None = None  # number added to all values of each table
 
     @property
     def starts(self) -> tuple[int, ...]:
@@ -111,7 +114,7 @@ class JoinedRows:
 
     @property
     def n_rows(self) -> int:
-        """Number of rows of all tables."""
+        """Total number of rows of the tables."""
         return self.starts[-1]
 
     def read(self, begin: int, end: int) -> Array:
@@ -126,7 +129,7 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Return the rows with the indices `wanted`, in this order, reading about `most` at a time."""
+    """Return the rows with indices `wanted`, in this order; read about `most` rows at a time."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:  # `take` would copy the whole array
             return np.asarray(rows.array[wanted])
@@ -152,7 +155,10 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
 
 
 def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
-    """Return the rows `wanted`, all in the blocks `used`; consecutive blocks are read together."""
+    """Return the rows with the indices `wanted`; `blocks` has the block of each of these rows.
+
+    `used` has each of these blocks once, in ascending order. Consecutive blocks are read together.
+    """
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
     slots[used] = np.arange(len(used)) << BLOCK_BITS

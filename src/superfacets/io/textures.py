@@ -33,7 +33,10 @@ class MaterialSource:
 
 
 def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> Any:
-    """Copy a glTF material; ``convert(key, value)`` returns a new texture, or None to remove it."""
+    """Copy a glTF material, and replace its textures by the results of ``convert(key, texture)``.
+
+    If `convert` returns None, the texture is removed.
+    """
     if isinstance(value, list):
         return [with_textures(each, convert) for each in value]
     if not isinstance(value, dict):
@@ -97,12 +100,13 @@ class Texture:
     libraries : sequence of path-like, optional
         MTL files that describe the materials.
     format : str, optional
-        ``"ply"`` if the coordinates are also stored as attributes of faces, read from a PLY file.
+        ``"ply"`` if the texture was read from a PLY file. The coordinates are then also attributes
+        of the vertices or faces.
 
     Raises
     ------
     ValueError
-        If a shape is wrong or an index is out of range.
+        If an array has the wrong shape or type, or if an index is out of range.
 
     Examples
     --------
@@ -134,7 +138,7 @@ class Texture:
 
     @property
     def is_of_ply(self) -> bool:
-        """Whether the coordinates are also stored as attributes of faces from a PLY file."""
+        """Whether the texture is from a PLY file, so that its coordinates are also attributes."""
         return self.format == "ply"
 
     @property

@@ -32,7 +32,7 @@ class Placement(NamedTuple):
 
     matrix: tuple[float, ...]  # 4 x 4 matrix, row by row, applied to tile coordinates with z up
     up: str  # up axis of the model: "X", "Y" or "Z"
-    origin: tuple[float, ...]  # offset that is subtracted from all positions
+    origin: tuple[float, ...]  # offset that `matrix` subtracts from all positions
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Model:
     """A glTF file and its placement."""
 
     gltf: Content
-    matrix: Floats | None = None  # applied to all positions of the scene
-    origin: tuple[float, ...] = (0.0, 0.0, 0.0)  # offset that is subtracted from all positions
+    matrix: Floats | None = None  # applied to all positions of the scene; None for no change
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)  # offset that positions do not include
 
     @property
     def comments(self) -> tuple[str, ...]:
@@ -76,7 +76,7 @@ def open_model(data: Content, placement: Placement | None) -> Model:
 
 
 def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
-    """Return the GLB in a .b3dm file, and RTC_CENTER, to which its positions are relative."""
+    """Return the GLB in a .b3dm file, and RTC_CENTER, the offset of its positions."""
     if len(data) < _HEADER:
         raise MeshError(f"the b3dm file is truncated: it has only {counted(len(data), 'byte')}")
     version, size, *sizes = struct.unpack_from("<6I", data, 4)
@@ -93,7 +93,7 @@ def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
 
 
 def _center_of(tables: bytes, json_size: int, binary_size: int) -> Floats:
-    """Return RTC_CENTER, which is stored in the JSON or in the binary part of a feature table."""
+    """Return RTC_CENTER from the JSON or binary part of a feature table, or 0 if it is missing."""
     text, binary = tables[:json_size], tables[json_size : json_size + binary_size]
     features = parsed_json(text, "b3dm") if text.strip() else {}
     center = features.get("RTC_CENTER", [0.0] * 3)

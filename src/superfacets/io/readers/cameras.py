@@ -1,4 +1,4 @@
-"""Read cameras of images: COLMAP models, transforms.json, and folders with a file per pose."""
+"""Read cameras of images: COLMAP models, transforms.json, and folders with one file per pose."""
 
 from __future__ import annotations
 
@@ -48,24 +48,25 @@ def read_cameras(
         Intrinsics as for `PinholeCamera`, or a text file with these numbers. Used only for a folder
         of poses.
     size : (int, int), optional
-        Width and height of the images, for a folder of poses, or for a ``.json`` file without ``w``
-        and ``h``.
+        Width and height of the images in pixels, for a folder of poses, or for a ``.json`` file
+        without ``w`` and ``h``.
     names : container of str, optional
         Names of the images to read, without folders and suffixes. Other images are ignored.
 
     Returns
     -------
     list of PinholeCamera
-        Cameras in the order of the file; or for a folder of poses, sorted by number or name. The
-        name of a camera is the file name of its image, without the folder.
+        Cameras in the order of the file. Cameras of a folder of poses are sorted by the length of
+        the name, then by name, so that 9 comes before 10. The name of a camera is the file name of
+        its image, without the folder.
 
     Raises
     ------
     MeshError
         If a file is damaged, if a pose is not a rotation and a translation, if a camera has
-        distortion, or if two images have the same name.
+        distortion, if two images have the same name, or if there is no image to read.
     ValueError
-        If `intrinsics` or `size` are missing for a folder of poses.
+        If `intrinsics` or `size` is missing for a folder of poses.
     OSError
         If a file cannot be read.
 

@@ -35,11 +35,11 @@ times the coefficients `_SPLAT_COLORS`."""
 SCALES = ("scale_0", "scale_1", "scale_2")
 TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _FLAT = math.log(2.0)
-"""Minimum difference of the two smallest log scales of a Gaussian splat. If the difference is
+"""Minimum difference between the two smallest log scales of a Gaussian splat. If the difference is
 smaller, the splat has no normal direction."""
 
 _UNIT = 0.01
-"""Maximum difference between 1 and the length of a unit normal in a file."""
+"""Vectors in unnamed columns are normals if their lengths differ from 1 by less than this."""
 
 _MAX_COLUMNS = 12
 """Maximum number of columns of a cloud in .npy. Wider arrays are height grids or features."""
@@ -127,7 +127,7 @@ def _read_npy(data: Content) -> CloudFile:
 
 
 def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
-    """Convert a table to a cloud; unnamed columns are x, y, z, then colors or normals."""
+    """Convert a table to a cloud. Without `names`, columns are x, y, z, then colors or normals."""
     n_columns = table.shape[1]
     if n_columns < 3:
         raise MeshError(f"expected 3 or more numbers per point, got {n_columns}")
@@ -146,7 +146,10 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
 
 
 def _narrowed(column: Floats) -> Array:
-    """Convert integers to uint8 if they fit, so that they can be colors, otherwise to int32."""
+    """Convert whole numbers to uint8 if they fit, so that they can be colors, or else to int32.
+
+    A column with other numbers is returned unchanged.
+    """
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
     low, high = column.min(), column.max()
@@ -157,7 +160,7 @@ def _narrowed(column: Floats) -> Array:
 
 
 def _meaning_of(further: Floats) -> tuple[str, ...]:
-    """Return names for three unnamed columns if their values can be colors or normals."""
+    """Return names for three unnamed columns if they can be colors or normals, otherwise none."""
     if further.shape[1] < 3:
         return ()
     if np.all((further >= 0) & (further <= 255) & (further == np.floor(further))):
@@ -209,8 +212,9 @@ def _cloud_of(
 def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
     """Return the shortest axis of each Gaussian splat, or zero if no axis is clearly the shortest.
 
-    The result is None if rotations (w, x, y, z) or scales are missing. For splats with only two
-    scales, the axis is the rotated z axis.
+    The vector is also zero if rotation or scales are not valid. The result is None if the columns
+    of rotations (w, x, y, z) or scales are missing. For splats with only two scales, the axis is
+    the rotated z axis.
     """
     names = [name for name in SCALES if name in columns]
     if len(names) < 2 or not {*TURNS} <= columns.keys():
@@ -232,7 +236,10 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
 
 
 def _columns_of_rotations(rotations: Floats, columns: npt.NDArray[np.integer[Any]]) -> Floats:
-    """Return one column of the rotation matrix of each quaternion (w, x, y, z), of any norm."""
+    """Return column `columns[i]` of the rotation matrix of each quaternion i.
+
+    Quaternions (w, x, y, z) may have any norm except 0.
+    """
     w, axis = rotations[:, :1], rotations[:, 1:]
     unit = np.eye(3)[columns]
     crossed = np.cross(axis, unit)

@@ -16,7 +16,7 @@ from ..guards import named_errors, read_content, rotation_of
 
 
 class _Model(NamedTuple):
-    number: int  # identifier in binary files
+    number: int  # identifier of the camera model in binary files
     n_focal: int  # number of focal lengths, which precede the principal point
     n_distortion: int  # number of distortion coefficients, which follow the principal point
     is_central: bool = True  # whether the model is a pinhole camera if all coefficients are 0
@@ -97,7 +97,7 @@ def _camera_of(cameras: dict[int, _Camera], number: int, image: str) -> _Camera:
 
 
 def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
-    """Return fx, fy, cx, cy, or raise a MeshError if the camera has distortion."""
+    """Return fx, fy, cx, cy, or raise a MeshError if the camera is not a pinhole camera."""
     known = _MODELS.get(model)
     if known is None or not known.is_central:
         raise MeshError(f"camera {camera} has the model {model}: {UNDISTORT}")
@@ -142,7 +142,7 @@ def _cameras_in_text(data: bytes) -> Iterator[tuple[int, _Camera]]:
 
 
 def _images_in_text(data: bytes) -> Iterator[_Image]:
-    """Yield images. Each image has two lines; the second line has points and may be empty."""
+    """Yield images. Each image has two lines; the second lists image points and may be empty."""
     lines = _lines_of(data)
     for number, line in lines:
         words = line.split(maxsplit=9)

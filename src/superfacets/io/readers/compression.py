@@ -1,7 +1,7 @@
 """Decode glTF buffers that are compressed by meshopt or Draco.
 
-Sizes in the compressed data are compared with the sizes declared in the glTF document before a
-library allocates memory.
+Sizes in Draco data are compared with the sizes declared in the glTF document before DracoPy
+allocates memory.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def read_gifti(data: Content) -> Arrays:
 
 
 def gifti_labels(data: Content) -> Array:
-    """Return the label of each vertex: its key minus 1. Key 0, for no region, becomes -1."""
+    """Return the label of each vertex: its key minus 1. Key 0 means no region and becomes -1."""
     (keys,) = _gifti_arrays(data, "LABEL")
     if keys is None or keys.ndim != 1:
         raise MeshError("the GIFTI file has no labels of vertices")

@@ -46,11 +46,12 @@ class _Scan(NamedTuple):
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
-    """Read the points of all scans, in order, except points that are declared invalid.
+    """Read the points of all scans, in the order of the file, except points declared invalid.
 
     Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
     ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
-    and intensities are kept only if all scans have them, and viewpoints only if all have poses.
+    and intensities are kept only if all scans have them, and viewpoints only if all have poses,
+    of which at least one is not the identity.
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
@@ -100,9 +101,9 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Return the scanner position, (3,), or one per point, (N, 3), or None if it is unknown."""
+    """Return the scanner position: (3,) for one scan, (N, 3) for several; None if unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
-    # Merged clouds often have an identity pose, but the scanner was not at the origin.
+    # Merged clouds often have an identity pose, although the scanner was not at the origin.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
         return None
     if len(found) == 1:
@@ -183,7 +184,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
-    """Scale colors to [0, 1], or return None if their declared limits are equal or infinite."""
+    """Scale colors to [0, 1], or return None if their limits are equal or infinite."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):
         low, high = _limits_of(pye57, header, name)
@@ -194,7 +195,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Return the limits of a color field, declared by the scan or else given by the type."""
+    """Return the limits of a color field: those of the scan, or if it has none, of the type."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

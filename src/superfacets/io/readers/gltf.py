@@ -116,7 +116,7 @@ def _concatenated(parts: list[Array]) -> Array:
 
 
 def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
-    """Return the mesh and the global matrix of each node with a mesh, in depth-first order."""
+    """Return mesh index and global matrix of each node with a mesh, in depth-first order."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
     stack = [(root, start) for root in reversed(_indices(scene, "nodes"))]
     seen: set[int] = set()
@@ -204,7 +204,7 @@ def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
-    """Decode accessors of a primitive that are stored only as Draco data, for `read_accessor`."""
+    """Decode a primitive that is stored only as Draco data, so that `read_accessor` can read it."""
     extensions = primitive.get("extensions")
     packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
     if not isinstance(packed, dict):
@@ -246,7 +246,7 @@ def _keep_rows(
 
 
 def positions_of(primitive: dict[str, Any], index: int) -> int:
-    """Return the accessor of the positions of a primitive of mesh `index`."""
+    """Return the accessor index of the positions of a primitive; `index` is the mesh."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:
@@ -262,7 +262,7 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
 
 
 def _read_positions(gltf: Gltf, index: int) -> Floats:
-    """Return positions, (V, 3), with normalized integers (KHR_mesh_quantization) scaled."""
+    """Return positions, (V, 3). Normalized integers (KHR_mesh_quantization) become -1 to 1."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
@@ -291,7 +291,7 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
 
 
 def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
-    """Transform a mesh; if the matrix is a reflection, reverse faces so that they face outward."""
+    """Transform a mesh. After a reflection, reverse faces, so that they are not inside out."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
@@ -300,7 +300,7 @@ def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
 
 
 def is_mirrored(matrix: Floats) -> bool:
-    """Return whether the determinant is negative, so that the matrix turns a surface inside out."""
+    """Return whether a matrix has a negative determinant, so that it turns a surface inside out."""
     axes = matrix[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0

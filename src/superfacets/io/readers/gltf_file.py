@@ -89,7 +89,10 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
 
 
 def parsed_json(text: bytes, what: str) -> dict[str, Any]:
-    """Parse a JSON object of the format `what`, or raise a MeshError if the text is damaged."""
+    """Parse a JSON object, or raise a MeshError about the format `what` if the text is damaged.
+
+    Returns an empty dict if the JSON is not an object.
+    """
     try:
         found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -144,7 +147,10 @@ def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
 
 
 def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-    """Return the list of finite numbers at `key`, which must be as long as `default`."""
+    """Return the list of finite numbers at `key`, or `default` if the key is missing.
+
+    Raises a MeshError if the list does not have the length of `default`.
+    """
     values = item.get(key, default)
     is_list = isinstance(values, list) and len(values) == len(default)
     if not is_list or not all(type(value) in (int, float) for value in values):

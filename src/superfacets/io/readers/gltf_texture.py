@@ -97,7 +97,10 @@ class _Reader:
         )
 
     def _parts(self, index: int) -> list[tuple[Array, int]]:
-        """Return texture coordinate indices, (n, 3), and the material, for each primitive."""
+        """Return texture coordinate indices, (n, 3), and material index of each mesh primitive.
+
+        An index is -1 if there are no coordinates or no material.
+        """
         parts = []
         for primitive in triangle_primitives(self.gltf, index):
             positions = read_accessor(self.gltf, positions_of(primitive, index), "VEC3")
@@ -113,7 +116,7 @@ class _Reader:
         return parts
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
-        """Add the coordinates of an accessor, but only once, and return the index of the first."""
+        """Return the index of an accessor's first coordinate; add the coordinates if new."""
         key = (whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
@@ -211,7 +214,7 @@ class _SourceReader:
     left_out: list[str] = field(default_factory=list)
 
     def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
-        """Convert a texture reference; return None if the color has other texture coordinates."""
+        """Convert a texture reference; return None if it needs other coordinates than the color."""
         if _use_of(info) != self.use:
             self.left_out.append(f"{key}, which needs other coordinates than the color,")
             return None

@@ -21,7 +21,7 @@ _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK types of cells without volume."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Number of corners for VTK types of flat cells; a different number indicates a truncated file."""
+"""Number of corners for VTK types of flat cells; a different number indicates a damaged file."""
 
 _NAMES = {
     1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
@@ -39,7 +39,7 @@ class Grid:
     vertices: Floats  # (V, 3) positions of the vertices
     kinds: Array  # (C,) VTK type of each cell
     sizes: Array  # (C,) number of corners of each cell
-    corners: Array  # (S,) vertices of the corners of all cells, one cell after the other
+    corners: Array  # (S,) vertex of each corner, one cell after the other
     values: Array | None  # (C,) cell data with the requested name, or None
 
     def tets(self) -> Array:
@@ -133,7 +133,7 @@ class Cursor:
         return found.astype(stored)
 
     def rows(self, n: int, what: str) -> Lines:
-        """Return the next `n` lines."""
+        """Return the next `n` lines, or raise a MeshError if the file has fewer lines."""
         lines, _ = self._lines
         first = int(np.searchsorted(lines.starts, self.place))
         if n > len(lines) - first:

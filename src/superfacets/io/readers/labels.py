@@ -50,17 +50,17 @@ def read_labels(
         - ``.segs.json`` (ScanNet): one id per vertex. `face_labels` converts labels of vertices to
           labels of faces;
         - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: one label
-          per vertex, which is its key or row in the color table minus 1. The first entry of the
-          table means no region, and becomes -1;
-        - ``.stl`` (text) and ``.obj``: parts of the mesh, which are solids, groups or objects. If
-          all parts have names like ``region_17``, the labels are these numbers. Otherwise parts are
-          numbered in the order of the file.
+          per vertex: the key of the vertex (GIFTI), or its row in the color table (FreeSurfer),
+          minus 1. The first entry of the table means no region, and becomes -1;
+        - ``.stl`` (text) and ``.obj``: one label per part of the mesh (solid, group or object). If
+          all parts have names like ``region_17``, the numbers in the names are the labels.
+          Otherwise parts are numbered in the order of the file.
     n_faces : int, optional
-        Number of cells, or of vertices in a file with one label per vertex. If it is given, the
-        file must have this number of labels.
+        Number of labels that the file must have: one per cell, or one per vertex. By default, any
+        number is accepted.
     name : str, default "label"
-        Name of the labels in files that contain more than labels, for example ``"Label"`` or
-        ``"classification"``.
+        Name of the property, column or cell data with the labels, for example ``"Label"`` or
+        ``"classification"``. It is ignored for formats that have only labels or parts.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> 
 
 
 def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
-    """Return the labels in the content of a mesh or point cloud file, or None if it has none."""
+    """Return the labels in the content of a mesh or point cloud file, or None if missing."""
     if ending in (".ply", *PART_ENDINGS):
         is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
         return parse_labels(data, ending, n_cells, name) if is_found else None
@@ -178,7 +178,8 @@ def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
-"""Endings of clouds with a column of labels. .npy and .txt files usually have only labels."""
+"""Endings of cloud files in which labels are a column. Excluded are .npy and .txt, which usually
+have only labels, and .ply, which has its own reader of labels."""
 
 _FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
     ".vtp": vtp_labels,

@@ -1,8 +1,8 @@
 """Read LAS and LAZ files, which have one record per point. lazrs decompresses LAZ.
 
 lazrs aborts the process if a file declares more chunks, or larger layers, than fit in memory.
-Therefore all numbers from which lazrs computes the size of memory are first compared with the size
-of the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
+Therefore all numbers from which lazrs computes sizes of arrays are first compared with the size of
+the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
 these checks with damaged files.
 """
 
@@ -190,7 +190,10 @@ def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
 
 
 def _extended_projection(data: Content) -> dict[int, bytes]:
-    """Return the extended records of the coordinate reference system, which follow the points."""
+    """Return the extended records of the coordinate reference system, keyed by id.
+
+    The file stores them after the points.
+    """
     found = {}
     place, n_records = struct.unpack_from("<QI", data, 235)
     for record in range(n_records):
@@ -259,9 +262,10 @@ def _is_rounded(stored: Array) -> bool:
 
 
 def _dimension_of(description: bytes) -> tuple[LasDimension, int]:
-    """Return an extra dimension and its size in bytes. Its `kind` is empty for unknown content.
+    """Return an extra dimension, and its size in bytes per point.
 
-    The types 11 to 30 are deprecated pairs and triples of the types 1 to 10.
+    For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples of
+    the types 1 to 10.
     """
     kind, options, name = struct.unpack_from("<2xBB32s", description)
     if kind > 30:
@@ -311,7 +315,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 
 def _n_layers(description: bytes, header: _Header) -> int:
-    """Check the items of a record, and return the number of layers per chunk, 0 in old formats."""
+    """Check the items of a record; return the number of layers per chunk, 0 for formats 0 to 5."""
     parts = _FORMATS[header.point_format]
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
@@ -334,7 +338,10 @@ def _n_layers(description: bytes, header: _Header) -> int:
 
 
 def _begin_of_table(data: Content, header: _Header) -> int:
-    """Return the offset of the chunk table, which is stored before the points or at the end."""
+    """Return the offset of the chunk table.
+
+    The file stores this offset before the points, or in its last 8 bytes.
+    """
     begin = header.begin + 8
     if begin <= len(data):
         for at in (header.begin, len(data) - 8):
@@ -359,7 +366,7 @@ def _chunks(
     if any(size > n_bytes for _, size in chunks):  # otherwise the sum of sizes may overflow
         raise MeshError(f"a chunk declares more than the {counted(n_bytes, 'byte')} of all chunks")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
-    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk has fewer points
+    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points
         largest = counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
     counts = counts[counts.any(axis=1)]  # some programs write an empty chunk at the end
@@ -375,7 +382,8 @@ def _chunks(
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    place = 0  # offset of a chunk, which has a point, the number of points, layer sizes, and layers
+    # A chunk has one point, the number of points, the sizes of the layers, and the layers.
+    place = 0  # offset of the current chunk
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:

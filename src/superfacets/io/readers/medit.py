@@ -1,4 +1,4 @@
-"""Read MESH files of Medit, whose sections have a keyword, a count and rows of numbers."""
+"""Read MESH files of Medit. Each section has a keyword, a count, and rows of numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _KINDS = {
 
 
 def read_medit(data: Content, name: str) -> Grid:
-    """Read the cells of a file; the cell data ``medit:ref`` are the reference numbers of cells."""
+    """Read the cells of a file. The only cell data are references, called ``medit:ref``."""
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
@@ -53,7 +53,7 @@ def read_medit(data: Content, name: str) -> Grid:
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
 ) -> Array:
-    """Parse the numbers of a section, (n, width); n is after the keyword or on the next line."""
+    """Parse the numbers of a section, (n, width); the count n follows the keyword."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):
         tokens, section = [*tokens, *section.content(0).split()], section[1:]

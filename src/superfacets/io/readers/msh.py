@@ -24,7 +24,8 @@ Parts = tuple[Array, ...]
 def read_msh(data: Content, name: str) -> Grid:
     """Read the elements of a file, with the element data `name`.
 
-    The names ``gmsh:physical`` and ``gmsh:geometrical`` select these tags of elements as data.
+    For the names ``gmsh:physical`` and ``gmsh:geometrical``, the data are the physical or
+    geometrical tags of the elements.
     """
     return _MshReader(data, name).read()
 
@@ -35,7 +36,7 @@ class _MshReader(Cursor):
         self._name = name
         self._nodes: tuple[Array, Array] | None = None
         self._elements: list[Parts] = []
-        self._physical: dict[int, int] = {}  # first physical tag of each volume, keyed by its tag
+        self._physical: dict[int, int] = {}  # first physical tag of each volume, keyed by volume
         self._values: tuple[Array, Array] | None = None
 
     def read(self) -> Grid:
@@ -53,7 +54,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format; return section readers by name. They return False to skip a section."""
+        """Parse the format; return section readers by name, which return False to skip."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -166,7 +167,7 @@ class _MshReader(Cursor):
         return rows[:n_equal]
 
     def _read_data(self) -> bool:
-        """Read element data with the requested name and one value per element, or skip it."""
+        """Read the requested element data, one value per element; return False for other data."""
         begin = self.place
         texts = [self.line() for _ in range(self._few("texts"))]
         for _ in range(self._few("reals")):

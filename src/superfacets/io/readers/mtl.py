@@ -36,7 +36,7 @@ class _Block:
     is_clamped: bool = False  # whether the color image has the option ``-clamp on``
 
     def material(self) -> Material:
-        """Return the material; the color of a material with an image is white."""
+        """Return the material. If it has a color image, ``Kd`` is replaced by white."""
         color = self.color if self.map is None else (1.0, 1.0, 1.0)
         wrap = "clamp" if self.is_clamped else "repeat"
         source = MaterialSource("mtl", "\n".join(self.lines), tuple(self.images))
@@ -71,7 +71,10 @@ def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
 
 
 def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
-    """Return the image `name` in the folder `beside`; equal names give the same object."""
+    """Return the image at the path `name` relative to `beside`, the folder of the MTL file.
+
+    Equal paths give the same object.
+    """
     path = str(Path(beside, name.replace("\\", "/")))
     if path not in known:
         known[path] = image_beside(path, folder)
@@ -97,7 +100,7 @@ def _add_line(
 
 
 def _split_options(text: str) -> tuple[list[str], str]:
-    """Split a texture map into its options and the name of its image, which may have spaces."""
+    """Split the text of a texture map into options and the image name, which may have spaces."""
     options: list[str] = []
     rest = text
     while rest.startswith("-"):
@@ -124,7 +127,10 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """Return an sRGB color in linear light, or None if the text does not start with 3 numbers."""
+    """Convert an sRGB color to linear light.
+
+    Returns None if `text` does not begin with 3 numbers.
+    """
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None
@@ -136,7 +142,7 @@ def _linear_color(text: str) -> tuple[float, float, float] | None:
 def read_libraries(
     names: list[str], folder: Path | None
 ) -> tuple[dict[str, Material], list[Path], list[str]]:
-    """Return the materials in the files `names`, the files, and notes about missing files."""
+    """Return materials by name, the MTL files that were read, and notes about unreadable files."""
     materials: dict[str, Material] = {}
     found: list[Path] = []
     left_out: list[str] = []

@@ -25,7 +25,7 @@ _SIZES = {b"\1\0": 2, b"\2\0": 4, b"\3\0": 4}
 
 _AS_JSON = {ord("'"): '"', ord("("): "[", ord(")"): "]"}
 _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
-"""Matches text that JSON does not allow: commas before a closing bracket, and the suffix L."""
+"""Matches text that JSON does not allow: commas before brackets, and the suffix L of integers."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
@@ -76,7 +76,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 
 
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Parse the header, a Python dictionary, as JSON, because `ast` is not thread-safe."""
+    """Parse the header, the text of a Python dict, as JSON, because `ast` is not thread-safe."""
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
     fields = json.loads(_NOT_JSON.sub("", plain))
     if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:

@@ -45,7 +45,7 @@ def read_obj(data: Content) -> Arrays:
 
 
 def without_continuations(data: Content) -> Content:
-    """Join each line that ends in a backslash with the next line."""
+    """Join each line that ends in a backslash, and has no comment, with the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
@@ -57,7 +57,7 @@ class _Block:
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
-    """Parse a text block by block; `n_vertices` is the number of vertices before the text."""
+    """Parse a text block by block; `n_vertices` vertices precede the text in the file."""
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
@@ -66,7 +66,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            last = np.repeat(n_before, faces.counts)  # number of vertices before each corner
+            last = np.repeat(n_before, faces.counts)  # number of vertices that precede each corner
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)

@@ -37,14 +37,14 @@ def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays
 
 @dataclass
 class _Found:
-    """Data of all lines up to the current line; lists of arrays have one array per line block."""
+    """Data collected from the lines read so far. Lists of arrays have one array per block."""
 
     coordinates: list[Floats] = field(default_factory=list)
-    indices: list[Array] = field(default_factory=list)  # coordinate index of corners; < 0 for none
+    indices: list[Array] = field(default_factory=list)  # coordinate index of corners; < 0: none
     materials: list[Ints] = field(default_factory=list)  # material index of faces; -1 for none
     names: dict[str, int] = field(default_factory=dict)  # index of each material, by name
     libraries: list[str] = field(default_factory=list)  # names of MTL files
-    material: int = -1  # material index of the next face
+    material: int = -1  # material index of the faces that follow; -1 for none
     n_coordinates: int = 0
 
 

@@ -1,4 +1,4 @@
-"""Read OFF files: the word OFF, counts, vertices and faces, with comments and blank lines anywhere.
+"""Read OFF files: the word OFF, counts, vertices and faces. Comments and blank lines are skipped.
 
 Also reads .tri files: vertex count, one line per vertex, triangle count, one line per triangle.
 """
@@ -54,7 +54,7 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
         raise MeshError(
             f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
         )
-    # Digits are limited, because `int` raises a ValueError for more than 4,300 digits.
+    # The length is limited, because `int` raises a ValueError for more than 4,300 digits.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header
 
@@ -92,7 +92,7 @@ def read_tri(data: Content) -> Arrays:
 def _read_block(
     lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
 ) -> tuple[Array, Lines]:
-    """Read a count, and as many lines of three numbers; return the numbers and remaining lines."""
+    """Read a count n, and n lines of three numbers; return the numbers and the remaining lines."""
     first = lines.content(0).strip() if len(lines) else b""
     if not first.isdigit():
         where = f"line {lines.number(0)}" if len(lines) else "the end of the file"

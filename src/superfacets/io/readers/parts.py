@@ -1,4 +1,7 @@
-"""Read labels from the named parts of a mesh: solids of a text STL file, groups of an OBJ file."""
+"""Read labels from the named parts of a mesh file.
+
+A part is a solid of a text STL file, or a group or object of an OBJ file.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from .stl import is_binary_stl, read_stl
 from .text import iterate_lines
 
 PART_ENDINGS = (".stl", ".obj")
-"""Endings of formats that store labels as named parts, by which `write_mesh` sorts the faces."""
+"""Endings of formats that store labels as named parts. `write_mesh` sorts the faces by part."""
 
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
 """Matches the names that `write_mesh` gives to parts."""
@@ -47,7 +50,10 @@ def obj_labels(data: Content) -> Array:
 def _labels_by_part(
     data: Content, words: tuple[bytes, ...], *, any_case: bool = False, comment: bytes = b""
 ) -> Array:
-    """Return a label per face. Lines with ``words[0]`` are faces; other `words` begin a part."""
+    """Return a label per face. Lines that begin with ``words[0]`` are faces.
+
+    Lines that begin with another of `words` begin a part. The name of the part follows the word.
+    """
     names: dict[bytes, int] = {}
     blocks, last = [], -1
     for lines in iterate_lines(data, comment=comment):

@@ -63,10 +63,10 @@ class PcdPoints(NamedTuple):
 
 
 def read_pcd(data: Content) -> PcdPoints:
-    """Read all fields of the points. Points whose position is NaN are skipped.
+    """Read all fields of the points. Points with a NaN or infinite coordinate are skipped.
 
     Organized clouds, which have one point per pixel, contain points without a position. If points
-    are skipped, the column ``record`` has the index in the file of each remaining point.
+    are skipped, the column ``record`` has the index of each remaining point in the file.
     """
     header = _header_of(data)
     read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
@@ -159,7 +159,7 @@ def _read_text(data: Content, header: _Header) -> list[Array]:
 
 
 def _as_declared(values: Floats, field: _Field) -> Array:
-    """Convert the numbers of a text file to the declared type, except coordinates."""
+    """Convert numbers of a text file to the declared type; coordinates remain float64."""
     if field.name in ("x", "y", "z"):
         return values
     kind = field.dtype.kind
@@ -183,7 +183,7 @@ def _read_records(data: Content, header: _Header) -> list[Array]:
 
 
 def _read_compressed(data: Content, header: _Header) -> list[Array]:
-    """Read columns that are concatenated and compressed."""
+    """Read columns that are stored one after the other and compressed together."""
     begin = header.begin + 8
     sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
     packed = np.frombuffer(data, np.uint8)[begin : begin + sizes[0]]

@@ -38,11 +38,11 @@ class Pieces:
     """Tables of a mesh or a cloud, which are read in ranges of rows."""
 
     points: Rows  # (V, 3) vertices, or (N, 3) points of a cloud
-    corners: Rows | None = None  # (F, 3) or (C,) vertices of triangles or polygons; None for clouds
+    corners: Rows | None = None  # (F, 3) vertices of triangles; (C,) of polygons; None for clouds
     offsets: Rows | None = None  # (F + 1,) first corner of each polygon, then C; None for triangles
     normals: Rows | None = None  # (N, 3) normals of points, of length 1 or 0
     axes: Rows | None = None  # (N, 3) normals with unknown sign, of length 1 or 0
-    viewpoint: Viewpoint | None = None  # sensor position, which estimated normals face
+    viewpoint: Viewpoint | None = None  # sensor position; estimated normals point to it
 
     @property
     def n_cells(self) -> int:
@@ -58,7 +58,11 @@ class Pieces:
         return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
 
     def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
-        """Return flat corners of faces `begin` to `end` - 1, and offsets (None for triangles)."""
+        """Return the vertex of each corner of faces `begin` to `end` - 1, flat, and offsets.
+
+        The offsets are the index of the first corner of each face, then the number of corners. They
+        are None for triangles.
+        """
         assert self.corners is not None
         if self.offsets is None:
             return self.corners.read(begin, end).reshape(-1).astype(np.int64), None
@@ -68,11 +72,11 @@ class Pieces:
 
 
 class SourceFile(NamedTuple):
-    """A file of a folder or tileset, its name in the folder, and its placement in the tileset."""
+    """A mesh or point cloud file. Its name is relative to the folder of the input."""
 
     path: Path
     name: str
-    placement: Placement | None = None
+    placement: Placement | None = None  # None if the file is not in a tileset
 
 
 def holds_files(path: Path) -> bool:
@@ -81,7 +85,7 @@ def holds_files(path: Path) -> bool:
 
 
 def files_of(path: Path) -> list[SourceFile]:
-    """Return a file itself, the files of a folder sorted by name, or the models of a tileset."""
+    """Return the file `path`, the files in a folder, sorted by name, or a tileset's models."""
     tileset = tileset_at(path)
     if tileset is not None:
         found = [SourceFile(*tile) for tile in read_tileset(tileset).tiles]
@@ -111,7 +115,11 @@ def pieces_of_file(path: Path) -> Pieces | None:
 
 
 def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
-    """Join several meshes, or several clouds, or raise a MeshError if there are both."""
+    """Join the tables of triangle meshes, or of point clouds.
+
+    Raises a MeshError if there are both kinds, if a mesh has polygons other than triangles, or
+    if only some clouds have normals.
+    """
     if len(pieces) == 1:
         return pieces[0]
     corners = [part.corners for part in pieces if part.corners is not None]
@@ -138,7 +146,7 @@ def as_doubles(rows: Array, _begin: int) -> Array:
 
 
 def _are_zero(rows: RecordRows) -> bool:
-    """Return whether all numbers are 0. Reading stops after the first other number."""
+    """Return whether all numbers are 0. Stop reading at the first block with another number."""
     blocks = range(0, rows.n_rows, _ROWS_AT_ONCE)
     return not any(
         rows.read(begin, min(begin + _ROWS_AT_ONCE, rows.n_rows)).any() for begin in blocks
@@ -146,12 +154,12 @@ def _are_zero(rows: RecordRows) -> bool:
 
 
 def _as_normals(rows: Array, begin: int) -> Array:
-    """Scale vectors other than 0 to length 1, or raise a MeshError if one is not finite."""
+    """Scale nonzero vectors to length 1, or raise a MeshError if a vector is not finite."""
     return checked_normals(rows, len(rows), begin)
 
 
 def _as_axes(rows: Array, begin: int) -> Array:
-    """Convert rotations and scales of Gaussian splats to their shortest axes."""
+    """Return the shortest axis of each Gaussian splat, from rows of rotations and scales."""
     axes = splat_axes(dict(zip((*TURNS, *SCALES), rows.T, strict=False)))
     assert axes is not None
     return checked_normals(axes, len(axes), begin)
@@ -167,7 +175,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if record is None:
             break
         if element.n_rows * record.itemsize > n_bytes - begin:
-            if is_cloud or element.name == "face":  # then the file is loaded completely
+            if is_cloud or element.name == "face":  # the file is then loaded completely
                 break
             raise MeshError(
                 f"{path}: the PLY header declares {counted(element.n_rows, 'row')} of element"
@@ -188,7 +196,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if len(set(names)) < len(names):
             return None
         normals = rows("vertex", NORMALS)
-        if normals is not None and _are_zero(normals):  # as in `read_cloud`, ignore zero normals
+        if normals is not None and _are_zero(normals):  # as in `read_cloud`, zeros are ignored
             normals = None
         tables = [rows("vertex", names) for names in AXES_OF_SPLATS]
         axes = next((table for table in tables if table is not None), None)
@@ -203,7 +211,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
 
 
 def _npy_pieces(path: Path) -> Pieces | None:
-    """Return the points of a .npy file of shape (N, 3), or None for all other arrays."""
+    """Return the points of a .npy file, or None if its array is not (N, 3) numbers in C order."""
     with path.open("rb") as file:
         shape, dtype, is_fortran, begin = npy_header(file.read(2 * MAX_NPY_HEADER))
     if len(shape) != 2 or shape[1] != 3 or is_fortran or dtype.kind not in "fiu" or not shape[0]:

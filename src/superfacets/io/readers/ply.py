@@ -16,7 +16,7 @@ from .ply_texture import with_texture
 from .text import as_integers
 
 RESTART = -1
-"""Index in a list of vertices that separates two triangle strips."""
+"""Value in a list of vertex indices after which a new triangle strip begins."""
 
 
 def read_ply(data: Content) -> Arrays:
@@ -29,7 +29,7 @@ def read_ply_with_attributes(
 ) -> tuple[Arrays, MeshAttributes]:
     """Return vertices and faces, and copies of all other properties.
 
-    Images in comments ``TextureFile`` must be in `folder` or in its subfolders.
+    Images that ``TextureFile`` comments name must be in `folder` or in its subfolders.
     """
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
@@ -78,7 +78,7 @@ def _present(values: Array | None) -> Array:
 
 
 def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
-    """Convert strips to triangles, (F, 3): each vertex after the second one adds a triangle."""
+    """Convert strips to triangles, (F, 3): one for each vertex of a strip after the first two."""
     # Degenerate triangles are kept, so that face indices are the same as in other programs.
     begins = np.zeros(len(corners) + 1, dtype=bool)
     begins[np.cumsum(lengths, dtype=np.int64)] = True
@@ -120,7 +120,7 @@ def has_ply_labels(data: Content, name: str) -> bool:
 
 
 def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
-    """Return the index of the labeled element, and of its property `name`, or None if missing."""
+    """Return the index of the element with labels, and of its property `name` (None if missing)."""
     vertex = header.find("vertex")
     place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
     element = header.elements[place]

@@ -17,24 +17,25 @@ from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
 MAX_RECORD_SIZE = 2**31 - 1
-"""Maximum size of a record in bytes, which is a limit of NumPy."""
+"""Maximum size of a NumPy record in bytes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
     """Values of one property in all R rows of an element."""
 
-    values: Array | None  # (R,) numbers, or (R, n) lists of length n; None if lengths differ
+    values: Array | None  # (R,) numbers, or (R, n) lists; None if lists differ in length
     lengths: Array | None = None  # (R,) length of each list; None if the property is not a list
-    ragged: Array | None = None  # (L,) values of all lists, flat, if their lengths differ
+    ragged: Array | None = None  # (L,) values of all lists, flat, if lists differ in length
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Return the columns of all elements, in the order of the header.
 
     Declared sizes are compared with the size of the file before memory is allocated. Only
-    whitespace may follow the last element. If all lists have the same length, as in a triangle
-    mesh, an element is read as one array. Otherwise its rows are visited one by one.
+    whitespace may follow the last element. If all rows of an element have lists of the same length,
+    as in a triangle mesh, the element is read as one array. Otherwise its rows are visited one by
+    one.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
@@ -80,7 +81,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
 def _read_uniform(
     element: Element, lengths: list[int], data: Content, begin: int
 ) -> tuple[list[Column] | None, int]:
-    """Return columns and end offset if `lengths` are the same in all rows, or None and `begin`."""
+    """Return columns and end offset if all rows have these list lengths, or None and `begin`."""
     fields: list[Any] = []
     for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if stored.is_list:
@@ -100,7 +101,10 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """Return byte offset and length of each property in each row, and the end offset of rows."""
+    """Return the offset and length of each property in each row, and the offset after the rows.
+
+    Offsets are in bytes. A length is a number of values: 1 if the property is not a list.
+    """
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),
@@ -186,7 +190,7 @@ def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Co
 
 
 def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
-    """Return columns whose list lengths differ between rows; check the length of each line."""
+    """Return columns whose lists differ in length; check the number of tokens in each line."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []
@@ -216,7 +220,7 @@ def _check_tokens(lines: Lines, is_right: Bools) -> None:
 
 
 def _as_declared(values: Array, stored: Property) -> Array:
-    """Round values to the declared type, as if they were stored in a binary file."""
+    """Round values to float32 if this is the declared type, as in a binary file."""
     if stored.dtype[-2:] != "f4":
         return values
     with np.errstate(over="ignore"):  # `Mesh` refuses infinite coordinates

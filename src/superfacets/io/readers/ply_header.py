@@ -30,7 +30,7 @@ STRIPS = "tristrips"
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Number of bytes read first, and maximum number of bytes read, to find the end of the header."""
+"""Initial and maximum number of bytes that `read_header` reads to find the end of the header."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,10 @@ class Element:
     properties: list[Property] = field(default_factory=list)
 
     def record(self) -> np.dtype[Any] | None:
-        """Return the record type of rows, assuming triangles, or None if there are other lists."""
+        """Return the NumPy type of a row, or None if the element has lists other than corners.
+
+        Faces are assumed to be triangles.
+        """
         record: list[tuple[Any, ...]] = []
         for column, stored in enumerate(self.properties):
             name = stored.name if self.find(stored.name) == column else f"again {column}"
@@ -87,7 +90,7 @@ class Header:
     byte_order: str  # "<" or ">" for a binary file; empty for an ASCII file
     elements: list[Element]  # in the order of the file
     size: int  # size of the header in bytes
-    comments: list[str] = field(default_factory=list)  # lines that begin with COMMENT_WORDS
+    comments: list[str] = field(default_factory=list)  # lines that begin with one of COMMENT_WORDS
 
     @property
     def faces(self) -> int | None:
@@ -150,7 +153,7 @@ def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
     if not words or words[0] in COMMENT_WORDS:
         return
     if words[0] == "element" and len(words) == 3 and words[2].isdecimal() and words[2].isascii():
-        # Digits are limited, because `int` raises a ValueError for more than 4,300 digits.
+        # The length is limited, because `int` raises a ValueError for more than 4,300 digits.
         elements.append(Element(words[1], int(words[2][:30])))
     elif words[0] == "property" and elements:
         elements[-1].properties.append(_parse_property(words, byte_order))

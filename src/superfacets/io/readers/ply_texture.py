@@ -16,7 +16,7 @@ from .ply_body import Column
 from .ply_header import Header
 
 PAIRS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
-"""Names of vertex properties that are texture coordinates."""
+"""Pairs of names of vertex properties that are texture coordinates."""
 
 OF_CORNERS, IMAGE_OF_FACE = "texcoord", "texnumber"
 """Names of face properties in which MeshLab stores texture coordinates and image indices."""
@@ -33,7 +33,7 @@ def with_texture(
     faces: Array | Polygons,
     folder: Path | None,
 ) -> MeshAttributes:
-    """Return the attributes, with a texture if the file names images and has coordinates."""
+    """Add a texture to the attributes, if the file has image names and texture coordinates."""
     names = images_in(attributes.comments)
     if not names:
         return attributes
@@ -66,7 +66,7 @@ def is_image(comment: str) -> bool:
 
 
 def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
-    """Return the vertices of all corners, flat, and the offsets of faces."""
+    """Return the vertex of each corner, flat, and the index of the first corner of each face."""
     if isinstance(faces, Polygons):
         return faces.indices, faces.offsets
     return faces.ravel(), 3 * np.arange(len(faces) + 1)
@@ -75,7 +75,10 @@ def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
 def _pairs_of_faces(
     header: Header, tables: list[list[Column]], offsets: Longs
 ) -> tuple[Array, Ints] | None:
-    """Return texture coordinates of faces, and the row of each corner, or None if missing."""
+    """Return texture coordinates that faces store, and their row for each corner, or None.
+
+    The row is -1 for corners of faces without coordinates.
+    """
     place = header.find("face")
     column = None if place is None else header.elements[place].find(OF_CORNERS)
     if place is None or column is None or place != header.faces:

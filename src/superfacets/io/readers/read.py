@@ -73,7 +73,7 @@ _NO_MESHES = dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER) | {".shp": _VECTO
 
 Parsed = TypeVar("Parsed")
 
-# Matches comment lines, and then the first word of a text.
+# Matches the first word of a text, with any comment lines before it.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
 
 _OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
@@ -101,17 +101,17 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
           (Medit, text).
 
         Triangle strips in a PLY file become triangles. All groups and objects form one mesh. All
-        meshes of a glTF scene form one mesh, in the order of the file, with one copy for each node
-        that refers to a mesh. The arrays of a glTF file may have at most 100 times the size of the
-        file, or 64 MB if this is larger. A glTF file may only refer to files in its folder or in
-        subfolders.
+        meshes in the default scene of a glTF file form one mesh, in the order of the file, with one
+        copy of a mesh for each node that refers to it. The arrays of a glTF file may have at most
+        100 times the size of the file, or 64 MB if this is larger. A glTF file may refer only to
+        files in its folder or in subfolders.
 
     Returns
     -------
     Mesh, PolygonMesh or TetMesh
         A `Mesh` if all faces are triangles, otherwise a `PolygonMesh`; a `TetMesh` for formats of
-        tetrahedra, whose triangles, lines and points are skipped. Vertices are float64, and
-        decimal numbers are rounded to the nearest double.
+        tetrahedra. In these formats, triangles, lines and points are skipped. Vertices are float64,
+        and decimal numbers are rounded to the nearest double.
 
     Raises
     ------
@@ -162,8 +162,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
           files without names, the three columns after x, y and z are colors if all numbers are
           integers from 0 to 255, or normals if all vectors have length 1;
         - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
-        - ``.las``, and with the extra ``las`` also ``.laz``, whose points may have at most 1,000
-          times the size of the file, or 64 MB if this is larger;
+        - ``.las``, and with the extra ``las`` also ``.laz``. The decompressed points may have at
+          most 1,000 times the size of the file, or 64 MB if this is larger;
         - ``.pcd``: text, binary or compressed;
         - ``.e57``, with the extra ``e57``: the points of all scans, one scan after the other, each
           transformed by its pose.
@@ -171,9 +171,10 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Returns
     -------
     PointCloud
-        The points; for a mesh in a PLY file, its vertices. Points without a position are skipped,
-        which are points that an E57 file declares invalid, and points of a PCD file whose
-        coordinates are NaN. Labels belong to the remaining points, in their order.
+        The points; for a mesh in a PLY file, its vertices. Points without a position are skipped:
+        points that an E57 file declares invalid, and points of a PCD file that have a coordinate
+        that is NaN or infinite. Labels of the cloud are in the
+        order of the remaining points.
 
     Raises
     ------
@@ -201,42 +202,51 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
 
 
 def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
-    """Read a mesh, or a cloud if the file has no faces; `placement` moves models of 3D Tiles."""
+    """Read a mesh, or a point cloud if the file has no faces.
+
+    `placement` is the position and orientation of a glTF or b3dm model in its tileset.
+    """
     parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
     return _read(path, CELL_ENDINGS, parse)[0]
 
 
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Read cells as `read_cells` does, and attributes of a cloud, or of a PLY, OBJ or glTF mesh."""
+    """Read a mesh or point cloud as in `read_cells`, and its attributes.
+
+    The attributes of a mesh are None if its format is not PLY, OBJ, glTF or b3dm.
+    """
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Read the properties in a file that `read_mesh` and `read_cloud` do not return, and textures.
+    """Read the texture of a file, and all properties except positions and corners.
 
     ``write_mesh(..., attributes=...)`` writes them to a file again.
 
     Parameters
     ----------
     path : path-like
-        Mesh file, or any file that `read_cloud` reads. From a ``.ply`` file all properties except
-        positions and corners are read, such as vertex colors and normals, and also a texture if
-        comments ``TextureFile`` have the names of its images. From an ``.obj``, ``.glb``, ``.gltf``
-        or ``.b3dm`` file a texture is read. Files of materials and images must be in the folder of
-        the mesh or in its subfolders. Images are read later, on demand. From a point cloud all
-        properties except positions are read, and from LAS also the coordinate reference system.
+        Mesh file, or any file that `read_cloud` reads. From a ``.ply`` file, all properties except
+        positions and corners are read, such as vertex colors and normals. A texture is also read if
+        the header has ``TextureFile`` comments with the names of images. From an ``.obj``,
+        ``.glb``, ``.gltf`` or ``.b3dm`` file, only the texture is read. Files of materials and
+        images must be in the folder of the mesh or in its subfolders. Images are read later, on
+        demand. From a point cloud, all properties except positions are read, and from LAS also the
+        coordinate reference system.
 
     Returns
     -------
     MeshAttributes
         Arrays in the order of the file, with the types that the file declares. A property of a text
-        file is float64 if the declared type cannot store one of its integers. `left_out` has the
-        names of missing images, and the reason why a texture cannot be read.
+        file is float64 if the declared type cannot store one of its integers. `left_out`
+        describes data that were not read, such as missing images and unreadable textures.
 
     Raises
     ------
     MeshError
-        As for `read_mesh` and `read_cloud`, or if the path has another ending.
+        For the same reasons as in `read_mesh` and `read_cloud`, or if the file has another ending.
+    MissingExtraError
+        If the format needs a package that is not installed.
     OSError
         If the file does not exist or cannot be read.
 
@@ -314,7 +324,8 @@ def parse_cells_and_attributes(
 ) -> tuple[Cells, MeshAttributes | None]:
     """Parse the content of a mesh file, or of a point cloud file if there are no faces.
 
-    If `keep` is true, attributes are parsed, too. `placement` is applied to models of 3D Tiles.
+    If `keep` is true, attributes are parsed, too. They are None for formats without attributes.
+    `placement` is applied to glTF and b3dm models.
     """
     if ending in _GLTF_ENDINGS:
         return _parse_gltf(data, folder, keep=keep, placement=placement)

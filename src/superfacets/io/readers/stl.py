@@ -1,4 +1,4 @@
-"""Read ASCII and binary STL files; the three vertices of each triangle are not merged."""
+"""Read ASCII and binary STL files; vertices at the same position are not merged."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError that reports the first line of a triangle with a wrong keyword."""
+    """Raise a MeshError if the lines of a triangle do not have the keywords `TRIANGLE_LINES`."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
     n_rest = len(content) % 7

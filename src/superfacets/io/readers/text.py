@@ -76,10 +76,11 @@ class Lines:
         return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
     def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
-        """Return all numbers, flat, or raise a MeshError with the line if a token is not a number.
+        """Return all numbers, flat, or raise a MeshError if a token is not a number.
 
-        Decimal numbers are rounded to the nearest double. Integers are int32 if all of them fit,
-        otherwise int64. Integers outside the range of int64 are clipped.
+        The message has the line number. Decimal numbers are rounded to the nearest double. Integers
+        are int32 if all of them fit, otherwise int64. Integers outside the range of int64 are
+        clipped.
         """
         if dtype is np.float64:
             return self._parse([_core.parse_doubles], _read_double)
@@ -104,7 +105,7 @@ class Lines:
         )
 
     def parse_integers_or_floats(self) -> Array:
-        """Return all numbers, flat: as integers if all are written as integers, or as float64."""
+        """Return all numbers, flat: integers if all are written as integers, otherwise float64."""
         if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
         try:
@@ -113,7 +114,10 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Try C++ kernels until one parses all lines; `read_token` parses the remaining lines."""
+        """Try C++ kernels until one parses all lines.
+
+        If no kernel does, `read_token` parses the lines that the last kernel could not parse.
+        """
         for kernel in kernels:
             values, left_out = kernel(
                 self.text, self.starts, self.ends, self.counts, checked_threads(None)
@@ -212,7 +216,7 @@ def _next_line(text: Bytes, place: int) -> int:
 
 
 def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
-    """Find the lines that begin from byte `begin` to `end`; None means the end of the text."""
+    """Find the lines that begin at bytes `begin` to `end` - 1; None means the end of the text."""
     stop = len(text) if end is None else min(end, len(text))
     character = ord(comment) if comment else 0
     found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
@@ -238,7 +242,7 @@ def runs(starts: Array, lengths: Array) -> Longs:
 
 
 def as_integers(values: Array, what: str) -> Array:
-    """Convert values to integers. Other numbers raise a MeshError that calls the values `what`."""
+    """Convert values to integers, or raise a MeshError that `what` must be integers."""
     if values.dtype.kind in "iu":
         return values
     is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)

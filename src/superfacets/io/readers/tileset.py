@@ -25,15 +25,15 @@ MAX_TILES = 1_000_000
 have any number of tiles."""
 
 FAR = 100_000.0
-"""Minimum distance of a tileset from zero, in meters, for which `Tileset.origin` is not 0. At this
-distance, the precision of float32 is 8 mm."""
+"""If a coordinate of the center of a tileset is at least `FAR` meters, `Tileset.origin` is not 0.
+At this distance, the precision of float32 is 8 mm."""
 
 _EQUATOR, _ECCENTRICITY = 6378137.0, 6.69437999014e-3
 """Equatorial radius of the WGS84 ellipsoid in meters, and its squared eccentricity."""
 
 
 class Tile(NamedTuple):
-    """A model of a tileset."""
+    """A model of a tileset, and its placement."""
 
     path: Path
     name: str  # path relative to the folder of the tileset, with slashes
@@ -45,7 +45,7 @@ class Tileset:
     """Models of a tileset, in the order of the tileset."""
 
     tiles: tuple[Tile, ...]
-    origin: tuple[float, ...]  # offset subtracted from all positions; 0 if within `FAR` of zero
+    origin: tuple[float, ...]  # subtracted from all positions; 0 if the tileset is not moved
 
 
 class _Visit(NamedTuple):
@@ -55,12 +55,12 @@ class _Visit(NamedTuple):
     file: Path  # JSON file that contains the tile
     above: Floats  # global matrix of the parent tile
     refine: str  # refinement of the parent tile: "ADD" or "REPLACE"
-    up: str  # up axis of the models
-    files: tuple[Path, ...]  # chain of files that include each other, from the top to `file`
+    up: str  # up axis of the models in `file`
+    files: tuple[Path, ...]  # chain of files that include each other, from the first to `file`
 
 
 def tileset_at(path: Path) -> Path | None:
-    """Return the path if it ends in .json, or the tileset.json in a folder, or None."""
+    """Return `path` if it ends in .json, or its file tileset.json if it is a folder, or None."""
     if path.suffix.lower() == ".json":
         return path
     inside = path / USUAL_NAME
@@ -154,7 +154,7 @@ class _Walk:
         return _Visit(document["root"], file, above, refine, up, (*files, file.resolve()))
 
     def _file_of(self, content: dict[str, Any], file: Path) -> tuple[Path, str]:
-        """Return the file of a tile's content, and its path relative to the folder."""
+        """Return the file of a tile's content, and its path relative to the tileset's folder."""
         address = content.get("uri", content.get("url"))
         if not isinstance(address, str):
             raise MeshError("broken tileset: the content of a tile must have a uri")
@@ -169,7 +169,7 @@ class _Walk:
         return path, path.relative_to(self.folder.resolve()).as_posix()
 
     def origin(self, path: Path) -> Floats:
-        """Return the rounded center of the root's bounding volume; 0 if within `FAR` of zero."""
+        """Return the center of the root tile in whole meters; 0 if no coordinate reaches `FAR`."""
         root = self.documents[path]["root"]
         matrix = _transform(root)
         center = matrix[:3, 3]
@@ -189,7 +189,7 @@ class _Walk:
 
 
 def _parsed(content: bytes) -> dict[str, Any]:
-    """Parse the JSON of a tileset, or raise a MeshError if asset or root are missing."""
+    """Parse the JSON of a tileset, or raise a MeshError if asset or root is missing."""
     document = parsed_json(content, "tileset")
     asset, root = document.get("asset"), document.get("root")
     if not isinstance(asset, dict) or not isinstance(root, dict):
@@ -201,12 +201,12 @@ def _parsed(content: bytes) -> dict[str, Any]:
 
 
 def _transform(tile: dict[str, Any]) -> Floats:
-    """Return the matrix of a tile, which the file stores column by column."""
+    """Return the matrix of a tile, or the identity. The file stores it column by column."""
     return numbers(tile, "transform", np.eye(4).ravel().tolist()).reshape(4, 4).T
 
 
 def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
-    """Return the contents of a tile; 3D Tiles 1.1, and an extension of 1.0, allow several."""
+    """Return the contents of a tile: several with 3D Tiles 1.1, or with an extension of 1.0."""
     found = [tile["content"]] if isinstance(tile.get("content"), dict) else []
     found += items(tile, "contents")
     if isinstance(extension, dict):
@@ -215,7 +215,7 @@ def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
 
 
 def _center_of_region(region: Floats) -> Floats:
-    """Return the center of a region (west, south, east, north, heights) as geocentric x, y, z."""
+    """Return the center of a region (west, south, east, north, low, high) as geocentric x, y, z."""
     west, south, east, north, low, high = region.tolist()
     longitude, latitude, height = (west + east) / 2, (south + north) / 2, (low + high) / 2
     if west > east:  # the region crosses the date line

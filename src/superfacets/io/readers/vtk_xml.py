@@ -119,7 +119,11 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return cell data `name`, or None if missing; `before` names counts of cells to skip."""
+        """Return the cell data `name` of the cells of one kind, or None if it is missing.
+
+        `count` and `before` are attributes of the XML element Piece: the number of these cells, and
+        the numbers of the cells of other kinds that precede them.
+        """
         parts = []
         for piece in self.pieces:
             n_before = sum(_count(piece, name) for name in before)
