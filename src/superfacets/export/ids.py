@@ -114,7 +114,7 @@ class IdWriter:
     def region_sizes(self) -> Longs:
         """Number of vertices that have each region's id in files with one id per vertex.
 
-        The order is the order of the labels.
+        Regions are in ascending order of their labels.
         """
         assert self.labels is not None
         regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)

@@ -82,9 +82,9 @@ def face_lines(
 ) -> Iterator[list[bytes]]:
     """Yield lists of at most `ROWS_AT_ONCE` lines, with one line per face.
 
-    A line consists of `begin`, the vertices of the face, and one number from each array in `ends`,
-    which have one number per face of the mesh. A ``#`` in `begin` is replaced by the number of
-    corners. Vertices are numbered from `first`.
+    A line consists of `begin`, the vertices of the face, and its number in each array of `ends`. A
+    ``#`` in `begin` is replaced by the number of corners. Vertices are numbered from `first`. Each
+    array in `ends` has one number per face of the mesh.
     """
     for place in range(0, len(faces), ROWS_AT_ONCE):
         yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)

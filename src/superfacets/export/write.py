@@ -120,7 +120,7 @@ def write_mesh(
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None, or if a class is neither a string
         nor an integer.
-    ImportError
+    MissingExtraError
         If the format needs a package that is not installed.
     OSError
         If the file cannot be written. The error is a FileExistsError if `force` is needed.
@@ -193,8 +193,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         If the ending, the shape or the dtype is wrong, if a label is negative but the format does
         not allow negative labels, if levels are not nested, or if a label is 2**24 or greater in
         ``.segs.json``, ``.aggregation.json``, ``.label.gii`` or ``.annot``.
-    ImportError
-        If torch is not installed, for ``.pth``.
+    MissingExtraError
+        If the ending is ``.pth``, but torch is not installed.
     OSError
         If the file cannot be written. The error is a FileExistsError if `force` is needed.
 
