@@ -23,10 +23,10 @@ distances are measured in the spectral embedding instead of in space, the error 
 """
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of an edge at which the edge adds 1/e of its length to the open length of a border
-(see `Borders`), in units of the radius of a region. The scale is smaller than
-`edit.CREASE_SCALE`, so creases have more influence on merging than on `smooth_borders`. With a
-scale of 3, the undersegmentation error is 0.222 at the same compactness."""
+"""Crease cost, in units of the radius of a region, at which an edge adds only 1/e of its length to
+the open length of a border (see `Borders`). The scale is smaller than `edit.CREASE_SCALE`, so
+creases have more influence on merging than on `smooth_borders`. With a scale of 3, the
+undersegmentation error is 0.222 at the same compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
 """Four arrays with one entry per border: the lower region, the higher region, the length and the
@@ -46,7 +46,7 @@ class MergeTree:
         The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions.
         Node K + m is the result of merge m.
     costs : ndarray of float64, shape (M,)
-        Cost of each merge. Costs usually increase.
+        Cost of each merge. A merge usually costs more than the merge before.
     """
 
     n_regions: int
@@ -94,8 +94,9 @@ class Hierarchy:
         The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions
         of `finest`. Node K + m is the result of merge m. After m merges, there are K - m regions.
     costs : ndarray of float64, shape (M,)
-        Cost of each merge. Costs usually increase. Their unit is the squared unit of the positions
-        or, with features, the squared unit of the features times area.
+        Cost of each merge. A merge usually costs more than the merge before. The unit is the
+        squared unit of the positions or, with features, the squared unit of the features times the
+        unit of area.
     segmentation : Segmentation or None
         Segmentation with the labels `finest`, or None if labels were given.
     """

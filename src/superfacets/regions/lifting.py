@@ -42,7 +42,7 @@ class LiftedLabels:
     ----------
     labels : ndarray of int32, shape (N,)
         Label of each cell, or -1 for cells without a label. With ``consistent_ids=True``, labels
-        are mask ids. Otherwise, they are numbers of objects from 0 to n - 1.
+        are mask ids. Otherwise, each label is the index of an object, from 0 to n - 1.
     region_labels : ndarray of int32, shape (K,)
         Label of each region, or -1 for regions without a label.
     scores : ndarray of float64, shape (K,)

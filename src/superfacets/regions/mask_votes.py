@@ -35,9 +35,9 @@ class Votes(NamedTuple):
     Further entries contain the visible area of each region outside the masks of each image.
     """
 
-    masks: Ints  # (A,) mask of each area as an index into `ids`, or -1 for areas in no mask
-    regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) visible area, > 0, in the squared unit of the mesh
+    masks: Ints  # (A,) mask of each entry, as an index into `ids`; -1 for an area in no mask
+    regions: Ints  # (A,) region of each entry
+    areas: Floats  # (A,) area of the region visible in the mask, > 0, in squared units of the mesh
     image_of: Ints  # (M,) image index of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, >= 1
     seen: Bools  # (N,) whether each cell is visible in at least one image
@@ -65,7 +65,8 @@ class SeenSurface:
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
         """Yield, for each camera, the label and the area of the surface visible in each pixel.
 
-        The label is -1, and the area is 0, if no surface is visible.
+        The label is -1 if no cell is visible or the cell has no label. The area is 0 if no cell is
+        visible, or if the angle between the surface and the line of sight is below 6 degrees.
         """
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
@@ -119,9 +120,9 @@ def collect_votes(
 class _ImageVotes(NamedTuple):
     """Table of the visible areas of regions in the masks of one image, and outside its masks."""
 
-    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 for areas in no mask
-    regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) visible area, > 0
+    masks: Ints  # (A,) mask of each entry, as an index into `ids`; -1 for an area in no mask
+    regions: Ints  # (A,) region of each entry
+    areas: Floats  # (A,) area of the region visible in the mask, > 0
     ids: Array  # (M,) ids of the masks of the image, ascending
     n_seen: int  # number of pixels in which a region is visible
 
@@ -161,7 +162,11 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn of images without masks or visible regions; raise a MeshError if no image has votes."""
+    """Warn about images without masks or visible regions.
+
+    Raises a MeshError if no image has visible regions, if no image has masks, or if no region is
+    visible in a mask.
+    """
     titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]

@@ -148,7 +148,7 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
 
 
 class Splitter:
-    """Extracts parts of a mesh. The time for a part is O(n log n) in the size n of the part."""
+    """Extracts parts of a mesh. A part of n cells takes O(n log n) time."""
 
     def __init__(self, whole: Any) -> None:
         self._whole = whole
