@@ -114,7 +114,7 @@ def cut_discrepancy(
     Parameters
     ----------
     mesh, labels, truth, weld
-        Same as in `boundary_agreement`. Distances are measured in the same way, too.
+        Same as in `boundary_agreement`. Distances are measured in the same way.
 
     Returns
     -------
@@ -172,7 +172,7 @@ def _cuts_of_both(
 
 
 def annotated(regions: Ints, segments: Ints) -> Ints:
-    """Return the regions, with label -1 for unannotated cells, so that these have no borders."""
+    """Return the regions with -1 for unannotated cells. Cells labeled -1 have no borders."""
     return np.where(segments < 0, segments, regions)
 
 

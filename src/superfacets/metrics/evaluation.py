@@ -129,8 +129,8 @@ def evaluate(
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_extra_pieces`` (number of connected components of all regions minus
-        number of regions), ``compactness`` and ``explained_variation``. With ground truths, the
+        ``n_regions``, ``n_extra_pieces`` (total number of connected pieces of the regions, minus
+        ``n_regions``), ``compactness`` and ``explained_variation``. With ground truths, the
         dict also contains the following metrics, which are means over the ground truths:
         ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
         ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,

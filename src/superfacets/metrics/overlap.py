@@ -131,10 +131,10 @@ def undersegmentation_error(
 ) -> float:
     """Return the undersegmentation error: the area by which regions cross true borders; 0 is best.
 
-    Each region is compared with each true segment that contains more than the fraction `tolerance`
-    of the area of the region. For each of these pairs, the area of the region outside the segment
-    is added. The result is the sum divided by the area of the surface. For example, if a true
-    border cuts a region into two halves, both halves are added.
+    A region and a true segment form a pair if the segment contains more than the fraction
+    `tolerance` of the area of the region. The result is the sum, over all pairs, of the area of the
+    region outside the segment, divided by the area of the surface. For example, if a true border
+    cuts a region into two halves, there are two pairs, and both halves are added.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        A mesh as for `segment`, or a graph of cells of any kind.
+        Same as in `segment`, or a graph of any cells.
     labels : array_like of integers, shape (F,)
         Region of each cell, >= 0.
     weld : bool, default True
