@@ -57,15 +57,15 @@ WRITERS: dict[str, Writers] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""Writer functions, keyed by the kind of cells, then by file name ending. The first ending of each
-kind is its default. Labels of kinds that are missing here can be written only to label files."""
+"""Writer functions, keyed by `Kind.name`, then by file name ending. The first ending of a kind is
+the default. If a kind is missing here, only its labels can be written, to label files."""
 
 MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings of outputs that use attributes or the texture of the input; commands read these, too."""
+"""Endings of outputs for which commands read the attributes of the input, including its texture."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of formats that store labels in a named array."""
@@ -100,7 +100,11 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
-        """Return the options; raise an error if one is invalid or none of `endings` uses it."""
+        """Return the options; raise an error if one is invalid.
+
+        An error is also raised if an option other than `ascii` and `force` is given, but none of
+        the formats in `endings` uses this option.
+        """
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
         for name, is_given, fitting in (
@@ -115,7 +119,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if classes or scores are given without exactly one value per region."""
+        """Raise a MeshError if the number of classes or scores is not the number of regions."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
@@ -180,7 +184,8 @@ class CellWriter:
             if of_vertices is None:
                 of_vertices = vertex_labels(self.cells, self.labels)
         texture = None if self.attributes is None else self.attributes.texture
-        # Viewers multiply vertex colors with the texture, so a GLB with a texture gets no colors.
+        # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
+        # only given colors, and no colors that are computed from labels.
         is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
         colors = self.given_colors if is_plain else self._colors
         content = Content(
@@ -191,7 +196,7 @@ class CellWriter:
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """Given colors, or else colors computed from the labels; None if both are missing."""
+        """Given colors, or else colors computed from the labels; None if there are no labels."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # see `checked`
         from ..pictures.colors import face_colors
@@ -200,7 +205,7 @@ class CellWriter:
 
 
 def usual_ending(kind: str) -> str:
-    """Return the default ending of mesh or point cloud files for a kind of cells."""
+    """Return the default ending of files with cells of the kind named `kind`."""
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
@@ -234,7 +239,7 @@ def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
 
 
 def _check_attributes(attributes: Any, cells: Any) -> None:
-    """Raise an error if `attributes` has a wrong type, or if its arrays do not match the cells."""
+    """Raise an error if `attributes` has a wrong type, or if its arrays do not match `cells`."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):

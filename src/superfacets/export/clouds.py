@@ -19,7 +19,8 @@ _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
 """Maps each LAS point format with wave packets to the same format without wave packets."""
 
 _LAS_STEPS = 2.0**31 - 2
-"""Maximum coordinate range in quantization steps, because LAS stores 32-bit integers."""
+"""Maximum range of a coordinate, in quantization steps. LAS stores the number of steps as a 32-bit
+integer."""
 
 _MOST_VLR_BYTES = 65535
 """Maximum size of a variable length record, in bytes. Larger records are written after the points,
@@ -42,10 +43,12 @@ def write_csv(file: IO[bytes], content: Content) -> None:
 def write_las(file: IO[bytes], content: Content) -> None:
     """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
 
-    Version, point format, quantization, coordinate reference system and types of extra dimensions
-    are copied if the attributes come from a LAS file. A new quantization or type is computed if the
-    copied one cannot represent the values. If there are no attributes from a LAS file, the output
-    is LAS 1.4 with point format 6, or 7 if there are colors.
+    If the attributes come from a LAS file, the output has the same version, point format,
+    quantization, coordinate reference system and types of extra dimensions, with three exceptions:
+    a quantization or type that cannot represent the values is replaced, point formats with wave
+    packets become formats without wave packets, and old versions become at least LAS 1.2. If there
+    are no attributes from a LAS file, the output is LAS 1.4 with point format 6, or 7 if the cloud
+    has colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
@@ -89,9 +92,10 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | None) -> None:
-    """Add an extra dimension to a `laspy.LasData`; copy the type of `given` if it can store values.
+    """Add an extra dimension with the given values to a `laspy.LasData`.
 
-    LAS stores at most 3 numbers per point, so wider values are left out.
+    The stored type is the type in `given` if it can represent all values, and otherwise the type of
+    the array. A dimension has at most 3 numbers per point, so arrays with more columns are skipped.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     n = 1 if values.ndim == 1 else values.shape[1]
@@ -114,7 +118,10 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return the LAS settings in `given`, changed to fit the points, or new settings for None."""
+    """Return the LAS settings in `given`, changed if they cannot represent the points.
+
+    If `given` is None, return new settings.
+    """
     low, high = cloud.bounds
     scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))
@@ -131,6 +138,6 @@ def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
 
 
 def _round_step(least: Floats) -> Floats:
-    """Round quantization steps up to powers of ten, at least 1e-6, as is common in LAS."""
+    """Round quantization steps up to powers of ten, as is common in LAS; the minimum is 1e-6."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))

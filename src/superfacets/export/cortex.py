@@ -58,8 +58,8 @@ def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Write an annotation file. Row 0 of its color table means no region; each region has a row."""
-    # Colors must differ, because the file identifies the region of a vertex by its color.
+    """Write an annotation file. Its color table has a row for no region, and a row per region."""
+    # The colors of regions must differ, because the file stores the region of a vertex as a color.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]
     places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
@@ -72,7 +72,7 @@ def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
-    """Yield each color, with low bits changed if it is black, `_UNKNOWN` or already in use."""
+    """Yield each color. If it is black, `_UNKNOWN` or already in use, its low bits are changed."""
     taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
     for color in map(tuple, colors.tolist()):
         changed = color

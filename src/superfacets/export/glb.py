@@ -1,8 +1,8 @@
-"""Write GLB files with the region of each vertex, textures, and a table of the regions.
+"""Write GLB files with textures, the region id of each vertex, and a table of the regions.
 
 The extension `EXT_mesh_features` stores the region id of each vertex, and `EXT_structural_metadata`
 stores a table with one row per id. Ids in glTF belong to vertices, so vertices on the borders of
-regions are duplicated. Viewers without these extensions show the colors.
+regions are duplicated. Viewers that do not support these extensions show only the colors.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ ALIGNMENT = 8
 def write_glb(file: IO[bytes], content: Content) -> None:
     """Write GLB. Polygons are triangulated, and unused vertices are skipped.
 
-    Coordinates are float32. If float32 is not exact, coordinates are relative to the center of the
-    bounding box. The triangles of each material form a separate primitive.
+    Coordinates are float32. If float32 is not exact, the origin of the coordinates is moved to the
+    center of the bounding box. The triangles of each material form a separate primitive.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()
@@ -217,11 +217,11 @@ class _Scene:
     document: dict[str, Any] = field(default_factory=dict)
     views: list[dict[str, int]] = field(default_factory=list)
     accessors: list[dict[str, Any]] = field(default_factory=list)
-    parts: list[bytes] = field(default_factory=list)  # consecutive pieces of the buffer
+    parts: list[bytes] = field(default_factory=list)  # content of each buffer view, with padding
     n_bytes: int = 0  # size of the buffer, in bytes
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: npt.NDArray[np.float64] | None = None  # origin of coordinates; None means (0, 0, 0)
+    middle: npt.NDArray[np.float64] | None = None  # origin of positions; None means (0, 0, 0)
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its buffer view."""
@@ -248,7 +248,7 @@ class _Scene:
         return len(self.accessors) - 1
 
     def place(self, points: npt.NDArray[np.float64]) -> None:
-        """Move the origin to the center of `points` if float32 cannot store `points` exactly."""
+        """Move the origin to the center of the points if float32 cannot represent them exactly."""
         if not fits_single(points):
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()
@@ -267,7 +267,7 @@ class _Scene:
     def add_table(
         self, columns: dict[str, npt.NDArray[Any]], classes: Sequence[str] | None
     ) -> None:
-        """Add a property table with one row per region."""
+        """Add a property table with one row per region, and with a column of classes if given."""
         count = len(columns["label"])
         schema: dict[str, Any] = {"id": "superfacets"}
         if classes is not None:

@@ -16,7 +16,7 @@ class GltfMaterials:
     """Materials and images to write to a glTF document. Each image is embedded once."""
 
     def __init__(self, add_view: Any) -> None:
-        self.add_view = add_view  # stores an array; returns the index of its buffer view
+        self.add_view = add_view  # function that stores an array and returns its buffer view index
         self.lists: dict[str, list[dict[str, Any]]] = {
             name: [] for name in ("images", "samplers", "textures", "materials")
         }

@@ -48,7 +48,8 @@ CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
 
 UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
-"""Endings of files for which given labels of vertices are used instead of labels of cells."""
+"""Endings of files that store given labels of vertices unchanged. All other files store labels of
+cells, even if labels of vertices are given."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
@@ -77,7 +78,11 @@ class IdWriter:
         return self
 
     def _labels_in(self, ending: str) -> Ints:
-        """Return given labels of vertices if the format stores them, otherwise labels of cells."""
+        """Return the labels to write in the format of `ending`.
+
+        These are given labels of vertices if `ending` is in `UNCONVERTED`, otherwise labels of
+        cells.
+        """
         assert self.labels is not None
         if self.of_vertices is not None and ending in UNCONVERTED:
             return self.of_vertices
@@ -107,7 +112,10 @@ class IdWriter:
 
     @property
     def region_sizes(self) -> Longs:
-        """Number of vertices of each region in files with one id per vertex, in order of labels."""
+        """Number of vertices that have each region's id in files with one id per vertex.
+
+        Regions are in ascending order of their labels.
+        """
         assert self.labels is not None
         regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
         return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
@@ -125,7 +133,7 @@ class IdWriter:
 def write_given_labels(
     labels: npt.ArrayLike, ending: str
 ) -> Callable[[IO[bytes], str, Path | None], None]:
-    """Check labels for the format of `ending`, and return a function that writes these labels."""
+    """Return a function that writes the labels; raise an error if the format cannot store them."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)

@@ -18,7 +18,7 @@ from .content import Content
 from .textures import write_beside
 
 PLAIN_SIZE = (2048, 2048)
-"""Width and height of an id image if the texture has no color image."""
+"""Width and height of an id image if the texture has no color image, or if it cannot be read."""
 
 
 def write_ids(file: IO[bytes], content: Content) -> None:
@@ -26,7 +26,8 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
     The texture coordinates of the mesh apply to this image. The id of a region is its label + 1,
     encoded as red + 256 green + 65,536 blue; 0 means no region. If the texture has several images,
-    one id image is written for each of them.
+    one id image is written for each of them. If the output is a stream, only the first id image is
+    written, and no table.
     """
     texture, labels = content.texture, content.labels
     if texture is None or labels is None:
@@ -50,7 +51,10 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """For each texture image, yield a material that uses it, a mask of its faces, and its size."""
+    """For each texture image, yield a material that uses it, a mask of its faces, and its size.
+
+    If the texture has no images, yield one material with all faces.
+    """
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:

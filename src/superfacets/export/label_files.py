@@ -14,12 +14,13 @@ from .scannet import write_array
 
 
 def label_files(source: object, out: StrPath) -> list[Path]:
-    """Return paths for the labels of a source, and create the output folder if it is missing.
+    """Return the paths of the output files for the labels of a source.
 
-    `out` is the name of a ``.npy`` file. If the source is a folder, `out` can also be a folder that
-    exists, has no suffix, or ends in a slash. Raises a ValueError for any other `out`, for an `out`
-    that is a file of the source, and for two files of the source with the same stem. Raises an
-    OSError if a file cannot be written.
+    `out` is the path of a ``.npy`` file or, if the source is a folder, also of a folder, which is
+    created if it is missing. A path is treated as a folder if it ends in a slash, has no suffix, or
+    is an existing folder with another suffix than ``.npy``. Raises a ValueError for any other
+    `out`, if an output file is a file of the source, or if two files of the source would have the
+    same output file. Raises an OSError if a file cannot be written.
     """
     if not _is_folder(out):
         if Path(out).suffix != ".npy":
@@ -87,7 +88,10 @@ def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
 
 
 def save_labels(files: Sequence[Path], starts: Sequence[int], labels: Ints) -> None:
-    """Write consecutive ranges of labels to ``.npy`` files: either all files, or none."""
+    """Write consecutive ranges of labels to ``.npy`` files: either all files, or none.
+
+    File i gets ``labels[starts[i]:starts[i + 1]]``.
+    """
     with atomic_outputs(files) as temporaries:
         for temporary, file, (begin, end) in zip(temporaries, files, pairwise(starts), strict=True):
             try:

@@ -17,14 +17,14 @@ from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 from .textures import library_lines, material_names
 
 NO_MATERIAL = "no_material"
-"""Material name for faces without a material that follow faces with a material."""
+"""Name of the material for faces without a material. It is needed only after faces with a material,
+because a ``usemtl`` line applies to all faces up to the next ``usemtl`` line."""
 
 
 def write_obj(file: IO[bytes], content: Content) -> None:
     """Write OBJ with one group per region; faces keep their order within a group.
 
-    Materials are written to an MTL file in the same folder. OBJ cannot store colors and attributes
-    of faces.
+    Materials are written to an MTL file in the same folder. Colors and attributes are not written.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     lines_of = partial(face_lines, mesh, begin="f ", first=1)
@@ -80,10 +80,11 @@ def face_lines(
     first: int = 0,
     ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
-    """Yield lists of at most `ROWS_AT_ONCE` lines. Each line has `begin`, corners, and `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines, with one line per face.
 
-    A ``#`` in `begin` is replaced by the number of corners. The first vertex has index `first`.
-    Each array in `ends` has one number per face of the mesh.
+    A line consists of `begin`, the vertices of the face, and its number in each array of `ends`. A
+    ``#`` in `begin` is replaced by the number of corners. Vertices are numbered from `first`. Each
+    array in `ends` has one number per face of the mesh.
     """
     for place in range(0, len(faces), ROWS_AT_ONCE):
         yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)
@@ -93,9 +94,10 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Return one line per face, with texture indices if `pairs` is given.
+    """Return one line per face as `face_lines` does, with texture coordinates if `pairs` is given.
 
-    `pairs` has the texture index of each corner of the mesh, and the first corner of each face.
+    `pairs` is a tuple of two arrays: the row of each corner of the mesh in `Texture.coordinates`,
+    and the index of the first corner of each face.
     """
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
@@ -106,7 +108,8 @@ def _lines_of(
             np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
         ]
         is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
-        # A kind is the number of corners, negated if a corner has no texture coordinates.
+        # Faces with equal entries in `kinds` have the same format. The entry is the number of
+        # corners, negated if a corner has no texture coordinates.
         kinds = np.where(is_whole, sizes, -sizes)
     for kind in np.unique(kinds).tolist():
         alike = np.flatnonzero(kinds == kind)
@@ -127,8 +130,8 @@ def _lines_of(
 def write_off(file: IO[bytes], content: Content) -> None:
     """Write OFF. The color of a face, three numbers from 0 to 255, follows its corners.
 
-    The first line is OFF, because COFF would declare vertex colors. OFF cannot store labels and
-    attributes.
+    The first line is OFF, because COFF would declare vertex colors. Labels and attributes are not
+    written.
     """
     mesh, colors = content.cells, content.colors
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))

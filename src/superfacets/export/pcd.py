@@ -18,8 +18,8 @@ _FORMATS = {"f4": "%.9g", "f8": "%.17g"}
 def write_pcd(file: IO[bytes], content: Content) -> None:
     """Write positions, normals, packed colors, labels and attributes as binary or text PCD.
 
-    Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers
-    unless a label is -1.
+    Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers, or
+    signed integers if a label is -1.
     """
     columns = _columns_of(content)
     kinds = [values.dtype.str[1:].upper() for values in columns.values()]
@@ -57,7 +57,11 @@ def write_pcd(file: IO[bytes], content: Content) -> None:
 
 
 def _columns_of(content: Content) -> dict[str, Array]:
-    """Return the PCD fields, keyed by name. Attributes named like another field are skipped."""
+    """Return the PCD fields, keyed by name.
+
+    An attribute is skipped if another field has its name, or if it stores colors that are already
+    packed in the field ``rgb``.
+    """
     cloud, labels, colors = content.cells, content.labels, content.colors
     dtype = np.float32 if fits_single(cloud.points) else np.float64
     columns: dict[str, Array] = dict(zip("xyz", cloud.points.T.astype(dtype), strict=True))

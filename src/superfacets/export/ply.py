@@ -22,11 +22,15 @@ OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
 }
-"""Properties that `write_ply` itself writes; attributes with these names are skipped."""
+"""Names of properties that `write_ply` itself writes; labels and colors only if there are any. An
+attribute is skipped if the file already has a property with its name."""
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """Return descriptions, such as "face property label", of attributes in `OWN_NAMES`."""
+    """Return the attributes with names in `OWN_NAMES`, described like "face property label".
+
+    With `of_points`, the names for faces apply to the points of a cloud.
+    """
     return [
         f"{'point' if of_points else owner} property {name}"
         for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
@@ -44,7 +48,7 @@ def write_ply(file: IO[bytes], content: Content) -> None:
     if content.vertex_labels is not None:
         vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
     if attributes is not None:
-        # Vertex labels among the attributes are outdated if new face labels are written.
+        # If new labels of faces are written, labels of vertices in the attributes are outdated.
         labels = attributes.face.get("label", ())
         are_other = content.labels is not None and not np.array_equal(labels, content.labels)
         left_out = ("label",) if are_other else ()
@@ -89,7 +93,7 @@ class _Column:
 
     name: str
     dtype: str
-    values: Any  # array, or one value for all rows, or the mesh if its faces differ in size
+    values: Any  # array; one value for all rows; or the mesh, if faces differ in size (`longest`)
     length: int | None = None  # length of the list in every row; None if rows have one number
     longest: int = 0  # length of the longest list if lists differ in length, otherwise 0
 
@@ -98,7 +102,10 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return `rows` as a column; if list lengths differ, its lists have length `size`."""
+        """Return the column restricted to `rows`.
+
+        If list lengths differ, all lists in `rows` must have the length `size`.
+        """
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -109,14 +116,14 @@ class _Column:
 
 @dataclass(frozen=True)
 class _Element:
-    """An element of a PLY file: a named table."""
+    """An element of a PLY file: a named table, whose columns are called properties."""
 
     name: str
     n_rows: int
     columns: list[_Column]
 
     def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
-        """Append attributes as columns, but skip names that are in use or in `left_out`."""
+        """Append attributes as columns; skip names of existing columns and names in `left_out`."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}
@@ -170,7 +177,10 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Encode the rows `part` as one bytes object, or as one per row if faces differ in size."""
+    """Encode the rows in the slice `part`; return a list of bytes to be written one after another.
+
+    If faces differ in size, the list has one item per row, and otherwise one item.
+    """
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)
@@ -211,7 +221,7 @@ def _declaration(column: _Column) -> str:
 
 
 def _as_text(rows: Array) -> bytes:
-    """Format rows as text with enough digits to restore the same numbers."""
+    """Format rows as text, with enough digits to restore all numbers exactly."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
     formats = {"f4": "%.9g", "f8": "%.17g"}
     words = [formats.get(column.dtype.str[1:], "%d") for column in columns for _ in column.T]

@@ -21,7 +21,7 @@ Graph = Mapping[str, npt.ArrayLike]
 
 
 def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
-    """Write a region graph, or a sequence of nested graphs, as arrays for PyTorch Geometric.
+    """Write a region graph, or a sequence of nested region graphs, for PyTorch Geometric.
 
     Parameters
     ----------
@@ -29,18 +29,20 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
         Output file; the name must end in ``.npz``. An existing file is replaced when the new file
         is complete, and its permissions are kept.
     graphs : mapping of str to array_like, or a sequence of mappings
-        Arrays of a graph, by name. ``edge_index``, (2, E), has the regions at the two ends of each
-        edge; each edge is listed in both directions. ``edge_attr``, (E, n), has a row per edge.
-        ``pos``, (K, 3), and all other arrays have a row per region. ``super_index`` has the region
-        that contains each cell or each region of the next finer graph, or -1 for no region. The
-        finest graph of a sequence is first.
+        Arrays of a graph, by name. ``edge_index``, (2, E), contains the two regions that each edge
+        connects; each edge is listed in both directions. ``edge_attr``, (E, n), has a row per edge.
+        ``pos``, (K, 3), and all other arrays except ``super_index`` have a row per region. A
+        sequence begins with the finest graph. ``super_index`` of the finest graph is the region of
+        each cell. ``super_index`` of any other graph is the region that contains each region of the
+        previous graph. A ``super_index`` of -1 means no region.
 
     Raises
     ------
     ValueError
-        If `path` does not end in ``.npz``, if there is no graph, if an array is not numeric, if an
-        edge or a ``super_index`` refers to a region that does not exist, or if the sizes of nested
-        graphs do not match.
+        If `path` does not end in ``.npz``, if there is no graph, if ``edge_index``, ``pos`` or, for
+        nested graphs, ``super_index`` is missing, if an array is not numeric or has a wrong shape,
+        if an edge or a ``super_index`` refers to a region that does not exist, or if the sizes of
+        nested graphs do not match.
     OSError
         If the file cannot be written.
 
@@ -48,11 +50,12 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     -----
     Indices are written as int64, and other arrays with their own data type. The arrays of a single
     graph keep their names. Nested graphs are numbered as levels, as in superpoint networks. Level 0
-    consists of the cells, and has only ``level0_super_index``, the region of level 1 of each cell.
-    Level 1 is the first graph: ``level1_edge_index``, ``level1_pos`` and so on, and
-    ``level1_super_index``, with regions of level 2. The last level has no ``super_index``. Writing
-    does not need torch. The arrays of a level, converted to tensors, can be passed to
-    ``torch_geometric.data.Data(**tensors)``.
+    consists of the cells and has a single array, ``level0_super_index``: the region of level 1 that
+    contains each cell. Level 1 is the first graph, with the arrays ``level1_edge_index``,
+    ``level1_pos`` and so on. Its ``level1_super_index`` is the region of level 2 that contains each
+    region of level 1. The last level has no ``super_index``. Writing does not need torch. After
+    loading, the arrays of a level, converted to tensors and without the prefix ``level1_`` in their
+    names, can be passed to ``torch_geometric.data.Data(**tensors)``.
 
     Examples
     --------
@@ -95,7 +98,7 @@ def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:
         if "super_index" not in graph:
             raise MeshError(f"{what}super_index is missing: nested graphs need it")
         n_below = _check_graph(graph, what, n_below)
-        for name, values in graph.items():  # a super_index is stored with the next finer level
+        for name, values in graph.items():  # a super_index is stored with the level of its rows
             level = place if name == "super_index" else place + 1
             arrays[f"level{level}_{name}"] = values
     return arrays

@@ -31,10 +31,10 @@ APP_ID = "superfacets"
 """Value of ``appId`` in files written by this package."""
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
-"""Suffix that ScanNet appends to the scene name in the names of mesh files."""
+"""Pattern of the suffix that ScanNet appends to the scene name in the names of mesh files."""
 
 _THRESHOLD = re.compile(r"\.\d+\.\d+$")
-"""Threshold that ScanNet appends to the names of segment files, for example ``.0.010000``."""
+"""Pattern of the threshold in the names of ScanNet's segment files, for example ``.0.010000``."""
 
 
 def scene_of(path: Path | None, ending: str) -> str:
@@ -49,9 +49,11 @@ def scene_of(path: Path | None, ending: str) -> str:
 def check_truth_stays(paths: Iterable[StrPath]) -> None:
     """Raise a FileExistsError if writing to `paths` would destroy ground truth.
 
-    Ground truth is an ``.aggregation.json`` file from another program, or a ``.segs.json`` file to
-    whose segments an ``.aggregation.json`` file in the same folder refers, either by its entry
-    ``segmentsFile`` or by an equal scene name. New segments would make these groups invalid.
+    Two kinds of files are ground truth. The first is an ``.aggregation.json`` file from another
+    program. The second is a ``.segs.json`` file if its segments are grouped by an
+    ``.aggregation.json`` file that is in the same folder, but not in `paths`. New segments would
+    make these groups invalid. The groups belong to the segments if the entry ``segmentsFile`` names
+    the ``.segs.json`` file, or if both files have the same scene name.
     """
     outputs = [Path(path) for path in paths]
     for path in outputs:
@@ -87,7 +89,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
         named = json.loads(groups.read_bytes())["segmentsFile"]
         names |= {named, named.removeprefix("scannet.")}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        pass  # if the file cannot be read, only its scene name identifies its segments
+        pass  # if the file cannot be read, only its scene name identifies the segment file
     return names
 
 
@@ -104,7 +106,10 @@ def write_aggregation(
     file: IO[bytes], ids: npt.NDArray[np.integer], scene: str,
     classes: Sequence[str] | None, scores: Sequence[float] | None = None,
 ) -> None:  # fmt: skip
-    """Write an ``.aggregation.json`` file: a group per segment, with given classes and scores."""
+    """Write an ``.aggregation.json`` file with one group per segment.
+
+    A segment is the set of vertices with one id. Classes and scores are in ascending order of ids.
+    """
     check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes
@@ -121,8 +126,8 @@ def write_groups(
 ) -> None:
     """Write groups of segments as an ``.aggregation.json`` file.
 
-    Each group has the entries ``segments`` and ``label``, and may have others. `segments_file` is
-    the name of the segment file; by default the name that ScanNet uses for the scene.
+    Each group has the entries ``segments`` and ``label``, and may have other entries.
+    `segments_file` is the name of the segment file; the default is ScanNet's name for the scene.
     """
     document = {
         "sceneId": f"scannet.{scene}",
@@ -143,8 +148,7 @@ def check_ids(ids: npt.NDArray[np.integer]) -> None:
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
     """Write the region of each triangle in each level, for the Scene Toolkit (SSTK).
 
-    Levels are ordered from fine to coarse. SSTK recognizes the levels by their names. Triangles
-    with negative labels are in no segment.
+    Levels are ordered from fine to coarse. Triangles with label -1 are in no region.
     """
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
     for level, labels in enumerate(levels):

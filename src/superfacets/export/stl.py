@@ -18,10 +18,12 @@ from .text import coordinate_format, fits_single, write_rows
 def write_stl(file: IO[bytes], content: Content) -> None:
     """Write one solid per region, in ascending order of labels, or one per class.
 
-    Solids are named ``region_0``, ``region_1``, ..., and ``unlabeled`` for label -1, or after the
-    classes, with underscores instead of spaces. Meshing and flow simulation programs use these
-    names for patches. The file is text because binary STL has only one solid. Without labels, the
-    file is binary if float32 is exact for all coordinates. Undefined normals are 0.
+    Solids are named ``region_0``, ``region_1``, ... or, if there are classes, like the classes with
+    underscores instead of spaces. The solid of faces with label -1 is named ``unlabeled``. Meshing
+    and flow simulation programs use these names for patches. Files with labels are text, because
+    binary STL has only one solid. A file without labels is binary if float32 is exact for all
+    coordinates and `Content.ascii` is false; otherwise it is text with one solid. Undefined normals
+    are 0.
     """
     mesh, labels = content.cells, content.labels
     normals = area_vectors(mesh, checked_threads(None))
@@ -48,7 +50,7 @@ def write_stl(file: IO[bytes], content: Content) -> None:
 
 
 def _names_of(values: Array, classes: Sequence[str] | None) -> Array:
-    """Return the name of the solid for each distinct label; `values` are the ascending labels."""
+    """Return the name of the solid for each of `values`: the distinct labels in ascending order."""
     regions = [f"region_{value}" for value in values.tolist() if value >= 0]
     if classes is not None:
         regions = ["_".join(name.split()) or "unnamed" for name in classes]

@@ -18,7 +18,7 @@ from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
 Columns = Mapping[str, Array]
-"""Columns of a table by name; all columns have the same length."""
+"""Columns of a table, keyed by column name; all columns have the same length."""
 
 TABLE_ENDINGS = (".csv", ".json", ".parquet")
 LINE_ENDINGS = (".obj",)
@@ -28,8 +28,8 @@ def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
     """Write each table to its path, in the format of its ending: all tables, or none.
 
     The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
-    null in JSON. A JSON file has a list with one object per row. Numbers have enough digits to be
-    read exactly. Parquet needs pandas and pyarrow.
+    null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
+    digits to restore them exactly. Parquet needs pandas and pyarrow.
     """
     endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
@@ -65,7 +65,7 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
-    import_extra("pyarrow", "a .parquet file", "graph")  # otherwise pandas raises an ImportError
+    import_extra("pyarrow", "a .parquet file", "graph")  # else pandas raises a plain ImportError
     pandas = import_extra("pandas", "a .parquet file", "graph")
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 

@@ -1,4 +1,4 @@
-"""Write textures of meshes as copies of images, MTL files and properties of PLY files."""
+"""Write textures: copy images, write MTL files, and add texture coordinates to PLY files."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def notes_on_texture(
 class Placer:
     """Copies images to the folder of an output file, and chooses the names of the copies."""
 
-    path: Path | None  # output file; None for standard output, for which no image is copied
+    path: Path | None  # output file; None for standard output, in which case no image is copied
     names: dict[TextureImage, str | None] = field(default_factory=dict)
 
     def name_of(self, image: TextureImage) -> str | None:
@@ -60,7 +60,10 @@ class Placer:
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return `path` relative to the output's folder, None if outside, its name for a stream."""
+        """Return `path` relative to the folder of the output file, or None if it is not inside.
+
+        If the output is a stream, return the file name.
+        """
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -108,7 +111,11 @@ def material_names(texture: Texture) -> list[str]:
 
 
 def library_lines(texture: Texture, path: Path | None) -> bytes:
-    """Return the ``mtllib`` lines of an OBJ file; write an MTL file and images if necessary."""
+    """Return the ``mtllib`` lines of an OBJ file.
+
+    If the MTL files of the texture cannot be reused, an MTL file is written, and its images are
+    copied if necessary.
+    """
     placer = Placer(path)
     known = [placer.relative(library) for library in texture.libraries]
     # MTL files are reused only if they are in the folder of the OBJ file. For other folders,
@@ -138,7 +145,7 @@ def _mtl_lines(texture: Texture, placer: Placer) -> Iterator[str]:
 
 
 def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> str:
-    """Return the MTL lines of a material, with image indices replaced by image names."""
+    """Return the MTL text of a material, with its indices into `images` replaced by image names."""
     pieces = text.split("\0")
     for place in range(1, len(pieces), 2):
         image = images[int(pieces[place])]
@@ -149,10 +156,11 @@ def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> 
 def ply_texture(
     texture: Texture, placer: Placer, *, has_triangles: bool
 ) -> tuple[list[str], dict[str, Array]]:
-    """Return comments with image names for a PLY file, and new face properties.
+    """Return the comments that name the images in a PLY file, and additional face properties.
 
-    A texture from a PLY file needs no new properties, because the attributes already include them.
-    Other textures are written only for triangles.
+    The properties are texture coordinates and image numbers. If the texture comes from a PLY file,
+    there are none, because the attributes of faces already include them. All other textures are
+    written only for meshes of triangles.
     """
     names = [(image, placer.name_of(image)) for image in texture.images]
     comments = [f"comment TextureFile {name}" for _, name in names if name is not None]

@@ -33,7 +33,7 @@ def write_vtk_xml(
     *,
     ascii: bool,
 ) -> None:
-    """Write a VTK XML file with a single piece, and escape the names of arrays."""
+    """Write a VTK XML file with a single ``Piece`` element. Names of arrays are escaped."""
     order = f"{sys.byteorder.capitalize()}Endian"
     numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
     file.write(

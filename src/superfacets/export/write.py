@@ -65,7 +65,8 @@ def write_mesh(
 
         - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; text
           with one solid per region, or per class with `classes`; binary without labels), ``.off``
-          (colors) or ``.glb`` (region ids and a table of regions);
+          (colors), ``.glb`` (region ids and a table of regions) or ``.ids.png`` (an image with the
+          region id of each texel; `attributes` must contain a texture);
         - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
         - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
           LAZ need the extra ``las``);
@@ -73,29 +74,31 @@ def write_mesh(
           ``min_vertices=20``) or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
           (which needs torch);
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
-          Region i is entry i + 1 in their tables of colors and names, and entry 0 means no region;
+          Their table of colors and names has one entry for no region, and then one per region;
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
           ``.npz`` (the result of `region_graph`, written by `write_graphs`).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
-        As for `segment`. Polygons stay polygons, except in GLB. Labels and colors of a cloud are
-        properties of its points; LAS stores the labels in an extra dimension ``label``.
+        Same as in `segment`. Polygons stay polygons, except in GLB. For a cloud, there is one label
+        and one color per point; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
         Region of each face, 0 or greater; -1 if a face is in no region.
     colors : array_like of uint8, shape (F, 3), optional
-        Red, green and blue. If there are labels, the default is the result of `face_colors`.
+        Red, green and blue of each face. If there are labels, the default is the result of
+        `face_colors`.
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or created by you. A property
-        is skipped if the format itself has a property of this name, such as ``label`` or ``red`` in
-        PLY. Only PLY, VTP, PCD and LAS store attributes.
+        is skipped if the file already has a property of this name, such as ``label`` or ``red`` in
+        PLY. Only PLY, VTP, PCD, LAS and LAZ store properties. OBJ, GLB and PLY store the texture,
+        but a PLY file of polygons can store a texture only if the texture comes from a PLY file.
     ascii : bool, default False
         Whether to write text instead of binary numbers, for programs that read only text.
     label_name : str, default "label"
         Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY file also stores labels of vertices, computed by `superfacets.vertex_labels`,
-        as a vertex property ``label``.
+        Whether a PLY file also contains a vertex property ``label`` with labels of vertices, which
+        are computed by `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels. GLB stores classes as a column of
         the table, STL as names of solids, and ``.aggregation.json`` as labels of groups.
@@ -105,18 +108,22 @@ def write_mesh(
         suggestions by score.
     force : bool, default False
         Whether to replace a ``.segs.json`` file even if an ``.aggregation.json`` file in the same
-        folder refers to its segments and becomes invalid. See `regroup_segments`.
+        folder refers to its segments and becomes invalid, and whether to replace an
+        ``.aggregation.json`` file from another program. See `regroup_segments`.
 
     Raises
     ------
     ValueError
-        If the ending, a shape or a dtype is wrong, if a label is below -1, or is -1 in a format
-        whose ids begin at 0, or if the format cannot store the cells, their number, or the value of
-        an option.
+        If the ending, a shape or a dtype is wrong, if a label is below -1, if a label is -1 but ids
+        in the format begin at 0, or if the format cannot store the cells, their number, or the
+        value of an option.
     TypeError
-        If `attributes` is neither a `MeshAttributes` nor None.
+        If `attributes` is neither a `MeshAttributes` nor None, or if a class is neither a string
+        nor an integer.
+    MissingExtraError
+        If the format needs a package that is not installed.
     OSError
-        If the file cannot be written. If `force` is needed, it is a FileExistsError.
+        If the file cannot be written. The error is a FileExistsError if `force` is needed.
 
     Notes
     -----
@@ -159,7 +166,7 @@ def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
-    r"""Write labels to a file, in the given order.
+    r"""Write labels to a file, without a mesh.
 
     Parameters
     ----------
@@ -178,16 +185,18 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         be -1, except in ``.label.gii`` and ``.annot``. For ``.sstk.json`` the shape may be (n, F):
         n nested levels, the finest first.
     force : bool, default False
-        As for `write_mesh`.
+        Same as in `write_mesh`.
 
     Raises
     ------
     ValueError
         If the ending, the shape or the dtype is wrong, if a label is negative but the format does
-        not allow negative labels, if a label in ``.segs.json`` is 2**24 or greater, or if levels
-        are not nested.
+        not allow negative labels, if levels are not nested, or if a label is 2**24 or greater in
+        ``.segs.json``, ``.aggregation.json``, ``.label.gii`` or ``.annot``.
+    MissingExtraError
+        If the ending is ``.pth``, but torch is not installed.
     OSError
-        If the file cannot be written.
+        If the file cannot be written. The error is a FileExistsError if `force` is needed.
 
     See Also
     --------
@@ -229,14 +238,14 @@ def write_regions(
         for example ``region_17.ply``. All labels in file names have as many digits as the largest
         label, with leading zeros. Existing files with these names are replaced.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
-        As for `segment`. Points keep their normals and colors.
+        Same as in `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
         Region of each cell, 0 or greater. Cells with label -1 are not written.
     ending : str, optional
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
     ascii : bool, default False
-        As for `write_mesh`.
+        Same as in `write_mesh`.
 
     Returns
     -------
@@ -249,7 +258,7 @@ def write_regions(
         If the ending or a label is wrong, if all labels are -1, or if all vertices of a region are
         at one point.
     FileExistsError
-        If the folder already contains other region files with this ending.
+        If the folder already contains other region files with this ending, which are not replaced.
     OSError
         If a file cannot be written.
 
@@ -323,13 +332,17 @@ def write_outputs(
 
     Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
     binary files, which need not be seekable. Streams are written after all files of `paths` are
-    complete. If writing to a stream fails, no file appears at `paths`. If label files belong to
-    another mesh, such as the mesh before subdivision, pass it as `listed_mesh`, and its labels as
-    `listed`. Formats with one label per vertex store `of_vertices`, or else convert `labels`.
-    If labels of cells were converted to labels of vertices, returns the number of vertices of each
-    region, in ascending order of the labels, and otherwise an empty array. Raises the errors of
-    `write_mesh`, and a ValueError if a path is given twice, or if a format needs labels but there
-    are none.
+    complete. If writing to a stream fails, no file appears at `paths`.
+
+    If files that contain only labels belong to another mesh, such as the mesh before subdivision,
+    pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one label per vertex
+    store `of_vertices` if it is given, and otherwise labels of vertices computed from labels of
+    cells.
+
+    If ids of vertices were computed for a format in `VERTEX_OUTPUTS`, the result is the number of
+    vertices of each region, in ascending order of the labels, and otherwise an empty array. Raises
+    the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs
+    labels but there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -360,7 +373,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """Return a write function per ending; raise an error if a format cannot store the data."""
+    """Return a write function for each ending; raise an error if a format cannot store the data."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
@@ -399,7 +412,8 @@ def check_fit(
 ) -> None:
     """Raise an error, before a long computation, if a format of `endings` cannot store the cells.
 
-    `labels` are preliminary labels; None means that every cell will be in a region.
+    `labels` stands for labels that are computed later: -1 where a cell will be in no region, and
+    any label elsewhere. None means that every cell will be in a region.
     """
     likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
     for ending in endings:

@@ -19,7 +19,7 @@ the radius of a region if a compact object has 150 regions."""
 
 
 class BoundaryAgreement(NamedTuple):
-    """Result of `boundary_agreement`: fractions of the length of borders, where 1 is best."""
+    """Result of `boundary_agreement`: two fractions of the length of borders, where 1 is best."""
 
     recall: float
     """Fraction of true borders that are near borders of regions; 1 if there are no true borders."""
@@ -29,10 +29,14 @@ class BoundaryAgreement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """Borders between labels, and the distance of each vertex from the nearest border."""
+    """Borders between labels, and the distance of each vertex from the nearest border.
+
+    Distances are infinite where no path leads to a border. If several vertices are at one position,
+    only the vertex in `MeshEdges.representative` has edges, so all others have infinite distances.
+    """
 
     borders: Borders
-    distances: Floats  # (V,) length of the path along edges to the nearest border; inf if none
+    distances: Floats  # (V,) length of the shortest path along edges to a border
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
@@ -51,20 +55,21 @@ def boundary_agreement(
 ) -> BoundaryAgreement:
     """Return the recall and the precision of the borders of regions, compared with true borders.
 
-    The precision of an oversegmentation is low by design, because most of its borders are not true
+    An oversegmentation always has a low precision, because most of its borders are not true
     borders.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     labels, truth : array_like of integers, shape (F,)
         Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
         unannotated. Unannotated faces are ignored.
     tolerance : float, default 0.01
         Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
-        box. Distances are lengths of paths along edges from vertex to vertex, which are longer than
-        geodesic distances. They are measured at both ends of each border edge.
+        box. Distances are lengths of shortest paths along edges, which are longer than geodesic
+        distances. They are measured from both ends of each border edge, and each end stands for
+        half of the edge.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
 
@@ -82,8 +87,8 @@ def boundary_agreement(
 
     References
     ----------
-    Martin, Fowlkes and Malik, "Learning to detect natural image boundaries", 2004, describe the
-    metric for images.
+    Martin, Fowlkes and Malik, "Learning to detect natural image boundaries", 2004; there, the
+    metric is defined for images.
 
     Examples
     --------
@@ -103,20 +108,20 @@ def cut_discrepancy(
 
     The result is the mean distance from borders of regions to the nearest true border, plus the
     mean distance from true borders to the nearest border of a region. The sum is divided by the
-    mean distance of the faces from the centroid of the mesh or, if all faces have the same
-    centroid, by the diagonal of the bounding box.
+    mean distance of the face centroids from the centroid of the mesh, weighted by area. If all face
+    centroids are equal, it is divided by the diagonal of the bounding box instead.
 
     Parameters
     ----------
     mesh, labels, truth, weld
-        As for `boundary_agreement`, which explains the measurement of distances.
+        Same as in `boundary_agreement`. Distances are measured in the same way.
 
     Returns
     -------
     float
         Discrepancy, >= 0. Where no path leads to a border, for example because the truth has no
-        borders, the distance is the diagonal of the bounding box. If labels or truth have no
-        borders, the mean distance from these borders is 0.
+        borders, the distance is the diagonal of the bounding box. If there are no borders of
+        regions, the first mean distance is 0. If there are no true borders, the second is 0.
 
     Raises
     ------
@@ -167,7 +172,7 @@ def _cuts_of_both(
 
 
 def annotated(regions: Ints, segments: Ints) -> Ints:
-    """Return regions in which unannotated cells have label -1, so that they have no borders."""
+    """Return the regions with -1 for unannotated cells. Cells labeled -1 have no borders."""
     return np.where(segments < 0, segments, regions)
 
 

@@ -19,7 +19,7 @@ from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 from ..mesh.weld import lowest_vertices
 
 _POINT = 1e-12
-"""A mean radius of at most this fraction of the diagonal is treated as 0 by `MeshEdges`."""
+"""If the mean radius is at most this fraction of the diagonal, `MeshEdges` treats it as 0."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,17 @@ class EdgePaths:
     """Graph for shortest paths along the edges of a mesh."""
 
     graph: _core.OrderedGraph  # nodes are the vertices that have edges; path lengths are integers
-    unit: float  # length, in units of the mesh, of a path of length 1 in the graph
+    unit: float  # unit of path lengths in `graph`, as a length on the mesh
     nodes: Ints  # (V,) node of each vertex in the graph, or -1 if the vertex has no edges
     n_threads: int
 
     @classmethod
     def of(cls, mesh: FaceMesh, representative: Ints, n_threads: int) -> EdgePaths:
-        """Build the graph whose nodes are the vertices of a mesh, and whose arcs are the edges."""
+        """Build the graph whose nodes are the vertices of a mesh, and whose arcs are the edges.
+
+        `representative` is the lowest vertex at the position of each vertex. Only these lowest
+        vertices have edges.
+        """
         offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
         nodes = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)
@@ -56,7 +60,7 @@ class EdgePaths:
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
-            # `Clustering` makes unreached vertices additional sources, which have higher labels.
+            # `Clustering` adds sources in components without a source. Their labels are higher.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.nodes >= 0
@@ -75,7 +79,7 @@ class MeshEdges:
 
     @classmethod
     def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
-        """Convert `source` to a mesh and build the graph of its faces; see `segment` for `weld`."""
+        """Convert `source` to a mesh and build its face graph; for `weld`, see `segment`."""
         mesh = as_mesh(source)
         threads = checked_threads(n_threads)
         graph = build_face_graph(mesh, weld=weld, n_threads=threads)
@@ -105,7 +109,7 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Return the two end vertices of the given sides of faces, (n, 2), lower vertex first."""
+        """Return the ends of side ``sides[i]`` of face ``faces[i]``, (n, 2), lower vertex first."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:
@@ -115,7 +119,7 @@ class MeshEdges:
 
 
 class Borders(NamedTuple):
-    """Vertices of border edges, which are edges between faces with different labels."""
+    """Vertices at borders. A border consists of edges between faces with different labels."""
 
     vertices: Ints
     """Distinct end vertices of the border edges in ascending order, shape (B,)."""
@@ -126,7 +130,7 @@ class Borders(NamedTuple):
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
     """Return the borders between labels of faces.
 
-    The boundary of an open mesh is not a border, and faces labeled -1 have no borders.
+    The boundary of an open mesh is not a border, and edges of faces labeled -1 are not borders.
     """
     graph = mesh.graph
     sources = graph.sources

@@ -58,21 +58,22 @@ class GroundTruths:
     Parameters
     ----------
     mesh : Mesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     truths : array of integers, shape (F,), or sequence of array_like of integers
-        One ground truth, or a sequence of ground truths. A ground truth is the true segment of each
-        face, >= 0, or -1 for unannotated faces.
+        One ground truth, or a sequence of ground truths. A ground truth contains the true segment
+        (>= 0) of each face, or -1 for an unannotated face.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If a ground truth is not one integer >= -1 per face, or if all faces have area 0.
+        If a ground truth is not one integer >= -1 per face, if all of its values are -1, or if all
+        faces have area 0.
     """
 
     def __init__(
@@ -110,31 +111,32 @@ def evaluate(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
-        As for `segment`.
+        Same as in `segment`.
     labels : array_like of integers, shape (F,)
         Region of each face, tetrahedron or point, >= 0.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
-        One or several ground truths. A ground truth is the true segment of each face, or -1 for
-        unannotated faces, which comparisons with this ground truth ignore. If many labels of one
-        mesh are evaluated, `GroundTruths` saves time. It must have been made for the same mesh. In
-        this case, `weld` and `n_threads` have no effect.
+        One or several ground truths. A ground truth contains the true segment (>= 0) of each cell,
+        or -1 for an unannotated cell. Unannotated cells are ignored in the comparison with this
+        ground truth. If many labels of one mesh are evaluated, `GroundTruths` saves time. It must
+        have been made for the same mesh, and then `weld` and `n_threads` have no effect.
     tolerance : float, default 0.01
         Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_extra_pieces`` (number of connected pieces minus number of regions),
-        ``compactness`` and ``explained_variation``. With ground truths, the dict also contains the
-        following metrics, which are means over the ground truths: ``undersegmentation_error``,
-        ``achievable_accuracy``, ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``,
-        ``hamming_distance``, ``missing_rate``, ``false_alarm_rate``, ``rand_index``,
-        ``global_consistency_error`` and ``local_consistency_error``. All metrics are weighted by
-        area or length. They do not change if labels are renumbered or if the mesh is scaled. For a
+        ``n_regions``, ``n_extra_pieces`` (total number of connected pieces of the regions, minus
+        ``n_regions``), ``compactness`` and ``explained_variation``. With ground truths, the
+        dict also contains the following metrics, which are means over the ground truths:
+        ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
+        ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
+        ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
+        ``local_consistency_error``. All metrics except the first three are weighted by area or
+        length. Metrics do not change if labels are renumbered or if the mesh is scaled. For a
         `TetMesh` or a `PointCloud`, metrics that need normals or border edges are left out.
 
     Raises
@@ -142,8 +144,9 @@ def evaluate(
     MeshError
         If the mesh or cloud is not valid.
     ValueError, TypeError
-        If labels are not one integer >= 0 per face, if all faces have area 0, if `tolerance` is
-        negative, or if the ground truths are of another mesh.
+        If labels are not one integer >= 0 per cell, if a ground truth is not valid (see
+        `GroundTruths`), if all cells have area 0, if `tolerance` is negative, or if `GroundTruths`
+        were made for another mesh.
 
     Examples
     --------
@@ -186,25 +189,26 @@ def evaluate_vertices(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Vertices that belong to no face are ignored.
+        Same as in `segment`. Vertices that belong to no face are ignored.
     vertex_labels : array_like of integers, shape (V,)
         Region of each vertex, >= 0.
     ground_truths : array of integers or sequence of array_like of integers
-        As for `evaluate`, with one value per vertex.
+        Same as in `evaluate`, with one value per vertex.
 
     Returns
     -------
     dict of str to float
-        The metrics of `evaluate` that need neither borders nor normals. Vertices are connected
-        along the edges of the mesh. The area of each face is divided equally among its corners, and
-        the area of a vertex is the sum of these parts over the faces around the vertex.
+        The metrics of `evaluate` that need neither borders nor normals. Vertices are connected if
+        they share an edge or have the same position. The area of each face is divided equally among
+        its corners, and the area of a vertex is the sum over the corners at this vertex.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid.
+        If the mesh is not valid, or if it is a point cloud.
     ValueError, TypeError
-        If labels are not one integer >= 0 per vertex, or if all faces have area 0.
+        If labels are not one integer >= 0 per vertex, if a ground truth is not one integer >= -1
+        per vertex or all of its values are -1, or if all faces have area 0.
 
     Examples
     --------

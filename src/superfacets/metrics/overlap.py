@@ -22,7 +22,8 @@ from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Overlaps are summed in a dense table if the table has at most this many entries per face."""
+"""Overlaps are summed in a dense table of regions and segments if the table has at most this many
+entries per face."""
 
 _TIE = 1e-9
 """Relative difference below which two sums of areas are treated as equal. It is larger than the
@@ -36,7 +37,7 @@ class Overlap:
     Attributes
     ----------
     regions, segments : ndarray of int32, shape (P,)
-        Region and true segment of each pair that has common faces.
+        Region and true segment of each of the P pairs that have common faces.
     areas : ndarray of float64, shape (P,)
         Area of the overlap of each pair.
     region_areas : ndarray of float64, shape (K,)
@@ -53,7 +54,7 @@ class Overlap:
 
     @property
     def total(self) -> float:
-        """Total area of the surface, without unannotated faces."""
+        """Total area of all annotated faces."""
         return float(self.segment_areas.sum())
 
 
@@ -76,14 +77,14 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Returns
     -------
     Overlap
-        Regions and segments are numbered in the order of their labels. Time is O(F), or O(F log F)
-        if there are thousands of regions and thousands of segments.
+        Regions and segments are numbered from 0 in the order of their labels. Time is O(F), or
+        O(F log F) if there are thousands of regions and thousands of segments.
 
     Raises
     ------
     ValueError, TypeError
-        If the numbers of labels and areas differ, if labels are not integers, or if all areas are
-        0.
+        If the numbers of labels and areas differ, if labels or truth are not valid integers, if all
+        faces are unannotated, or if all annotated faces have area 0.
 
     Examples
     --------
@@ -130,21 +131,21 @@ def undersegmentation_error(
 ) -> float:
     """Return the undersegmentation error: the area by which regions cross true borders; 0 is best.
 
-    For each pair of a region and a true segment that contains more than the fraction `tolerance` of
-    the region, the area of the region outside the segment is added. The result is the sum divided
-    by the area of the surface. For example, if a true border cuts a region into two halves, both
-    halves are added.
+    A region and a true segment form a pair if the segment contains more than the fraction
+    `tolerance` of the area of the region. The result is the sum, over all pairs, of the area of the
+    region outside the segment, divided by the area of the surface. For example, if a true border
+    cuts a region into two halves, there are two pairs, and both halves are added.
 
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells, or an `Overlap` that replaces all labels.
+        The labeled cells, or an `Overlap`, which replaces `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
         Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
         unannotated. Unannotated faces are ignored.
     tolerance : float, default 0.05
-        Minimum overlap, as a fraction of the area of the region, from 0 to 1. It is called tau in
-        the paper. Overlaps that equal the minimum up to rounding errors are ignored.
+        Fraction of the area of a region, from 0 to 1, that an overlap must exceed. It is called tau
+        in the paper. Overlaps that equal this fraction up to rounding errors are ignored.
 
     References
     ----------
@@ -163,16 +164,16 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the achievable segmentation accuracy (ASA): the accuracy of the best region labels.
+    """Return the achievable segmentation accuracy (ASA): the best accuracy of labels per region.
 
-    This is the maximum accuracy over all choices of one label per region. The best choice
-    for a region is the true label with the largest overlap. The accuracy is the fraction of the
-    area with the correct label. It is 1 if no region crosses a true border.
+    The accuracy is the fraction of the area with the correct label. The result is the accuracy if
+    each region gets the label of the true segment with which it has the largest overlap. It is 1 if
+    no region crosses a true border.
 
     Parameters
     ----------
     mesh, labels, truth
-        As for `undersegmentation_error`.
+        Same as in `undersegmentation_error`.
 
     References
     ----------
@@ -193,21 +194,21 @@ class Hamming(NamedTuple):
     distance: float
     """Mean of the missing rate and the false alarm rate."""
     missing_rate: float
-    """Fraction of the area where a segment is outside the region that overlaps the segment most."""
+    """Total area of each segment outside the region that overlaps it most, as a fraction."""
     false_alarm_rate: float
-    """Fraction of the area where a region is outside the segment that overlaps the region most."""
+    """Total area of each region outside the segment that overlaps it most, as a fraction."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
     """Return the Hamming distance, the missing rate and the false alarm rate; 0 is best.
 
-    They are defined as in the Princeton benchmark. An oversegmentation always has a high
-    missing rate, because its regions are smaller than the true segments.
+    The three metrics are defined as in the Princeton benchmark; see `Hamming`. An oversegmentation
+    always has a high missing rate, because its regions are smaller than the true segments.
 
     Parameters
     ----------
     mesh, labels, truth
-        As for `undersegmentation_error`.
+        Same as in `undersegmentation_error`.
 
     References
     ----------
@@ -228,14 +229,14 @@ def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None)
 def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
     """Return the probability that labels and truth agree on a pair of points; 1 is best.
 
-    Labels and truth agree if both put the two points into the same region, or both into different
-    regions. Points are random points of the surface, and may be in the same face. The Princeton
-    benchmark plots one minus this number.
+    Labels and truth agree on two points if the points have equal labels and equal truth, or
+    different labels and different truth. Points are random points of the surface, and may be in the
+    same face. The Princeton benchmark plots one minus this number.
 
     Parameters
     ----------
     mesh, labels, truth
-        As for `undersegmentation_error`.
+        Same as in `undersegmentation_error`.
 
     References
     ----------
@@ -259,23 +260,24 @@ class Consistency(NamedTuple):
     """Result of `consistency_error`: errors from 0 (best) to 1."""
 
     global_error: float
-    """Error if the finer of the two segmentations must be the same at all points."""
+    """Error if labels must refine the truth, or the truth must refine the labels, everywhere."""
     local_error: float
-    """Error if the finer of the two segmentations may be different at each point."""
+    """Error if labels may refine the truth at some points, and the truth the labels at others."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
     """Return the global and the local consistency error of labels and truth; 0 is best.
 
-    Each point has two refinement errors: the fraction of its region outside its segment, and the
-    fraction of its segment outside its region. The global error is the smaller of the means of the
-    two errors over the surface. The local error is the mean over the surface of the smaller error
-    at each point. Global and local error are 0 if no region crosses a true border.
+    Each point of the surface has two refinement errors: the fraction of its region outside its
+    segment, and the fraction of its segment outside its region. For the global error, the mean of
+    each refinement error over the surface is computed; the result is the smaller mean. The local
+    error is the mean, over the surface, of the smaller refinement error at each point. Global and
+    local error are 0 if no region crosses a true border.
 
     Parameters
     ----------
     mesh, labels, truth
-        As for `undersegmentation_error`.
+        Same as in `undersegmentation_error`.
 
     References
     ----------

@@ -16,22 +16,22 @@ from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12
-"""A surface is treated as flat if the variation of normals is at most this part of the area."""
+"""A surface is treated as flat if the variation of normals is at most this fraction of the area."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
     """Return the mean of perimeter / sqrt(area) over all regions; round regions have low values.
 
     The value is 3.54 for a disk, 3.72 for a hexagon and 4 for a square. The boundary of an open
-    mesh is part of the perimeter. Regions without area are ignored. For tetrahedra, the result is
-    the mean of surface / volume^(2/3), which is 4.84 for a ball and 6 for a cube.
+    mesh is part of the perimeter. Regions with area 0 are ignored. For tetrahedra, the result is
+    the mean of surface area / volume^(2/3), which is 4.84 for a ball and 6 for a cube.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        A mesh as for `segment`, or a graph of cells of any kind.
+        Same as in `segment`, or a graph of any cells.
     labels : array_like of integers, shape (F,)
-        Region of each face, >= 0.
+        Region of each cell, >= 0.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
 
@@ -40,7 +40,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If labels are not one integer >= 0 per face, or if all faces have area 0.
+        If labels are not one integer >= 0 per cell, or if all cells have area 0.
 
     References
     ----------
@@ -70,14 +70,15 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     """Return the fraction of the variance of normals that the regions explain; 1 is best.
 
     The unit normal of each face is compared with the mean normal of its region and with the mean
-    normal of the whole surface, weighted by area. The result is 1 if all regions are flat, and 0 if
-    the variance within regions is as large as on the whole surface. For a flat surface, it is 1.
-    Faces without area are ignored. Inconsistent orientation of faces increases the variance.
+    normal of the whole surface. Faces are weighted by area, so faces with area 0 are ignored. The
+    result is 1 if all regions are flat, and 0 if the variance within regions is as large as on the
+    whole surface. If the whole surface is flat, the result is 1. Inconsistent orientation of faces
+    increases the variance.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     labels : array_like of integers, shape (F,)
         Region of each face, >= 0.
 
@@ -90,8 +91,8 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
     References
     ----------
-    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008, describe the metric for
-    colors.
+    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008; there, the metric is
+    defined for colors.
 
     Examples
     --------
@@ -109,8 +110,9 @@ def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> fl
     """Return the result of `explained_variation` for labels that are consecutive integers from 0.
 
     For a set of faces, S is the sum of area * (normal - mean normal of the surface), and A is the
-    total area. The variance between regions is the sum of |S|^2 / A over all regions, and the total
-    variance is the same sum over all faces. These formulas avoid differences of large numbers.
+    area of the set. The variance between regions is the sum of |S|^2 / A over all regions. The
+    total variance is the sum of |S|^2 / A over all faces. These formulas avoid differences of large
+    numbers.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None

@@ -1,4 +1,4 @@
-"""Stage 5: make each region connected by joining its stray pieces to neighboring regions."""
+"""Stage 5: make each region connected, by joining all but one of its pieces to other regions."""
 
 from __future__ import annotations
 
@@ -25,28 +25,30 @@ def enforce_connectivity(
 ) -> RegionEdit:
     """Change labels so that all regions are connected.
 
-    A region keeps the piece that contains its center or, if `centers` is None, its largest piece.
-    All other pieces, in ascending order of area, join the neighboring region with the longest
-    common border. The length of borders in creases is reduced, as in `smooth_borders`. A piece
-    without neighbors becomes a new region.
+    A piece is a connected component of the cells with one label. A region keeps the piece that
+    contains its center or, if `centers` is None, its largest piece. All other pieces, in ascending
+    order of area, join the neighboring piece with the longest common border. Borders in creases
+    count as shorter, as in `smooth_borders`. Joined pieces get the same label. A piece without
+    neighbors becomes a new region.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells.
+        Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 keep this label.
     centers : array_like of int, shape (K,), optional
         Index of the center of each region, which must be a cell of the region.
     weights : array_like, shape (M,), optional
-        As for `smooth_borders`.
+        Same as in `smooth_borders`.
     weld, n_threads
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     RegionEdit
-        Regions keep their labels. New regions get labels from K on, sorted by their lowest cells.
+        Regions keep their labels. New regions get labels from K on, usually in the order of their
+        lowest cells.
 
     Raises
     ------
@@ -58,7 +60,7 @@ def enforce_connectivity(
 
     Notes
     -----
-    Time is O(N + M + B log^2 B) for N cells, M arcs, and B borders between pieces.
+    Time is O(N + M + B log^2 B) for N cells, M arcs, and B pairs of neighboring pieces.
 
     Examples
     --------
@@ -105,8 +107,8 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the largest piece of each region by area, or the lowest of several largest pieces."""
+    """Return the piece with the largest area in each region; of equal pieces, the lowest index."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the largest piece, assigned last, is kept
+    largest[region_of_piece[order]] = order  # the last assignment is the largest piece
     return largest

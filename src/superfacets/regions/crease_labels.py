@@ -17,12 +17,12 @@ from ..mesh.weld import lowest_vertices
 
 
 class VertexEdges(NamedTuple):
-    """Vertices of a mesh (or points) and edges between them, in CSR form and in both directions."""
+    """Vertices of a mesh, or points, and the edges between them in CSR form, in both directions."""
 
     offsets: Longs  # (V + 1,) index in `neighbors` of the first edge of each vertex
     neighbors: Ints  # (M,) vertex at the other end of each edge
     positions: Floats  # (V, 3) position of each vertex
-    normals: Floats  # (V, 3) mean of the unit normals of the adjacent faces; 0 in a volume
+    normals: Floats  # (V, 3) mean unit normal of the faces around each vertex; 0 in a volume
 
 
 class _Regions(NamedTuple):
@@ -76,9 +76,10 @@ def large_regions(
 ) -> Ints:
     """Grow regions of vertices to `least` vertices, and return the new labels of all vertices.
 
-    Small regions take vertices from regions that stay connected and keep `least` vertices. If
-    `merge` is true, regions that are still too small are merged with neighbors. `counts` is the
-    number of mesh vertices at each welded vertex. Only vertices without edges may be labeled -1.
+    A small region takes vertices from neighboring regions, as long as these stay connected and keep
+    `least` vertices. If `merge` is true, regions that are still too small are merged with
+    neighboring regions. `counts` is the number of mesh vertices at each welded vertex. All vertices
+    with edges must have a label >= 0.
     """
     if least < 2:
         return labels
@@ -88,7 +89,7 @@ def large_regions(
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
-    """Return a mesh of the labeled cells, which keeps all vertices, and the labels of its cells."""
+    """Return a mesh of the cells with a label >= 0, which keeps all vertices, and their labels."""
     if labels.min() >= 0:
         return cells, labels
     kept = np.flatnonzero(labels >= 0)
@@ -98,26 +99,28 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Return the labels of welded vertices, where Kruskal's algorithm labels vertices at borders.
+    """Return the label of each welded vertex. Kruskal's algorithm labels the vertices at borders.
 
-    A vertex inside a region gets its label. If a region has no inner vertices, each vertex where
-    the region has the majority gets its label. If the vertices of a region are not connected, only
-    the largest piece keeps the label, and the vertices of all other pieces are labeled again.
+    First, a vertex is labeled if all cells around it are in one region. If a region has no such
+    vertices, the vertices where it has the majority get its label. Second, Kruskal's algorithm
+    extends the labels to all vertices. Third, vertices in stray pieces (see `_in_stray_pieces`) are
+    labeled again in the same way.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # connected components without a seed
+    found = np.where(found < 0, majority, found)  # components without a seed
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
-    """Return the label with the largest total area of cells around each welded vertex.
+    """Return, for each welded vertex, the label with the largest total area of cells around it.
 
-    Each region becomes the majority at one vertex or more, if there are enough vertices.
+    Some labels are changed so that each region has at least one vertex, if there are enough
+    vertices.
     """
     sizes = regions.corners.sizes
     majority = weighted_majority(
@@ -131,7 +134,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Give each region without vertices one vertex of its cells if possible, in `of_vertices`."""
+    """Change `of_vertices` so that each region with cells gets at least one vertex, if possible."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -157,9 +160,9 @@ def _give_vertex(
 ) -> None:
     """Assign a vertex to `region` along an augmenting path, as in bipartite matching.
 
-    Each region of the path takes the only vertex of the next region, and the last region, which has
-    several vertices, gives one away. If there is no path, nothing changes, and all visited regions
-    are added to `searched`, so that later searches skip them.
+    Each region on the path takes the only vertex of the next region. The last region has several
+    vertices and gives one away. If there is no path, `of_vertices` does not change, and all visited
+    regions are added to `searched`, so that later searches skip them.
     """
     reached: dict[int, tuple[int, int] | None] = {region: None}
     queue = [region]
@@ -208,7 +211,10 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return, for each piece, the connected part of cells at its vertices; -1 if not divided."""
+    """Return, for each piece, the connected part of cells that contains its vertices.
+
+    Parts are numbered from 0. Pieces of regions with only one piece (see `is_divided`) get -1.
+    """
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

@@ -1,4 +1,4 @@
-"""Stage 5: represent labeled cells, costs of borders between regions, and results of edits."""
+"""Stage 5: define classes for labeled cells, costs of borders, and results of changed regions."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
 CREASE_SCALE = 6.0
-"""Crease cost of an edge, in units of the radius of a region, that reduces the cost of a border to
-1/e of its length. With scales from 4 to 8, the undersegmentation error of smoothed benchmark models
-changes by 0.0002."""
+"""Crease cost, in units of the radius of a region, at which an edge adds only 1/e of its length to
+the cost of a border. With scales from 4 to 8, the undersegmentation error of smoothed benchmark
+models changes by 0.0002."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Data to compute the cost of a border: the border length, which counts less in creases."""
+    """Data to compute the cost of a border: its length, where edges in creases count as shorter."""
 
     surface: Surface
-    lengths: Singles  # (M,) weight of each arc, quantized to a multiple of `unit`
-    unit: float  # weight of an arc with length 1, in units of ``surface.weight_unit``
-    radius: float  # expected radius r in the unit of the positions, > 0
-    crease_scale: float = CREASE_SCALE  # as the constant `CREASE_SCALE`, in units of `radius`
+    lengths: Singles  # (M,) weight of each arc, as a whole number of `unit`
+    unit: float  # unit of `lengths`, as a multiple of ``surface.weight_unit``
+    radius: float  # expected radius r of regions in the unit of the positions, > 0
+    crease_scale: float = CREASE_SCALE  # see `CREASE_SCALE`; in units of `radius`
 
     @classmethod
     def of_weights(cls, surface: Surface, weights: Floats, radius: float) -> BorderCosts:
@@ -47,7 +47,7 @@ class BorderCosts:
 
     @property
     def args(self) -> tuple[_core.Surface, _core.BorderCosts]:
-        """The surface and the border costs as C++ objects, in the length unit of the positions."""
+        """The surface and the border costs as C++ objects; lengths are in the unit of positions."""
         unit, scale = self.unit * self.surface.weight_unit, self.crease_scale * self.radius
         return self.surface.handle, _core.BorderCosts(self.lengths, unit, scale)
 
@@ -60,11 +60,12 @@ class RegionEdit(NamedTuple):
     labels : ndarray of int32, shape (N,)
         New label of each cell. Each label from 0 to K' - 1 occurs.
     sources : ndarray of int32, shape (K',)
-        Old label of each new region. For merged regions, the old label of the region that remained.
+        Old label of each new region. If several regions were merged, it is the old label of the
+        region that the other regions joined.
     n_joined : int
-        Number of pieces or regions that joined another region.
+        Number of regions (of pieces for `enforce_connectivity`) that joined another region.
     n_islands : int
-        Number of pieces or regions that did not join a region because they have no neighbor.
+        Number of regions (of pieces) that should have joined a region, but have no neighbor.
     """
 
     labels: Ints
@@ -78,8 +79,8 @@ def read_regions(
 ) -> tuple[BorderCosts, Ints, int]:
     """Check labels and weights; return the border costs, the labels, and the number of regions.
 
-    Cells labeled -1 are in no region. If `weights` is None, the weights of a `CellGraph` are used,
-    or, for a mesh or cloud, weights like the defaults of `crease_weights`.
+    Cells labeled -1 are in no region. If `weights` is None, the weights of a `CellGraph` are used
+    or, for a mesh or cloud, the weights from `creases_of`.
     """
     array, n_regions = checked_regions(labels, surface.n_cells)
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
@@ -110,7 +111,7 @@ class LabeledPart:
         weld: bool,
         n_threads: int | None,
     ) -> LabeledPart:
-        """Check arguments of functions like `smooth_borders`, and select the labeled cells."""
+        """Check the arguments of functions like `smooth_borders`, and select the labeled cells."""
         surface = as_surface(source, weld=weld, n_threads=n_threads)
         costs, array, n_regions = read_regions(surface, labels, weights)
         if array.min() >= 0:
@@ -128,5 +129,5 @@ class LabeledPart:
         return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Return labels of all cells from new labels of the labeled cells; all others get -1."""
+        """Convert new labels of the labeled cells to labels of all cells; other cells get -1."""
         return labels if self.cut is None else self.cut.whole_labels(labels)

@@ -15,26 +15,28 @@ from ..clustering.result import Segmentation
 from .edit import BorderCosts
 
 MERGE_CREASE_WEIGHT = 12.0
-"""Distance, in units of the radius of the regions, by which a deep crease separates two regions. If
-150 regions are merged to 50 on a third of the benchmark models, the undersegmentation error is
-0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and the compactness is 4.07, 4.15 and 4.20. For
-comparison, 50 regions of `segment` have 0.181 and 4.11. If distances are measured in the spectral
-embedding instead of in space, the error is higher by 0.01."""
+"""Distance that a deep crease adds between two regions when their merge cost is computed, in units
+of the radius of the merged region. If 150 regions are merged to 50 on a third of the benchmark
+models, the undersegmentation error is 0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and the
+compactness is 4.07, 4.15 and 4.20. For comparison, 50 regions of `segment` have 0.181 and 4.11. If
+distances are measured in the spectral embedding instead of in space, the error is higher by 0.01.
+"""
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of an edge, in units of the radius of a region, at which 1/e of the edge's length is
-added to the open length of a border (see `Borders`). Creases have more influence on merging than
-on `smooth_borders`. With a scale of 3, the undersegmentation error is 0.222 at the same
-compactness."""
+"""Crease cost, in units of the radius of a region, at which an edge adds only 1/e of its length to
+the open length of a border (see `Borders`). The scale is smaller than `edit.CREASE_SCALE`, so
+creases have more influence on merging than on `smooth_borders`. With a scale of 3, the
+undersegmentation error is 0.222 at the same compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
-"""Arrays of the lower region, higher region, length and open length of each border. The open length
-is the sum of the edge lengths, in which edges in creases have a lower weight."""
+"""Four arrays with one entry per border: the lower region, the higher region, the length and the
+open length. The open length is the sum of the edge lengths, where edges in creases count as
+shorter."""
 
 
 @dataclass(frozen=True, eq=False)
 class MergeTree:
-    """Binary tree of the merges of K regions, with merges numbered in the order of execution.
+    """Binary tree of M merges of K regions. Merges are numbered in the order of execution.
 
     Attributes
     ----------
@@ -44,7 +46,7 @@ class MergeTree:
         The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions.
         Node K + m is the result of merge m.
     costs : ndarray of float64, shape (M,)
-        Cost of each merge. Costs usually increase.
+        Cost of each merge. A merge usually costs more than the merge before.
     """
 
     n_regions: int
@@ -57,9 +59,9 @@ class MergeTree:
         return self.n_regions - len(self.children)
 
     def regions_at(self, n: int) -> Ints:
-        """Merge the K regions to n regions, and return the new label, 0 to n - 1, of each of the K.
+        """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
 
-        New regions are numbered in the order of the lowest of the K regions that each contains.
+        The n regions are numbered in the order of their lowest regions among the K regions.
         """
         n_merges = self.n_regions - n
         parents = np.arange(self.n_regions + n_merges)
@@ -92,8 +94,9 @@ class Hierarchy:
         The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions
         of `finest`. Node K + m is the result of merge m. After m merges, there are K - m regions.
     costs : ndarray of float64, shape (M,)
-        Cost of each merge. Costs usually increase. Their unit is the squared unit of the positions
-        or, with features, the squared unit of the features times area.
+        Cost of each merge. A merge usually costs more than the merge before. The unit is the
+        squared unit of the positions or, with features, the squared unit of the features times the
+        unit of area.
     segmentation : Segmentation or None
         Segmentation with the labels `finest`, or None if labels were given.
     """
@@ -180,7 +183,10 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
 ) -> MergeTree:
-    """Repeatedly merge the neighbors with the lowest merge cost, until no regions are neighbors."""
+    """Repeatedly merge the two neighbors with the lowest merge cost, until no neighbors are left.
+
+    If `islands` is "nearest", regions at the gaps of `_gaps_between` are neighbors, too.
+    """
     surface = costs.surface
     is_kept = labels >= 0
     kept = labels[is_kept]
@@ -215,7 +221,10 @@ def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
 
 
 def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Floats:
-    """Return the weighted mean of the values in each region, (K, F), exact if all are equal."""
+    """Return the weighted mean of the values in each region, (K, F).
+
+    If all values in a region are equal, the mean is exactly this value.
+    """
     lowest = np.empty(n_regions, np.int64)
     lowest[labels[::-1]] = np.arange(len(labels))[::-1]
     origins = values[lowest]
@@ -228,11 +237,12 @@ def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Flo
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return the pairs of regions to connect across gaps: all lower and all higher regions.
+    """Return the pairs of regions to connect across gaps, as arrays of lower and higher regions.
 
-    There is one pair for each connected component of regions except the largest. The pair contains
-    the two nearest cells of the component and of any larger component. Of components with equal
-    areas, the component with the lowest region is treated as larger.
+    There is one pair for each connected component of regions except the largest. It contains the
+    regions of two cells: the cell of the component and the cell of any larger component that are
+    nearest to each other. Of components with equal areas, the component with the lowest region is
+    treated as larger. `cells` is a tuple of the positions and the measures of the labeled cells.
     """
     components, n_components = _components_of(borders, len(areas))
     total = sums_by_label(components, areas, n_components)
@@ -245,7 +255,10 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the component of each region, numbered by lowest region, and how many there are."""
+    """Return the connected component of each region, and the number of components.
+
+    Components are numbered in the order of their lowest regions.
+    """
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")
     offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
@@ -253,7 +266,7 @@ def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """Return all borders, sorted, and among them gaps from `low` to `high` as length 0."""
+    """Return the sorted borders, with a border of length 0 for each gap from `low` to `high`."""
     lows, highs = np.append(borders[0], low), np.append(borders[1], high)
     order = np.lexsort((highs, lows))
     zeros = np.zeros(len(low))

@@ -29,8 +29,9 @@ from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
 MOST_PAIRS = 500_000_000
-"""Maximum sum, over all masks, of the squared number of regions in a mask. With this sum, it takes
-two minutes to find objects. For 100 images of a room with 10,000 regions, the sum is 50 million."""
+"""Maximum of the following sum: for each mask, the squared number of regions in the mask is added.
+At the maximum, it takes two minutes to find objects. For 100 images of a room with 10,000 regions,
+the sum is 50 million."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,14 +42,14 @@ class LiftedLabels:
     ----------
     labels : ndarray of int32, shape (N,)
         Label of each cell, or -1 for cells without a label. With ``consistent_ids=True``, labels
-        are mask ids. Otherwise, they are numbers of objects from 0 to n - 1.
+        are mask ids. Otherwise, each label is the index of an object, from 0 to n - 1.
     region_labels : ndarray of int32, shape (K,)
         Label of each region, or -1 for regions without a label.
     scores : ndarray of float64, shape (K,)
-        Fraction, 0 to 1, of the visible area of each region that is in masks with its label. The
-        area is summed over all images. 0 for regions without a label.
+        Fraction, 0 to 1, of the visible area of each region that is in masks with the label of the
+        region. Areas are summed over all images. The score of a region without a label is 0.
     label_scores : ndarray of float64, shape (len(found),)
-        For each label in `found`, the same fraction for all regions with this label.
+        For each label in `found`, the same fraction for the union of the regions with this label.
     mask_labels : tuple of dict
         For each image, a dict from mask ids to labels. The label is -1 if no region has the label
         of the mask. Use the dicts to find the classes or captions that belong to labels.
@@ -89,15 +90,17 @@ def lift(
 ) -> LiftedLabels:
     """Label regions and cells by majority votes of masks in images.
 
-    Each pixel votes for its mask, or for no mask, and the weight of the vote is the surface area in
-    the pixel. A region with at least half of its votes in masks gets the label with the most votes.
-    Both sides of a face are visible. Faces seen at an angle below 6 degrees do not vote.
+    Each pixel that shows a region adds one vote to the region: for the mask at this pixel, or for
+    no mask. The weight of the vote is the surface area in the pixel. If at least half of the votes
+    of a region are for masks, the region gets the label with the most votes. Both sides of a face
+    are visible. A pixel has no vote if the angle between its line of sight and the surface is below
+    6 degrees.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Only the boundary of a tetrahedral mesh is visible. Point clouds are not
-        supported, because points do not hide each other.
+        Same as in `segment`. Only the boundary of a tetrahedral mesh is visible. Point clouds are
+        not supported, because points do not hide each other.
     regions : Segmentation or array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
     masks : iterable, one item per camera
@@ -111,19 +114,19 @@ def lift(
         Camera of each image, for example from `read_cameras`.
     consistent_ids : bool, default False
         Whether an id has the same meaning in all images, like ids of classes or tracked objects. If
-        not, regions that are often in the same mask are grouped into objects: each region starts as
-        a group, and the two groups with the highest agreement are merged while their agreement is
-        at least `agreement`. The label of a mask is the object with the largest area in the mask.
+        not, regions that are often in the same mask are grouped into objects. At first, each region
+        is a group. Then the two groups with the highest agreement are merged, as long as the value
+        is at least `agreement`. The label of a mask is the object with the largest area in it.
     agreement : float, default 0.5
         Minimum agreement of merged groups, above 0 and at most 1, if ids are not consistent. The
-        agreement of two groups is the probability that a random point of each group is in the same
-        mask, if both points are in masks of the same image. Higher values give smaller objects.
+        agreement of two groups is the probability that two random points, one of each group, are in
+        the same mask if both are in masks of the same image. Higher values give smaller objects.
     overlap : {"smallest", "largest"}
         Which mask is used where bool masks overlap: the mask with the fewest pixels (parts of
-        objects), or the mask with the most pixels (whole objects). Of equal masks, the first is
-        used.
+        objects), or the mask with the most pixels (whole objects). Of masks with equal numbers of
+        pixels, the first is used.
     n_threads : int, optional
-        As for `segment`. The result does not depend on the number of threads.
+        Same as in `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
@@ -145,9 +148,10 @@ def lift(
 
     Notes
     -----
-    Each image takes about 20 ns per triangle and 30 ns per pixel. Batches of images are processed
-    in parallel, so `masks` may be a generator. The time to find objects is quadratic in the number
-    of regions: for 100 images of a room, 0.2 s with 2,000 regions and 10 s with 10,000 regions.
+    Each image takes about 20 ns per triangle and 30 ns per pixel. The images of a batch are
+    processed in parallel. The masks are read one after the other, so `masks` may be a generator.
+    The time to find objects is quadratic in the number of regions: for 100 images of a room, 0.2 s
+    with 2,000 regions and 10 s with 10,000 regions.
 
     Examples
     --------
@@ -191,12 +195,12 @@ def project_labels(
     *,
     n_threads: int | None = None,
 ) -> list[Ints]:
-    """Return images of the labels visible to cameras, to check poses or to make masks.
+    """Return an image of labels for each camera, to check poses or to make masks.
 
     Parameters
     ----------
     mesh, cameras, n_threads
-        As for `lift`.
+        Same as in `lift`.
     labels : array_like of int, shape (N,)
         Label of each cell, >= 0, or -1 for cells without a label.
 
@@ -264,7 +268,10 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return, for each region, the elected label or -1, and areas of its votes and all votes."""
+    """Return, for each region, its label, the area of the votes for it, and the area of all votes.
+
+    If less than half of the votes are for masks, the label is -1 and the first area is 0.
+    """
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -277,12 +284,12 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels of masks and regions from 0 to n - 1, in the order of their lowest regions.
+    """Renumber labels of masks and of regions from 0 to n - 1, ordered by lowest region.
 
     The label of a mask becomes -1 if no region has this label.
     """
     kept, firsts = np.unique(winners, return_index=True)
-    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # maps -1 to -1
+    names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # names[-1] is -1
     order = kept[np.argsort(firsts)]
     order = order[order >= 0]
     names[order] = np.arange(len(order))

@@ -30,20 +30,22 @@ class BorderLines:
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, concatenated. Of vertices at the same position, the lowest is listed.
+        Vertices of all lines, one line after the other. If several vertices are at one position,
+        the vertex with the lowest index is listed.
     offsets : ndarray of int64, shape (L + 1,)
         The vertices of line i are ``vertices[offsets[i]:offsets[i + 1]]``; see `line`.
     regions : ndarray of int32, shape (L, 2)
-        The two regions that each line separates, the lower region first. The second region is -1 at
-        the boundary of an open mesh and at faces in no region. If faces are consistently oriented,
-        the first region is to the left of the line, seen from outside.
+        The two regions that each line separates, the lower region first. At the boundary of an open
+        mesh and at faces in no region, the existing region is first, and the second region is -1.
+        If faces are consistently oriented, the first region is to the left of the line, seen from
+        outside.
     is_closed : ndarray of bool, shape (L,)
         Whether each line is a loop. The first vertex of a loop is not repeated at its end.
     lengths : ndarray of float64, shape (L,)
         Length of each line, in the unit of the vertices.
     junctions : ndarray of int32, shape (J,)
-        Vertices where lines end, in ascending order. A line ends if the number of border edges at a
-        vertex is not two, or if the regions on the two sides change.
+        Vertices where lines end, in ascending order. A line ends at a vertex if the number of
+        border edges at the vertex is not two, or if the two edges separate different regions.
     """
 
     vertices: Ints
@@ -58,7 +60,7 @@ class BorderLines:
         return len(self.regions)
 
     def line(self, i: int) -> Ints:
-        """Return the vertices of line i, where i is from 0 to L - 1."""
+        """Return the vertices of line i, from 0 to L - 1, in the order along the line."""
         if not 0 <= i < len(self):
             raise IndexError(f"the line must be 0 to {len(self) - 1}, got {i}")
         return self.vertices[self.offsets[i] : self.offsets[i + 1]]
@@ -79,11 +81,11 @@ def border_lines(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`, but the mesh must have faces.
+        Same as in `segment`, but the mesh must have faces.
     labels : array_like of int, shape (F,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks faces in no region.
     weld, n_threads
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
@@ -99,12 +101,12 @@ def border_lines(
 
     Notes
     -----
-    If faces of three regions share an edge, each pair of regions has a line along the edge. Time is
-    O(F + B log B) for B border edges.
+    If faces of three regions share an edge, there is a line along the edge for each of the three
+    pairs of regions. Time is O(F + B log B) for B border edges.
 
     Examples
     --------
-    The diagonal separates the two triangles of a square, and each has two boundary edges:
+    The diagonal of a square separates two triangles, and each triangle has two boundary edges:
 
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> lines = border_lines(square, [0, 1])
@@ -121,11 +123,11 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Segments of borders, one per edge and pair of regions at the edge, in this order."""
+    """Segments of borders: one per edge and pair of regions at the edge, sorted in this order."""
 
     edges: Longs  # (S,) index of the edge among the B border edges
     ends: Ints  # (S, 2) vertices of the edge, oriented as in a face of the first region
-    regions: Ints  # (S, 2) lower and higher region; the second is -1 at a boundary
+    regions: Ints  # (S, 2) lower and higher region; the second is -1 if there is only one
 
     @classmethod
     def of(
@@ -148,11 +150,12 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """Key of each border edge, (B,). Two edges with equal keys separate the same regions."""
+        """Key of each border edge, (B,). Edges with equal keys separate the same regions."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
-        # Edges with three or more regions have several pairs of regions, and get negative keys.
+        # Edges where three or more regions meet have several pairs of regions, and get new keys
+        # below 0. All other keys are >= 0.
         several: dict[tuple[int, ...], int] = {}
         stops = np.append(firsts[1:], len(keys))
         for edge in np.flatnonzero(stops - firsts > 1).tolist():
@@ -164,10 +167,11 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return three arrays for all sides of faces at borders: face, side, and opposite region.
+    """Return three arrays with an entry per side at a border: face, side, and opposite region.
 
-    Sides (edges of a face) are numbered within the face. At a border between two regions, only the
-    faces of the lower region are returned. At a boundary, the opposite region is `NO_REGION`.
+    A side is an edge of a face, and sides are numbered within the face. At a border between two
+    regions, only the faces of the lower region are returned. At the boundary of the mesh and at
+    faces without a region, the opposite region is `NO_REGION`.
     """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
@@ -216,7 +220,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
 
 
 def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Return whether each vertex has exactly two border edges, which separate the same regions."""
+    """Return whether each vertex has exactly two border edges that separate the same regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)
@@ -228,9 +232,10 @@ def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
-    """Return, for each end of a segment, the end of the segment that continues the line.
+    """Return, for each end of a segment, the adjacent end of the segment that continues the line.
 
-    The result has shape (2 S,), with -1 where a line ends. `at` is the vertex of each end.
+    Ends 2 i and 2 i + 1 belong to segment i. The result has shape (2 S,), and is -1 where a line
+    ends. `at` is the vertex of each end.
     """
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(continues[at])
@@ -249,19 +254,19 @@ def find_boundaries(
 ) -> Bools:
     """Return whether each cell has a neighbor with another label.
 
-    Cells on both sides of a border are marked, like pixels by ``find_boundaries`` of scikit-image
-    in mode ``"thick"``. The boundary of an open mesh is not a border. To get the edges of borders,
-    use `border_lines`.
+    Cells on both sides of a border are marked, as ``find_boundaries`` of scikit-image marks pixels
+    in the mode ``"thick"``. The boundary of an open mesh is not a border. To get the edges of
+    borders, use `border_lines`.
 
     Parameters
     ----------
     cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
-        As for `segment`, or a graph of any cells.
+        Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region, which
         are treated like cells of one more region.
     weld, n_threads
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------

@@ -21,25 +21,30 @@ from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
 MOST_PIXELS = 1 << 23
-"""Maximum number of pixels that are processed together. Each pixel takes about 30 bytes."""
+"""Maximum number of pixels in a batch of images (but see `LEAST_IMAGES`). Each pixel takes about 30
+bytes."""
 
 LEAST_IMAGES = 8
-"""Maximum number of images, one per thread, that may together exceed `MOST_PIXELS`."""
+"""Maximum number of images in a batch with more than `MOST_PIXELS` pixels. In such a batch, each
+thread processes one image."""
 
 
 class Votes(NamedTuple):
-    """Visible area of each region in each mask of each image, and outside the masks of an image."""
+    """Table of visible areas, with an entry for each mask and each region visible in the mask.
 
-    masks: Ints  # (A,) mask of each area as an index into `ids`, or -1 for areas in no mask
-    regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) visible area, > 0, in the squared unit of the mesh
+    Further entries contain the visible area of each region outside the masks of each image.
+    """
+
+    masks: Ints  # (A,) mask of each entry, as an index into `ids`; -1 for an area in no mask
+    regions: Ints  # (A,) region of each entry
+    areas: Floats  # (A,) area of the region visible in the mask, > 0, in squared units of the mesh
     image_of: Ints  # (M,) image index of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, >= 1
     seen: Bools  # (N,) whether each cell is visible in at least one image
 
 
 class SeenSurface:
-    """Labeled surface of a mesh, cut into triangles, and which cells cameras have seen so far."""
+    """Labeled surface of a mesh, cut into triangles, with a record of the cells seen by cameras."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
@@ -52,13 +57,17 @@ class SeenSurface:
         self._triangles, sources = cut_into_triangles(outside.mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
         self._cells = owners if outside.sources is None else outside.sources[owners]
-        # Pixels without a triangle have index -1, and therefore get the last label.
+        # Pixels without a triangle have index -1, and therefore get the last label, which is -1.
         self._labels = np.append(labels[self._cells], np.int32(-1))
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield for each camera the labels (or -1) and the surface areas of all pixels."""
+        """Yield, for each camera, the label and the area of the surface visible in each pixel.
+
+        The label is -1 if no cell is visible or the cell has no label. The area is 0 if no cell is
+        visible, or if the angle between the surface and the line of sight is below 6 degrees.
+        """
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -84,10 +93,11 @@ class SeenSurface:
 def collect_votes(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Votes:
-    """Return the votes of the masks of all images for the regions on a surface.
+    """Return the visible areas of regions in the masks of all images, as `Votes`.
 
     Warns if the mesh is not visible in an image or if an image has no masks. Raises a MeshError if
-    no image has votes for a mask, or if the sizes of an image and its camera differ.
+    no image has votes for a mask, or if the size of an image differs from the size in its camera.
+    Raises a ValueError if the numbers of images and cameras differ.
     """
     images = list(_votes_of_images(surface, masks, cameras, overlap))
     _check_images(images, cameras)
@@ -108,11 +118,11 @@ def collect_votes(
 
 
 class _ImageVotes(NamedTuple):
-    """Table of the visible areas of regions in the masks of one image."""
+    """Table of the visible areas of regions in the masks of one image, and outside its masks."""
 
-    masks: Ints  # (A,) mask of each area, as an index into `ids`; -1 for areas in no mask
-    regions: Ints  # (A,) region of each area
-    areas: Floats  # (A,) visible area, > 0
+    masks: Ints  # (A,) mask of each entry, as an index into `ids`; -1 for an area in no mask
+    regions: Ints  # (A,) region of each entry
+    areas: Floats  # (A,) area of the region visible in the mask, > 0
     ids: Array  # (M,) ids of the masks of the image, ascending
     n_seen: int  # number of pixels in which a region is visible
 
@@ -137,7 +147,7 @@ def _votes_of_images(
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
-    """Return, for each pair of a region and a mask (or no mask), the total area of its pixels."""
+    """Sum the areas of pixels for each pair of a region and a mask, and for pixels in no mask."""
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)
@@ -152,7 +162,11 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn of images without masks or visible regions; raise a MeshError if no image has votes."""
+    """Warn about images without masks or visible regions.
+
+    Raises a MeshError if no image has visible regions, if no image has masks, or if no region is
+    visible in a mask.
+    """
     titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]

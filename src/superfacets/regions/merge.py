@@ -34,32 +34,34 @@ def merge_small_regions(
 ) -> RegionEdit:
     """Merge small regions with their neighbors.
 
-    While the smallest region is too small, it joins the neighbor with the longest common border.
-    The length of borders in creases is reduced, as in `smooth_borders`.
+    As long as a region is smaller than the minimum, the smallest region joins the neighbor with the
+    longest common border. Borders in creases count as shorter, as in `smooth_borders`. Regions
+    without a neighbor are skipped.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells.
+        Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 keep this label.
     min_size : float
         Minimum area of a region, >= 0, as a fraction of the mean area of the given regions.
     islands : {"keep", "nearest"}
-        ``"keep"`` keeps small regions without a neighbor. With ``"nearest"``, a small region
-        without a neighbor joins the region of the cell nearest to its center (Euclidean distance).
-        The resulting region is not connected. Nothing changes if there are no other regions.
+        With ``"keep"``, small regions without a neighbor remain. With ``"nearest"``, such a region
+        joins the region of the nearest cell. Distances are Euclidean, and are measured from the
+        center of the small region. The joined region is not connected. If all remaining regions are
+        small and without a neighbor, they remain with ``"nearest"``, too.
     weights : array_like, shape (M,), optional
-        As for `smooth_borders`.
+        Same as in `smooth_borders`.
     weld, n_threads
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     RegionEdit
-        Regions are renumbered without changing their order. ``sources`` is, for each new region,
-        the old label of the region that other regions joined. If `centers` are the centers of the
-        old regions, ``centers[edit.sources]`` are the centers of the new regions.
+        Remaining regions are renumbered in the same order. ``sources`` contains the old label of
+        each remaining region. If `centers` are the centers of the old regions,
+        ``centers[edit.sources]`` are the centers of the new regions.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def merge_small_regions(
 
     Notes
     -----
-    Time is O(N + M + B log^2 B) for N cells, M arcs, and B borders between regions.
+    Time is O(N + M + B log^2 B) for N cells, M arcs, and B pairs of neighboring regions.
 
     Examples
     --------
@@ -99,7 +101,8 @@ def merge_regions(
 ) -> RegionEdit:
     """Merge small regions as `merge_small_regions` does, without checking the arguments.
 
-    If `groups` (see `Cut.groups`) are given, regions without neighbors join only their own group.
+    If `groups` (see `Cut.groups`) are given, a region without neighbors joins only regions of its
+    group. If its group is `ANY_GROUP`, it may join any region.
     """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
@@ -121,7 +124,11 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Return `roots`, with each region in `islands` joined to the region nearest to its center."""
+    """Join each region in `islands` to the region of the cell nearest to its center.
+
+    `roots` contains the region that each region has joined, or the region itself. Returns the
+    changed `roots`.
+    """
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
@@ -145,9 +152,10 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Indices]]:
-    """Yield the `islands` of each group, and the cells in `wanted` whose regions they may join.
+    """Yield, for each group, its `islands` and the cells in `wanted` whose regions they may join.
 
-    The cells are ascending. Islands that cannot join any region are skipped. Time is O(N log N).
+    Indices of cells are in ascending order. Islands that cannot join any region are skipped. Time
+    is O(N log N).
     """
     if not len(groups):
         yield islands, wanted

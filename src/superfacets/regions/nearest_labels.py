@@ -22,7 +22,8 @@ _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""
 
 _FAR = 0.05
-"""Points of the target are far if they are farther away than this fraction of the mesh diagonal."""
+"""A point of the target is far if its distance from the mesh is larger than this fraction of the
+diagonal of the mesh."""
 
 _MOST_FAR = 0.1
 """`transfer` warns if more than this fraction of the points of the target are far from the mesh."""
@@ -52,23 +53,24 @@ def transfer(
         or centroid. A face gets the label with the largest area in the face. To estimate areas,
         each triangle is sampled at 1 to 64 points, depending on its size.
     max_distance : float, optional
-        Maximum distance, >= 0, in the unit of the meshes. Targets that are farther from all cells
-        get the label -1. By default, there is no maximum.
+        Maximum distance, >= 0, in the unit of the meshes. Points of the target that are farther
+        away from all cells of `mesh` get the label -1. By default, there is no maximum.
     n_threads : int, optional
-        As for `segment`. The labels do not depend on the number of threads.
+        Same as in `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (M,)
         Label of each point or cell of the target. The label is -1 if the nearest cell is farther
-        than `max_distance` or is labeled -1. If several cells are equally near, the lowest index is
-        used. If several labels have the same area in a face, the lowest label is used.
+        away than `max_distance` or is labeled -1. If several cells are equally near, the cell with
+        the lowest index is used. If several labels have the same area in a face, the lowest label
+        is used.
 
     Warns
     -----
     MismatchWarning
-        If `target` is a mesh or a cloud, `max_distance` is not given, and more than a tenth of the
-        target is farther from `mesh` than 5 % of the diagonal of `mesh`.
+        If `target` is a mesh, cloud or graph, `max_distance` is not given, and more than a tenth of
+        the points of the target are farther from `mesh` than 5 % of the diagonal of `mesh`.
 
     Raises
     ------
@@ -84,8 +86,9 @@ def transfer(
 
     Notes
     -----
-    Building a bounding volume hierarchy takes O(N log N). A query near the surface takes O(log N).
-    A target of M faces is sampled at about N + M + 2 sqrt(N M) points.
+    Building a bounding volume hierarchy takes O(N log N). The search for the cell nearest to a
+    point near the surface takes O(log N). A target of M faces is sampled at about N + M + 2 sqrt(N
+    M) points.
 
     Examples
     --------

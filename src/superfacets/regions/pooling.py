@@ -42,14 +42,14 @@ def pool(
     cells: MeshLike | CloudLike | CellGraph | None = None,
     measures: npt.ArrayLike | None = None,
 ) -> Array:
-    """Reduce values of cells to one value, or one row of values, per region.
+    """Combine the values of the cells of each region into one value, or one row of values.
 
     Parameters
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
         One value or row per cell or, if ``cells`` have vertices, per vertex: shape (V,) or (V, F).
-        Each cell divides its area equally among the values at its corners. If N = V, values
-        are read as one per cell.
+        In the second case, each cell divides its area equally among the values at its corners. If
+        N = V, values are values of cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. To
         pool values of vertices with labels of vertices (superpoints), leave out ``cells``.
@@ -57,8 +57,9 @@ def pool(
         ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
         integral over the region. All weights are 1 if neither ``cells`` nor ``measures`` are given.
         ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
-        total area; if areas are equal, the lowest value is used. Values must be integers or bools,
-        where -1 means unknown. A region without known values gets -1.
+        total area. If areas are equal, the lowest value is used. For ``"majority"``, values must be
+        integers or bools. Values of -1 are unknown and do not count, and a region without known
+        values gets -1.
     cells : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
@@ -67,9 +68,9 @@ def pool(
     Returns
     -------
     ndarray, shape (K,) or (K, F)
-        Values of regions: float64 for means and sums, and the dtype of `values` otherwise. The mean
-        is unweighted in a region whose cells all have area 0. A NaN makes the mean, sum, maximum
-        and minimum of its region NaN. The mean of equal numbers is exactly this number.
+        Values of regions: float64 for means and sums, and the dtype of `values` otherwise. If all
+        cells of a region have area 0, its mean is not weighted. If a value is NaN, the mean, sum,
+        maximum and minimum of its region are NaN. The mean of equal numbers is exactly this number.
 
     Raises
     ------
@@ -172,11 +173,11 @@ def snap(
     Parameters
     ----------
     noisy_labels : array_like of int, shape (N,)
-        Label of each cell, for example a class predicted by a neural network, which may be any
-        integer >= 0. Cells labeled -1 (unknown) do not vote, and get the label of their region.
+        Label of each cell: any integer >= 0, for example a class predicted by a neural network.
+        Cells labeled -1 (unknown) do not vote, and get the label of their region.
     regions : array_like of int, shape (N,)
-        Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells in
-        region -1 do not vote and keep their noisy labels.
+        Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells
+        labeled -1 here are in no region. They do not vote and keep their noisy labels.
     cells : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, whose areas or volumes are the weights of the votes. By default, all
         votes have the same weight.
@@ -184,8 +185,8 @@ def snap(
     Returns
     -------
     ndarray of int32, shape (N,)
-        Label with the largest total area in the region of each cell. If areas are equal, the lowest
-        label is used. Regions without labeled cells get -1.
+        Label of each cell: the label with the largest total area in its region. If areas are equal,
+        the lowest label is used. If all noisy labels in a region are -1, its cells get -1.
 
     Raises
     ------
@@ -224,7 +225,11 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield slices of regions and of members, and the start of each region in its slice."""
+        """Yield blocks: a slice of regions, the slice of their members, and an array of starts.
+
+        The starts are the index of the first member of each region, within the slice of members. A
+        block has at most `_ROWS_AT_ONCE` members, or a single region.
+        """
         first = 0
         while first < self.n_regions:
             start = self.starts[first]
@@ -242,7 +247,10 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Sort by region the cells or, if `values` has one row per vertex, the corners of the cells."""
+    """Return the members of all regions, sorted by region.
+
+    Members are cells or, if `values` has one row per vertex, corners of cells.
+    """
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
@@ -283,7 +291,7 @@ def _means(table: Array, members: _Members) -> Floats:
 
 
 def _positive_weights(members: _Members) -> Floats:
-    """Return the weights of members, replaced by 1 in regions whose weights are all 0."""
+    """Return the weights of the members, replaced by 1 in regions where all weights are 0."""
     if members.weights is None:
         return np.ones(len(members.rows))
     highest = np.zeros(members.n_regions)
@@ -333,7 +341,8 @@ def _majorities(column: Array, members: _Members) -> Array:
 def _codes(values: Array) -> tuple[Ints, Array | None]:
     """Encode integers as int32 codes, and return the codes and a table that maps codes to values.
 
-    The code of -1 is -1. Other codes sort like the values. The table is None if codes equal values.
+    The code of -1 is -1. All other codes have the same order as the values. The table is None if
+    the codes equal the values.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:

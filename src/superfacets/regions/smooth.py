@@ -21,37 +21,36 @@ of 0.6, 1 and 1.3 have a compactness of 4.59, 4.49 and 4.44, and an undersegment
 0.1232, 0.1237 and 0.1254."""
 
 MAX_CHAIN = 8
-"""Maximum number of adjacent faces that move to another region together. With maximums of 1, 4, 8
-and 16, the compactness on the benchmark models is 4.80, 4.60, 4.57 and 4.56."""
+"""Maximum number of adjacent faces that move to another region in one step. With maximums of 1, 4,
+8 and 16, the compactness on the benchmark models is 4.80, 4.60, 4.57 and 4.56."""
 
 MAX_SWEEPS = 10
 """Maximum number of sweeps over all border faces. Most meshes need 4 sweeps."""
 
 
 ROUNDNESS = 0.13
-"""Weight of second moments of regions relative to changes of their areas, in units of 1 / r^2; see
-`smooth_borders`. With a weight of 0 and 150 regions, the undersegmentation error falls by 0.0006
-and the compactness rises by 0.01, but regions on a square grid have a median elongation of 1.25
-instead of 1.19."""
+"""Factor of the integral in the stiffness cost of `smooth_borders`, in units of 1 / r^2. With a
+factor of 0 and 150 regions, the undersegmentation error falls by 0.0006 and the compactness rises
+by 0.01, but regions on a square grid have a median elongation of 1.25 instead of 1.19."""
 
 
 BALANCED_STIFFNESS = 15.0
-"""Stiffness of regions with target sizes, in units of 1 / r. With 5, 15 and 30, the coefficient of
-variation of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, the compactness is 0.1
-higher."""
+"""Stiffness of regions with target sizes, in units of 1 / r. It replaces `SmoothOptions.stiffness`.
+With 5, 15 and 30, the coefficient of variation of areas before `move_to_goals` is 0.16, 0.13 and
+0.12. With 30, the compactness is 0.1 higher."""
 
 BALANCED_SWEEPS = 20
 """Maximum number of sweeps for regions with target sizes."""
 
 NO_SIZES = np.empty(0)
-"""Empty array that is passed to the C++ core if there are no target sizes."""
+"""Value for the C++ core if there are no target sizes."""
 
 
 class SmoothOptions(NamedTuple):
     """Parameters of border smoothing; see `smooth_borders`."""
 
     max_distance: float = MAX_DISTANCE  # maximum distance that a border moves, in units of r
-    max_chain: int = MAX_CHAIN  # maximum number of faces that move together
+    max_chain: int = MAX_CHAIN  # maximum number of faces that move in one step
     stiffness: float = 0.0  # resistance to changes of area and position, in units of 1 / r
 
     def for_core(
@@ -59,7 +58,8 @@ class SmoothOptions(NamedTuple):
     ) -> _core.SmoothOptions:
         """Convert the options for the C++ core, which measures lengths in the unit of positions.
 
-        `goals` are the sizes of cells, and target sizes of regions, in the unit of cell measures.
+        `goals` is a tuple of two arrays: the size of each cell, and the target size of each region.
+        The total of the target sizes must equal the total of the measures of cells.
         """
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
@@ -117,29 +117,30 @@ def smooth_borders(
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells. A cell of a graph only moves if its neighbors in
-        its region are connected with each other.
+        Same as in `segment`, or a graph of any cells. A cell of a graph moves only if its neighbors
+        in its region are connected with each other.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 keep this label.
     weights : array_like, shape (M,), optional
         One weight per arc of ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the
-        bounding box. The default is `crease_weights` for the radius r = sqrt(A / (pi K)).
+        bounding box. The default is `crease_weights` for the radius r = sqrt(A / (pi K)), with
+        ``hollows=False``. For a `CellGraph`, the default is its own weights.
     centers : array_like of int, optional
-        Indices of faces that keep their labels. All indices must be different.
+        Indices of cells that keep their labels. All indices must be different.
     max_distance : float, default 1.0
-        Maximum distance that a border moves, >= 0, in units of r. The distance is the length of the
-        shortest path from a moved face to the initial border of its new region. The path length
-        includes the cost of creases, so borders stay in creases.
+        Maximum distance that a border moves, >= 0, in units of r. It is measured as the length of
+        the path from a moved face to the initial border of its new region. This length includes the
+        cost of creases, so borders stay in creases.
     stiffness : float, default 0.0
         Resistance of regions to changes of their area and position, >= 0. `segment` uses 1.5.
     weld, n_threads
-        As for `segment`. The labels do not depend on the number of threads.
+        Same as in `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (N,)
-        New labels. Each label from 0 to K - 1 occurs, and cells labeled -1 keep this label. If
-        several moves reduce the cost equally, the face with the lowest index moves first.
+        New label of each cell. Each label from 0 to K - 1 occurs, and cells labeled -1 keep this
+        label. If several moves reduce the cost equally, the face with the lowest index moves first.
 
     Raises
     ------
@@ -151,7 +152,8 @@ def smooth_borders(
 
     Notes
     -----
-    Time is O(N + M) for N cells and M arcs, and O(1) per border face for each of up to ten sweeps.
+    Time is O(N + M) for N cells and M arcs, plus O(1) per face at a border for each of up to ten
+    sweeps.
 
     Examples
     --------
@@ -183,7 +185,8 @@ def straighten(
 ) -> Ints:
     """Smooth borders as `smooth_borders` does, without checking arguments, and return new labels.
 
-    Cells in `fixed` keep their labels. `goals` are sizes of cells and target sizes of regions.
+    Cells in `fixed` keep their labels. `goals` is a tuple of two arrays: the size of each cell, and
+    the target size of each region.
     """
     n_threads = costs.surface.n_threads
     if goals is not None and not goals[1].sum() > 0:

@@ -27,9 +27,9 @@ class Submesh(NamedTuple):
         The part, of the same class as the whole mesh. Cells and vertices keep their order, and
         unused vertices are removed. Points keep their normals and colors.
     cells : ndarray of int32
-        Index, in the whole mesh, of each cell of the part. The indices are ascending.
+        Index, in the whole mesh, of each cell of the part, in ascending order.
     vertices : ndarray of int32
-        Index, in the whole mesh, of each vertex of the part. Indices are ascending. For a cloud,
+        Index, in the whole mesh, of each vertex of the part, in ascending order. For a cloud,
         ``vertices`` equals ``cells``.
     """
 
@@ -44,7 +44,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     Parameters
     ----------
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, or mesh-like or cloud-like
-        As for `segment`.
+        Same as in `segment`.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
     region : int
@@ -83,18 +83,19 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     Parameters
     ----------
     cells, labels
-        As for `submesh`.
+        Same as in `submesh`.
 
     Yields
     ------
     Submesh
-        Meshes of regions 0 to K - 1, in this order. Each mesh is made when it is requested.
-        The total time is O(N log N).
+        Parts for the regions 0 to K - 1, in this order. Each part is made when the iterator reaches
+        it. The total time is O(N log N).
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        As for `submesh`. Errors in cells or labels are raised by the call, before the iteration.
+        Same as in `submesh`. Errors in cells or labels are raised by the call. A MeshError for a
+        region whose vertices are at one position is raised during the iteration.
 
     Examples
     --------
@@ -113,9 +114,10 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
 
 
 def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
-    """Yield the parts of a mesh, where the cells of part i are ``order[starts[i]:starts[i + 1]]``.
+    """Yield the parts of a mesh. The cells of part i are ``order[starts[i]:starts[i + 1]]``.
 
-    This is faster than a `Splitter`, because it renumbers the vertices of all parts together.
+    This function is faster than a `Splitter`, because it renumbers the vertices of all parts in one
+    operation.
     """
     kind = kind_of(whole)
     corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]
@@ -146,17 +148,17 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
 
 
 class Splitter:
-    """Extracts parts of a mesh. Time and memory are linear in the size of each part."""
+    """Extracts parts of a mesh. A part of n cells takes O(n log n) time."""
 
     def __init__(self, whole: Any) -> None:
         self._whole = whole
         self._corners = kind_of(whole).corners(whole)
         n_vertices = 0 if self._corners is None else whole.n_vertices
-        # Index of each vertex in the current part; undefined for vertices outside the part.
+        # (V,) index in the current part of each vertex; undefined for vertices outside the part.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:
-        """Return the part made of `cells`, which must be ascending."""
+        """Return the part made of `cells`, whose indices must be in ascending order."""
         whole = self._whole
         kind = kind_of(whole)
         if self._corners is None:
@@ -174,7 +176,7 @@ class Splitter:
             raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:
-        """Return the distinct vertices at `corners`, ascending, and number them in `_numbers`."""
+        """Return the distinct vertices at `corners` in ascending order, and set `_numbers`."""
         vertices = np.unique(corners)
         self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         return vertices

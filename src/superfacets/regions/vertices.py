@@ -25,8 +25,8 @@ METHODS = ("majority", "creases")
 """Names of the methods of `vertex_labels`."""
 
 LEAST_IN_FILES = 20
-"""Minimum number of vertices of a region in files for neural networks. ScanNet's Segmentator, which
-made the training data of these networks, uses the same minimum (its option segMinVerts)."""
+"""Minimum number of vertices of a region in files for neural networks. The training data of these
+networks was made by ScanNet's Segmentator with the same minimum (its option segMinVerts)."""
 
 
 def vertex_labels(
@@ -42,27 +42,28 @@ def vertex_labels(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. For a point cloud, the result equals `labels`.
+        Same as in `segment`. For a point cloud, the result equals `labels`.
     labels : array_like of int, shape (N,)
         Label of each face or tetrahedron, or -1 for cells without a label. Labels may have gaps.
     method : {"majority", "creases"}, default "majority"
-        ``"majority"``: A vertex gets the label with the largest total area (volume) of its cells.
-        If areas are equal, the lowest label is used. A region may have no vertices, or several
-        pieces. Vertices are not welded. The area of a polygon is added twice to a vertex that it
-        contains twice.
+        ``"majority"``: A vertex gets the label whose cells around the vertex have the largest total
+        area (volume for tetrahedra). If areas are equal, the lowest label is used. The vertices of
+        a region may be unconnected, and a region may have no vertices. Vertices are not welded. If
+        a polygon contains a vertex twice, its area counts twice for this vertex.
 
         ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
         the same label. Other vertices are labeled in the order of edge weights (see Notes). Each
-        region has at least one vertex if there are enough vertices. A region of connected cells
-        stays connected along the edges of the mesh: only its largest piece keeps the label.
-        Disconnected cells with the same label are treated as separate regions. Vertices at the same
-        position are welded, and get the same label.
+        region has at least one vertex if there are enough vertices. If the cells of a region are
+        connected, its vertices are connected along the edges of the mesh. To achieve this, only the
+        largest connected set of vertices keeps the label. Disconnected cells with the same label
+        are treated as separate regions. Vertices at the same position get the same label.
     min_vertices : int, default 1
         Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
-        vertices across the edges with the lowest weights, from regions that stay connected and keep
-        `min_vertices` vertices. A region stays smaller if no neighboring region can give vertices.
+        vertices from neighboring regions, across the edges with the lowest weights. A neighboring
+        region must stay connected and keep `min_vertices` vertices. If no neighboring region can
+        give a vertex, a region stays smaller.
     n_threads : int, optional
-        As for `segment`. The labels do not depend on the number of threads.
+        Same as in `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
@@ -80,10 +81,11 @@ def vertex_labels(
     -----
     The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
     is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i . (x_i -
-    x_j) > 0. Edges are visited in ascending order of weight. If weights are equal, edges inside a
-    majority region are visited first. Each visited edge gives both ends the same label, unless both
-    ends already have a label. Therefore borders are at the edges with the highest weights, which
-    are concave creases. In a volume, all weights are equal.
+    x_j) > 0. Edges are visited in ascending order of weight. If weights are equal, edges whose ends
+    have the same label by the method ``"majority"`` are visited first. Each visited edge connects
+    its ends, so that they get the same label, unless both ends already have a label. Therefore,
+    borders are at the edges with the highest weights, which are concave creases. In a volume, all
+    weights are equal.
 
     Time is linear in the number of corners: less than 0.2 s per million faces on two cores.
 
@@ -130,13 +132,13 @@ def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Int
     """Convert labels of vertices to labels of cells.
 
     A cell gets the most frequent label of its corners. If several labels are equally frequent, the
-    lowest of these labels is used. A connected region of vertices may become several pieces, and a
-    thin region may lose all its cells.
+    lowest of these labels is used. The cells of a region may be unconnected even if its vertices
+    are connected, and a thin region may have no cells.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. For a point cloud, the result equals `vertex_labels`.
+        Same as in `segment`. For a point cloud, the result equals `vertex_labels`.
     vertex_labels : array_like of int, shape (V,)
         Label of each vertex, or -1 for vertices without a label. Labels may have gaps. The label -1
         is treated like any other label.
@@ -172,8 +174,8 @@ def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Int
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     """Convert labels of cells to region ids of vertices, for files that neural networks read.
 
-    Borders follow creases, and regions grow to `LEAST_IN_FILES` vertices if possible. Labels are
-    >= 0 and may have gaps. Each unused vertex gets a separate id above all labels.
+    Borders follow creases, and regions grow to `LEAST_IN_FILES` vertices if possible. `labels` must
+    be >= 0 and may have gaps. Each vertex that no cell uses gets a unique id above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
@@ -184,7 +186,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return ``names[labels]``, where each vertex labeled -1 gets a unique id above all names."""
+    """Return ``names[labels]``, but replace each label -1 by a unique id above all names."""
     ids = names.astype(np.int64)[labels]
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
@@ -192,9 +194,10 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return the most frequent label of the corners of each cell, or the lowest of several.
+    """Return, for each cell, the most frequent label of its corners.
 
-    `of_vertices` has one label per vertex. For a point cloud, `of_vertices` is returned as int64.
+    If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
+    vertex. For a point cloud, `of_vertices` is returned as int64.
     """
     if kind_of(cells).are_points:
         return of_vertices.astype(np.int64)
