@@ -98,7 +98,7 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
-    """Write the pairs (vertex, lowest vertex at its position); return whether there are any."""
+    """Write a pair (vertex, lowest vertex) for each duplicate; return whether there are any."""
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -134,9 +134,9 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 
 LOW_BITS = 15
-"""Number of lower bits of a Morton code, which is half of its bits. A histogram of the upper bits
-is used to find where tiles begin. If a tile begins between codes with equal upper bits, another
-histogram counts the lower bits of these codes."""
+"""Number of lower bits of a Morton code: half of its 30 bits. A histogram of the upper bits is used
+to find where tiles begin. If a tile begins between codes with equal upper bits, another histogram
+counts the lower bits of these codes."""
 
 
 @dataclass(frozen=True)
@@ -180,9 +180,10 @@ class Chunks:
     def save_run(
         self, scratch: Scratch, chunk: int, part: Part, positions: Floats, box: Floats
     ) -> Ints:
-        """Write a chunk as the sorted run ``runs/{chunk}``, in the order of Morton codes in `box`.
+        """Write the cells of a chunk to ``runs/{chunk}``, sorted by their Morton codes in `box`.
 
-        Returns the histogram of the upper bits of the codes, (2^15,).
+        The sorted chunk is called a run. Returns the histogram of the upper bits of the codes,
+        (2^15,).
         """
         low, high = map(tuple, box)
         codes = _core.morton_codes(positions, low, high, self.n_threads)
@@ -196,8 +197,9 @@ class Chunks:
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
     """Return the first row of each tile in each sorted run, (T + 1, chunks).
 
-    `counts`, (chunks, 2^15), contains the histogram of the upper code bits of each run. `starts`
-    contains the curve index (rank in the whole order) at which each tile begins.
+    The last values are the lengths of the runs. `counts`, (chunks, 2^15), contains the histogram of
+    the upper code bits of each run. `starts` contains the curve index (rank in the whole order) at
+    which each tile begins.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -230,7 +232,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # highest code of the `n_left` first cells
+    code = int(np.searchsorted(ends, n_left))  # highest code of the first `n_left` cells
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:
@@ -242,7 +244,10 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
 
 
 def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
-    """Return the cells of a tile, merged from all runs by (code, run), with a column ``codes``."""
+    """Return the cells of a tile, sorted by (code, run), with a column ``codes``.
+
+    `cuts`, (2, chunks), contains the first row of the tile in each run, and the row after the last.
+    """
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
@@ -253,7 +258,10 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Argsort uint32 codes stably in two passes, because NumPy sorts 16-bit keys much faster."""
+    """Return the stable sorting order of uint32 codes.
+
+    Codes are sorted in two passes, because NumPy sorts 16-bit keys much faster.
+    """
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -43,9 +43,9 @@ class TileStore:
 
     scratch: Scratch
     kind: Kind
-    starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE, and N
+    starts: tuple[int, ...]  # first curve index of each tile (multiples of RANGE), then N
     bounds: Floats  # (2, 3) bounding box of the points, or of the vertices that faces use
-    total_measure: float  # sum of all measures, added in the order of `segment`
+    total_measure: float  # sum of all measures, added in the same order as in `segment`
     halos: list[list[int]] | None = None  # result of `find_halos`; None if it has not run
 
     @property
@@ -73,8 +73,8 @@ class TileStore:
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
         """Return the row of each curve index among cells and ghosts of a tile, and the ghosts.
 
-        Rows of ghosts follow the rows of the cells. Ghosts are the given curve indices of other
-        tiles, ascending. The row of index -1 is -1.
+        Ghosts are the cells in `places` that belong to other tiles, in ascending order. Their rows
+        follow the rows of the cells of the tile. The row of a curve index of -1 is -1.
         """
         is_ghost = (places >= 0) & ~self.is_in(tile, places)
         ghosts = np.unique(places[is_ghost])
@@ -114,7 +114,7 @@ class TileStore:
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Return the values of an array at ascending curve indices; one tile is read at a time."""
+        """Return the rows of an array at ascending curve indices; one tile is read at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -123,7 +123,10 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Return the values of an array at any curve indices, most of which should be in `tile`."""
+        """Return the rows of an array at curve indices in any order.
+
+        This is fast if most of the curve indices are in `tile`.
+        """
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -133,7 +136,7 @@ class TileStore:
 
 
 def weighted_sum(store: TileStore, tile: int, name: str) -> Array:
-    """Return the sum of the rows of a tile's array, weighted by the areas of the cells."""
+    """Return the sum of the rows of an array of a tile, weighted by the areas of the cells."""
     return np.asarray(np.einsum("i,ij->j", store.read(tile, "measures"), store.read(tile, name)))
 
 
@@ -142,17 +145,20 @@ _LOW_BITS = (1 << 20) - 1
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Return the indices in `wanted` of cells that are in a tile, and their rows in the tile."""
+    """Return the cells in `wanted` that are in a tile, as indices in `wanted` and as rows."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few candidates, for speed
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few of the cells, for speed
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """Return the curve indices at which up to n_tiles similar tiles start, and last, n_cells."""
+    """Return the first curve index of each tile, followed by n_cells.
+
+    There are n_tiles tiles of similar size, but at most one per `RANGE` of cells.
+    """
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)
