@@ -103,7 +103,7 @@ def hierarchy(
     Raises
     ------
     MeshError
-        If the mesh is not a valid mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If a level has more regions than the finest level, or fewer regions than there are
         components; if regions in `labels` extend across barriers; or if a parameter is out of range
