@@ -61,12 +61,12 @@ def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
 
 
 def is_among(values: Array, among: Array) -> Bools:
-    """Return whether each value occurs in the ascending array `among`."""
+    """Return, for each value, whether it occurs in the ascending array `among`."""
     return index_in(values, among) >= 0
 
 
 def compacted(values: Array) -> tuple[Longs, Ints]:
-    """Return the distinct values in ascending order, and the index there of each value.
+    """Return the distinct values in ascending order, and the index of each value among them.
 
     The result is the same as that of `np.unique` with ``return_inverse=True``.
     """

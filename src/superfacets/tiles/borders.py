@@ -94,7 +94,7 @@ def straighten_tiled(
 
 
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
-    """Return the area of each region, and the area-weighted sum of the positions of its cells.
+    """Return, for each region, its area, and the area-weighted sum of the positions of its cells.
 
     The order of additions is the same as in the C++ function `sums_of_regions`: first, consecutive
     cells of a block with equal labels are summed, then these sums are added in the order of cells.
@@ -129,7 +129,7 @@ def _sort_by_cell(store: TileStore, tile: int) -> Longs:
 
 
 def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
-    """Add the area and weighted position of each cell in `part` to the sums of its region."""
+    """Add the area, and the area times the position, of each cell in `part` to `sums`."""
     cells, measures = part.columns["cells"], part.columns["measures"]
     of_cells = labels[cells]
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
@@ -214,8 +214,8 @@ def _spread(
 ) -> Bytes:
     """Raise the marks of the cells `front` to `marks`, and write all marks of the tile.
 
-    The new marks spread to nearby cells of the tile, and decrease by 1 per arc. No mark is lowered.
-    Returns the marks of the ghosts.
+    The raised marks spread to nearby cells of the tile, and decrease by 1 per arc. No mark is
+    lowered. Returns the marks of the ghosts.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
@@ -259,9 +259,10 @@ def _load_band(store: TileStore, ends: str, tile: int) -> Part:
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
     """Replace the targets of arcs by ranks of cells in the band; return the *ends* of the band.
 
-    `places` contains the curve indices of all cells of the band, and `ranks` their ranks. For
-    faces, ends are the vertices of all sides across which an arc leaves the band. For points, ends
-    are the ranks of the points with an arc to a point outside the band.
+    The rank of a cell is its index in the band, which is sorted by cell number. `places` contains
+    the curve indices of all cells of the band, and `ranks` their ranks. For faces, ends are the
+    vertices of all sides across which an arc leaves the band. For points, ends are the ranks of the
+    points with an arc to a point outside the band.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -314,7 +315,7 @@ class _Band:
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """Return all faces that share a vertex in `ends` with one of the faces `cells`.
+        """Return all faces that have a vertex of `ends` in common with a face in `cells`.
 
         If holes in a mesh meet at a vertex, a path between two faces at the vertex may have many
         arcs. The band must also grow around the face that lacks a neighbor. Points are returned
@@ -328,13 +329,13 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Return whether each face has a vertex in `ends` for which `is_chosen` is true."""
+        """Return, for each face, whether `ends` and `is_chosen` contain one of its vertices."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
-        """Return for each cell whether moving it to another region may read cells outside the band.
+        """Return, for each cell, whether moving it to another region reads cells outside the band.
 
         Moving a face reads the faces at its corners. Moving a point reads neighbors of neighbors.
         """

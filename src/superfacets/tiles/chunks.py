@@ -41,9 +41,9 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """Return the lowest vertex at each vertex's position, or None if all positions differ.
+    """Return, for each vertex, the lowest vertex at its position, or None if all positions differ.
 
-    The values 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
+    Coordinates 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
     are split into buckets by a hash of the position, and each bucket is welded separately. A
     MeshError reports the first vertex that is not finite as ``name[i]``.
     """
@@ -61,7 +61,7 @@ def weld(
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Write the vertices of a block sorted by bucket; raise a MeshError if one is not finite."""
+    """Write the vertices of a block, sorted by bucket; raise a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -98,7 +98,11 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
-    """Write a pair (vertex, lowest vertex) for each duplicate; return whether there are any."""
+    """Write a pair (vertex, lowest vertex) for each duplicate in a bucket.
+
+    A vertex is a duplicate if a lower vertex has the same position. Returns whether there are any
+    duplicates.
+    """
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -122,7 +126,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
-    """Write the lowest vertex at the position of each vertex of a block."""
+    """Write, for each vertex of a block, the lowest vertex at its position."""
     begin = block * size
     lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
     for bucket in range(n_buckets):
@@ -197,9 +201,9 @@ class Chunks:
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
     """Return the first row of each tile in each sorted run, (T + 1, chunks).
 
-    The last values are the lengths of the runs. `counts`, (chunks, 2^15), contains the histogram of
-    the upper code bits of each run. `starts` contains the curve index (rank in the whole order) at
-    which each tile begins.
+    The last row of the result contains the lengths of the runs. `counts`, (chunks, 2^15), contains
+    the histogram of the upper code bits of each run. `starts` contains the curve index (rank in the
+    whole order) at which each tile begins.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -258,7 +262,7 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Return the stable sorting order of uint32 codes.
+    """Return the indices that sort uint32 codes stably.
 
     Codes are sorted in two passes, because NumPy sorts 16-bit keys much faster.
     """

@@ -58,8 +58,8 @@ def make_cloud_tiles(
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
     """Return the pairs (point, neighbor) and (copy, lowest point at its position) of a tile.
 
-    The result is two arrays of curve indices: the first points, all of the tile, and the second
-    points, of any tile.
+    The result is two arrays of curve indices: the first points of the pairs, which are in the tile,
+    and the second points, which may be in any tile.
     """
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
@@ -192,7 +192,8 @@ def _write_directions(
 ) -> None:
     """Write normals with arbitrary sign: the direction in which nearest points vary least.
 
-    If the input has ``axes``, the normal is their mean instead.
+    If the input has ``axes`` (normals with unknown sign), the normal is the mean of the axes of the
+    nearest points instead.
     """
     rows, ghosts = store.rows_of(tile, places)
     foreign = Part.joined([known], "places").at(ghosts)
@@ -207,9 +208,10 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return each point's area from squared distances of neighbors, like C++ `area_around`.
+    """Return the area of each point, computed from squared distances like C++ `area_around`.
 
-    Each row of distances must be ascending. Missing neighbors have an infinite distance.
+    Each row contains the distances of the neighbors of a point, in ascending order. Missing
+    neighbors have an infinite distance.
     """
     sums, is_none = np.zeros(len(squared)), np.isinf(squared)
     for column in np.where(is_none, 0.0, squared).T:
@@ -229,7 +231,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Return squared distances between a and b, each boxes (..., 2, 3) or points (..., 1, 3)."""
+    """Return squared distances between boxes, (..., 2, 3), or points, (..., 1, 3), in a and b."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -254,7 +256,10 @@ def _ranges_in_reach(
 
 
 def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) -> Bools:
-    """Return whether any box is within the squared search radius `reach` of each point."""
+    """Return, for each point in `own`, whether any of the boxes is within its search radius.
+
+    `reach` contains squared search radii.
+    """
     positions, is_open = own.columns["positions"], np.zeros(len(own), bool)
     for rows in (some for some in members if len(some)):
         points = positions[rows]

@@ -19,7 +19,8 @@ BLOCK = 4096
 """Number of values per block in blocked sums; it must equal ``kSumBlock`` in the C++ core."""
 
 OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
-"""Names of the arrays of a sorted run of faces, with vertex numbers and positions of corners."""
+"""Names of the arrays of a run (a sorted chunk) of faces: numbers of faces, vertex numbers and
+positions of corners."""
 
 
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
@@ -87,7 +88,7 @@ def _points(faces: Part) -> Array:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Return two boxes of a chunk, of vertices and of centroids, and the area of each block.
+    """Return the boxes of the vertices and of the centroids of a chunk, and the area of each block.
 
     A block has `BLOCK` faces. The faces of the chunk are stored in the cache if they fit.
     """

@@ -36,8 +36,8 @@ Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 TiledSource: TypeAlias = (
     str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]
 )
-"""Input of `segment_tiled`: a file, a folder or tileset (a mesh or cloud in several files), a mesh
-or cloud, or arrays, which may be memory maps."""
+"""Input of `segment_tiled`: a file, a folder or tileset whose files form one mesh or cloud, a mesh
+or cloud object, or arrays, which may be memory maps."""
 
 BLOCK = 1 << 24
 """Approximate number of bytes that are read or written at a time."""

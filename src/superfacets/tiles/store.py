@@ -12,8 +12,9 @@ from ..workers.scratch import Scratch
 from .arrays import index_in
 
 RANGE = 4096
-"""Number of consecutive cells in a range of the curve. It must equal 2**kRangeBits in the C++ file
-``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples of RANGE."""
+"""Number of consecutive cells in a range of the space-filling curve. It must equal 2**kRangeBits in
+the C++ file ``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples
+of RANGE."""
 
 Kind = Literal["triangles", "polygons", "points"]
 
@@ -38,7 +39,9 @@ class TileStore:
     neighbors lists          points: curve indices ``targets`` of all neighbors, ascending
     ========= ============== ==================================================================
 
-    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder. `Part` reads several arrays.
+    `find_arcs` adds the arcs of each tile, and its *ghosts*: the neighbors of its cells in other
+    tiles. Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder. `Part` reads several
+    arrays.
     """
 
     scratch: Scratch
@@ -67,7 +70,7 @@ class TileStore:
         return np.searchsorted(self.starts, places, side="right").astype(np.int64) - 1
 
     def is_in(self, tile: int, places: Array) -> Bools:
-        """Return whether each curve index belongs to a tile."""
+        """Return, for each curve index, whether the cell is in a tile."""
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
@@ -95,7 +98,7 @@ class TileStore:
         return self.scratch.has(f"tile{tile}/{name}")
 
     def remove(self, tile: int, name: str) -> None:
-        """Remove an array of a tile from the disk, if the tile has this array."""
+        """Remove an array of a tile, if it exists."""
         self.scratch.remove(f"tile{tile}/{name}")
 
     def remove_from_all(self, *names: str) -> None:
@@ -105,7 +108,10 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the cell numbers of a tile's cells, then ghosts, in the order of arc targets."""
+        """Return the cell numbers of the cells of a tile, followed by those of its ghosts.
+
+        Targets of arcs are indices in this array.
+        """
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
@@ -149,7 +155,7 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few of the cells, for speed
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few cells to search for
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 

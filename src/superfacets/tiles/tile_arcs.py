@@ -223,7 +223,11 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Return whether any face has a boundary edge; `sides` are the face sides that arcs cross."""
+    """Return whether any face has a boundary edge.
+
+    `sides` contains the side of its face that each arc crosses, and `arc_offsets` the first arc of
+    each face.
+    """
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]

@@ -493,7 +493,7 @@ def _nearest_labeled(
     at = np.flatnonzero(labels >= 0)
     if not len(at):
         return np.full(len(points), np.inf), np.full(len(points), -1, np.int32)
-    at = at[np.argsort(cells[at])]  # the first of equally near cells is used
+    at = at[np.argsort(cells[at])]  # sorted, because the first of equally near cells is used
     positions = store.read(tile, "positions")[at]
     found, _, _ = _core.nearest_points(positions, points, np.inf, n_threads)
     x, y, z = (positions[found] - points).T
