@@ -1,4 +1,4 @@
-"""Find files, segment each of them, and record the results, with the function `batch`."""
+"""The function `batch`, which finds files, segments each file, and records the results."""
 
 from __future__ import annotations
 
@@ -143,8 +143,9 @@ def batch(
         per file. Results have names such as ``NAME.superfacets.ply``, and are in the same subfolder
         as their input.
     formats : sequence of str, optional
-        Formats of the results, for example ``"ply"`` or ``"npy"``. Formats are named after the
-        endings for `write_mesh` and `write_labels`. The default is PLY, or VTU for tetrahedra.
+        Formats of the results, for example ``"ply"`` or ``"npy"``. The name of a format is its file
+        ending in `write_mesh` or `write_labels`, without the leading dot or underscore. The default
+        is PLY, or VTU for tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
         the same version of the package, and access to all files at the same paths. By default,

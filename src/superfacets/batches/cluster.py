@@ -45,11 +45,11 @@ class RemoteTeam(Team):
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls like `Team.run`.
 
-        At most `width` calls are submitted at a time. If `width` is None, these are one call per
-        thread, and one waiting call per worker. No more calls are submitted, because if a worker
-        dies, Dask counts a failure for all calls assigned to the worker, even for calls that have
-        not started. Calls are not pinned to workers, because Dask does not restart a pinned call if
-        its worker ends while there is no other worker.
+        At most `width` calls are submitted at a time. If `width` is None, the maximum is one call
+        per thread, plus one waiting call per worker. No more calls are submitted, because if a
+        worker dies, Dask counts a failure for all calls assigned to the worker, even for calls that
+        have not started. Calls are not pinned to workers, because Dask does not restart a pinned
+        call if its worker ends while there is no other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}

@@ -1,4 +1,4 @@
-"""Run the jobs of a batch (one job per file), and estimate their memory."""
+"""Run the jobs of a batch (one job per file), and estimate how much memory they need."""
 
 from __future__ import annotations
 
