@@ -258,9 +258,10 @@ def segment(
         of ridges: sharp convex edges between flat areas, as on machine parts. `eta_convex` is the
         cost of all other convex edges.
     init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
-        Seeding method; see `place_seeds`. The default is ``"geodesic"``, or ``"curve"`` for 10,000
-        or more regions of fewer than 100 faces each. It may also be an array of seed faces, an
-        array of one initial label per face, or an earlier result of `segment`.
+        Seeding method; see `place_seeds`. The default is ``"geodesic"``. With the weights
+        ``"parts"``, it is ``"curve"`` for 10,000 or more regions of fewer than 100 faces each.
+        `init` may also be an array of seed faces, an array of one initial label per face, or an
+        earlier result of `segment`.
     relocate : bool, optional
         Whether centers of small regions may move into large regions. The default is True for the
         weights ``"parts"``, unless seeds or `radius_factor` are given, and False for other weights.
@@ -268,8 +269,8 @@ def segment(
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     max_num_iter, tol : int, float
         The loop stops when the root mean square of the moves of centers is at most `tol` * r, when
-        the centers return to an earlier state, or after `max_num_iter` iterations (on each level of
-        coarse cells).
+        the centers return to an earlier state, or after `max_num_iter` iterations. On large meshes,
+        it runs on several levels of coarse cells, and these limits apply to each level.
     radius_factor : float, optional
         Distance from the center, in units of r, at which paths of a region end. By default, there
         is no limit. The paper uses 2.
