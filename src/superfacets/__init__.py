@@ -1,4 +1,4 @@
-"""Cut meshes into k compact, connected regions of faces whose borders follow concave creases."""
+"""Divide meshes into k compact, connected regions of faces; borders follow concave creases."""
 
 import importlib
 import re

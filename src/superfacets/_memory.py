@@ -1,4 +1,4 @@
-"""Determine how much memory this process may use, given the machine and its control groups."""
+"""Determine how much memory this process may use, and how much of it is free."""
 
 from __future__ import annotations
 
@@ -18,12 +18,18 @@ _IF_UNKNOWN = 4 << 30
 
 
 def usable_memory() -> int:
-    """Return the memory in bytes that machine and control groups allow this process to use."""
+    """Return the maximum memory of this process in bytes.
+
+    It is the memory of the machine, or the lowest limit of the control groups if that is less.
+    """
     return min([_machine_memory(), *_group_limits()])
 
 
 def free_memory() -> int:
-    """Return the free memory in bytes, at most `usable_memory`; if unknown, `usable_memory`."""
+    """Return the free memory of the machine in bytes, but at most `usable_memory`.
+
+    The result is `usable_memory` if the system does not report free memory. Only Linux does.
+    """
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -65,7 +71,7 @@ def _group_limits() -> list[int]:
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
     """Return the memory limits, in bytes, of a control group and its parents, including the root.
 
-    The root is included because in a container, often only the root group has the limit.
+    The root is included because in a container, often only the root group has a limit.
     """
     group = root / name.lstrip("/")
     limits = []

@@ -1,9 +1,9 @@
 """Classes for options of `segment`, one class for each stage of the computation.
 
 The method ``checked`` of each class validates arguments before any work is done. The property
-``params`` returns the entries of `Segmentation.params`. Other classes of options are next to the
-code that uses the options: `WeightOptions`, `FeatureOptions` and `ConstraintOptions` in `cells`,
-and `pipeline.Options`, which contains all options.
+``params``, which most classes have, returns the options as entries of `Segmentation.params`. Other
+classes of options are next to the code that uses the options: `WeightOptions`, `FeatureOptions` and
+`ConstraintOptions` in `cells`, and `pipeline.Options`, which contains all options.
 """
 
 from __future__ import annotations
@@ -35,13 +35,16 @@ INITS: tuple[str, ...] = get_args(Init)
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""Whether components without a seed, and small regions without a neighbor, are kept or joined."""
+"""Treatment of connected components without a seed, and of small regions without a neighbor: each
+of them is kept as a region, or joins the nearest region."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
-"""Indices of seed faces. `ArrayLike` would also accept a misspelled name of a seeding method."""
+"""Indices of seed faces. The type is not `ArrayLike`, because type checkers would then accept a
+misspelled name of a seeding method."""
 
 Progress = Callable[[int, int], object]
-"""Function that is called after each iteration with (iteration number, number of moved centers)."""
+"""Function that is called after each iteration with (iteration number, number of moved centers). If
+it returns False, the loop stops."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,11 @@ class SizeOptions:
 
     n_segments: int | None
     radius: float | None  # radius of a region, as a fraction of the bounding box diagonal
-    seeds: Any  # `init` if it is seeds, labels or a result; None if it is a method name or None
+    seeds: Any  # argument `init`, but None if `init` is the name of a method
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
-        """Check arguments of `segment` (except `init`), and return them as options."""
+        """Check arguments of `segment`, and return them as options; `init` is checked later."""
         if n_segments is not None and radius is not None:
             raise ValueError(
                 f"n_segments is {n_segments} and radius is {radius}: give only one of them"
@@ -71,13 +74,13 @@ class LoopOptions:
     """Options of the clustering loop."""
 
     max_num_iter: int
-    tol: float  # the loop stops if centers move by at most this multiple of the expected radius
-    radius_factor: float | None  # maximum distance from the center, in radii; None: no limit
+    tol: float  # the loop stops if the RMS move of centers is at most `tol` * r
+    radius_factor: float | None  # paths end at this multiple of r from the center; None: no limit
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None: replaced by a default in `_Work.relocating`
+    relocate: bool | None = False  # None: `segment` chooses the default later
 
     @classmethod
     def checked(
@@ -127,7 +130,10 @@ class BalanceOptions:
         cls, balance: float, bounds: tuple[float | None, float | None],
         cells_per_region: int | None, cell_weights: Any,
     ) -> BalanceOptions:  # fmt: skip
-        """Check arguments of `segment`, where `bounds` are (`min_measure`, `max_measure`)."""
+        """Check arguments of `segment`, and return them as options.
+
+        `bounds` is the pair (`min_measure`, `max_measure`).
+        """
         low, high = bounds
         balance = checked_fraction(balance, "balance")
         low = None if low is None else checked_number(low, "min_measure", zero=True)
@@ -149,7 +155,7 @@ class BalanceOptions:
         return options
 
     def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
-        """Raise a ValueError if these options cannot be combined with the given options."""
+        """Raise a ValueError if these options conflict with `size`, `loop` or `min_size`."""
         if not self.is_used:
             return
         name = "balance" if self.cells_per_region is None else "cells_per_region"
@@ -186,7 +192,7 @@ class BalanceOptions:
 
     @property
     def strength(self) -> float:
-        """How equal the sizes of regions become, from 0 (not balanced) to 1 (equal)."""
+        """The option `balance`, or 1 if `cells_per_region` is given."""
         return 1.0 if self.cells_per_region is not None else self.balance
 
     def checked_cell_weights(self, n_cells: int) -> Floats:
@@ -229,7 +235,7 @@ class CleanupOptions:
 
     @property
     def is_needed(self) -> bool:
-        """Whether any part of the clean-up is requested."""
+        """Whether any step of the clean-up is requested."""
         return self.smooth or self.enforce_connectivity or self.min_size > 0
 
     @property

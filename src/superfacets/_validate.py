@@ -2,7 +2,8 @@
 
 The C++ core `_core` does not check its arguments. Therefore this module returns arrays with the
 dtype and the memory layout that `_core` expects. Indices are copied before they are checked, so
-that no other thread and no memory-mapped file can change them afterwards. Floats are not copied.
+that no other thread and no memory-mapped file can change them afterwards. Arrays of floats are
+usually not copied, unless they are memory-mapped.
 """
 
 from __future__ import annotations
@@ -29,9 +30,10 @@ MAX_CELLS = 2**31 - 1
 """Maximum number of cells, labels or vertices, because `_core` uses int32 indices."""
 
 EXTENT_RANGE = (1e-15, 1e15)
-"""Minimum and maximum extent of a mesh, in any unit of length. Within these limits, no product of
-lengths overflows or underflows, so labels do not depend on the unit. The longest product is the
-determinant of the second moments of a tetrahedron, a product of fifteen lengths."""
+"""Minimum and maximum of the longest side of a bounding box, in any unit of length. Within these
+limits, no product of lengths overflows or underflows, so labels do not depend on the unit. The
+longest product is the determinant of the second moments of a tetrahedron, a product of fifteen
+lengths."""
 
 VALUE_RANGE = (1e-150, 1e150)
 """Limits for the largest of all areas or weights, so that sums and products do not overflow."""
@@ -40,8 +42,8 @@ MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
 
 MAX_ROTATION_ERROR = 1e-3
-"""Maximum error of the scalar products of the axes of a camera pose. This limit accepts rotations
-that were rounded to four digits, and rejects poses with a scale."""
+"""Maximum error of the scalar products of the axes of a camera pose, which should be 0 or 1. This
+limit accepts rotations that were rounded to four digits, and rejects poses with a scale."""
 
 MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
@@ -101,15 +103,15 @@ def owned(array: Array, dtype: Any) -> Array:
 
 
 def owned_indices(array: Array) -> Ints:
-    """Return a copy of `array` as int32, where integers outside the range of int32 become -1."""
-    # Unsigned integers of 2**63 or more wrap to negative int64, so they also become -1.
+    """Return a copy of `array` as int32; integers outside the range of int32 become negative."""
+    # Unsigned integers of 2**63 or more wrap to negative numbers when converted to int64.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
     narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
     return narrow.reshape(array.shape)
 
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
-    """Raise an error if entries are masked, because NumPy would use the masked values."""
+    """Raise an error if an array has masked entries, because NumPy would use their values."""
     if "numpy.ma" not in sys.modules:  # no masked array can exist, so the slow import is avoided
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
@@ -117,7 +119,10 @@ def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> 
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """Return the values of the named fields of a pickled object; the values are not checked."""
+    """Return the fields `names` of the state of a pickled object.
+
+    Raises a ValueError if a field is missing. The values of the fields are not checked.
+    """
     if not isinstance(state, dict) or not set(names) <= state.keys():
         raise ValueError(
             f"the copy or pickle is damaged: it must have the fields {', '.join(names)}"
@@ -138,8 +143,8 @@ def checked_mesh(
 ) -> tuple[Floats, Ints, Floats]:
     """Return checked vertices, checked faces, and the bounding box (2, 3) of all used vertices.
 
-    Raises a MeshError if an array is not valid. If `are_new` is true, `faces` is not copied,
-    because no other code has a reference to the array.
+    Raises a MeshError if an array is not valid. If `are_new` is true, no other code has a reference
+    to `faces`, so an int32 array is not copied.
     """
     return _checked_simplices(vertices, faces, "faces", 3, are_new)
 
@@ -147,7 +152,11 @@ def checked_mesh(
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Return checked vertices, offsets and corners, and the bounding box of all used vertices."""
+    """Return checked vertices, offsets and corners, and the bounding box of all used vertices.
+
+    Raises a MeshError if an array is not valid. `are_new` applies to `indices`, as in
+    `checked_mesh` to `faces`.
+    """
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
@@ -183,7 +192,7 @@ def _int32_corners(given: Array, are_new: bool) -> Ints:
 
 
 def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
-    """Return the checked mask, with one bool per cell; None gives an array of True."""
+    """Return the checked mask, with one bool per cell, or all True if `mask` is None."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
     array = np.asarray(mask)
@@ -195,7 +204,7 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
 
 
 def polygon_arrays(faces: Any) -> tuple[Array, Array]:
-    """Return offsets and corners of `faces`, which are an array (F, n) or lists of vertices."""
+    """Return offsets and corners of `faces`, an array (F, n) or a list of vertices per face."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
@@ -237,7 +246,11 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Return the index of the first invalid corner or None, and the bounding box of all corners."""
+    """Return the index of the first corner that is not a vertex, and the box of all corners.
+
+    If all corners are vertices, the index is None. Otherwise, the box is not valid. Raises a
+    MeshError if a vertex is not finite or the box violates `EXTENT_RANGE`.
+    """
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         _raise_not_finite(points, "vertices")
@@ -295,7 +308,7 @@ def refuse_first(
 
 
 def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = "mesh") -> None:
-    """Raise a MeshError if a bounding box is a point, or too small or large for `EXTENT_RANGE`."""
+    """Raise a MeshError if a bounding box is a point, or if its size is not in `EXTENT_RANGE`."""
     if np.array_equal(low, high):
         raise MeshError(f"all {things} lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
@@ -339,7 +352,8 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    if not np.array_equal(*box):  # functions that need distinct points also call `check_spread`
+    # Equal points are valid here. Functions that need distinct points also call `check_spread`.
+    if not np.array_equal(*box):
         check_spread(box)
     return array, box
 
@@ -366,7 +380,7 @@ def checked_queries(points: Any) -> Floats:
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
 
-    Raises a MeshError for invalid normals. `first` is the index that messages give the first row.
+    Raises a MeshError for invalid normals. `first` is the index of the first row in messages.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
@@ -396,7 +410,8 @@ def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
 def checked_colors(colors: Any, n_points: int) -> Singles:
     """Return red, green and blue of each point, from 0 to 1, as (N, 3) float32.
 
-    Raises a MeshError if the colors are not valid. An alpha channel is ignored.
+    Unsigned integers are divided by the maximum of their dtype. An alpha channel is ignored. Raises
+    a MeshError if the colors are not valid.
     """
     array = _numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
@@ -415,7 +430,10 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
 
 
 def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
-    """Return an array of numbers of shape (N, 3); N must be `n_rows`, unless `n_rows` is None."""
+    """Return `value` as an array of numbers of shape (N, 3), or raise a MeshError.
+
+    If `n_rows` is given, N must be `n_rows`. Messages call N `count`.
+    """
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
@@ -429,7 +447,7 @@ def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
-    """Return the corners of a box, (2, 3) float64; if `bounds` is None, the box of positions."""
+    """Return the corners of a box, (2, 3) float64; if `bounds` is None, the box of `positions`."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
     array = exact_doubles(_numeric_array(bounds, "bounds"))
@@ -459,7 +477,11 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return n finite numbers >= 0 as float64 after a check; `per` is "cell", "face" or "arc"."""
+    """Return `value` as float64 after checking that it has n finite numbers >= 0.
+
+    The largest number must be 0 or in `VALUE_RANGE`. Messages require one value per `per`, for
+    example "arc".
+    """
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -493,7 +515,7 @@ def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
 
 
 def checked_angles(angles: Any, n_arcs: int) -> Floats:
-    """Return checked angles, one per arc from -pi to pi, as (M,) float64."""
+    """Return checked angles as (M,) float64: one angle per arc, from -pi to pi."""
     array = owned(_numeric_array(angles, "angles"), np.float64)
     if array.shape != (n_arcs,):
         raise ValueError(
@@ -505,7 +527,10 @@ def checked_angles(angles: Any, n_arcs: int) -> Floats:
 
 
 def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """Return checked sides as (M,) int32, one per arc, in ascending order for each cell."""
+    """Return checked sides as (M,) int32: the side of its cell that each arc crosses.
+
+    The sides of the arcs of one cell must be in ascending order.
+    """
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
@@ -551,7 +576,7 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 
 def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
-    """Return checked edges, which are pairs of vertices, as an (E, 2) int32 array."""
+    """Return checked edges as an (E, 2) int32 array; each edge is a pair of vertices."""
     given = np.asarray(edges)
     if given.ndim != 2 or given.shape[1] != 2:
         raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
@@ -632,7 +657,7 @@ def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None)
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Check labels, which may be any integers, and replace them with `ranked_labels`."""
+    """Check labels, which may be any integers, and return the result of `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
@@ -649,7 +674,7 @@ def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -
 
 
 def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return the result of `compact_complete` for a truth in which -1 marks unannotated cells.
+    """Return the same as `compact_complete`, but unannotated cells keep the label -1.
 
     Raises a MeshError if a label is below -1, or if all cells are unannotated.
     """
@@ -754,7 +779,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
     """Return a decorator that makes a function raise a TypeError with advice for some parameters.
 
-    `others` maps the names of these parameters, which other tools have, to the advice.
+    `others` maps names of parameters, which only other tools have, to advice for their users.
     """
 
     def decorate(function: Function) -> Function:
@@ -805,7 +830,10 @@ def checked_pose(pose: Any) -> Floats:
 
 
 def checked_intrinsics(intrinsics: Any) -> Floats:
-    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy)."""
+    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy).
+
+    `intrinsics` may also be a camera matrix without skew, of shape (3, 3) or (4, 4).
+    """
     given = _numbers_of(intrinsics, "intrinsics")
     if given.shape in ((3, 3), (4, 4)):
         if given[0, 1] != 0:

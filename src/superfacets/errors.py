@@ -12,7 +12,10 @@ class MissingExtraError(ImportError):
     """An optional dependency is missing. The message gives the install command."""
 
     def __init__(self, task: str, extra: str) -> None:
-        """Create an error that says which extra (or ``"torch"``) to install for a task."""
+        """Create the message: `task` needs `extra`, with the command that installs it.
+
+        `extra` is the name of an extra of superfacets, or ``"torch"`` for the package torch.
+        """
         needs, package = "an extra", f"'superfacets[{extra}]'"
         if extra == "torch":
             needs, package = extra, extra

@@ -43,9 +43,10 @@ def hierarchy(
 ) -> Hierarchy:
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
-    The finest level comes from `segment`, or from given labels. Then the pair of neighboring
-    regions with the lowest cost is merged, until no neighbors are left. The result can be cut at
-    any number of regions. The cost of merging regions with areas a and b and centroids p and q is
+    The finest level comes from `segment`, or from `labels`. Then the two neighboring regions with
+    the lowest cost are merged, again and again, until no neighbors are left. `Hierarchy.cut`
+    returns the level with any other number of regions. The cost of merging two regions with areas a
+    and b and centroids p and q is
 
     .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
               r = \sqrt{\frac{a + b}{\pi}}
@@ -58,61 +59,63 @@ def hierarchy(
     Parameters
     ----------
     cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells.
+        Same as `mesh` in `segment`, or a graph whose cells may be of any kind.
     counts : sequence of int
         Number of regions of each level. The numbers must differ and may be in any order.
     labels : array_like of int, shape (N,), optional
         Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
-        left out. The default is ``segment(cells, max(counts), **options)``, or `segment_graph` for
-        a graph.
+        in no region. By default, the labels come from ``segment(cells, max(counts), **options)``,
+        or from `segment_graph` if `cells` is a graph.
     features : array_like, shape (N, F) or (V, F), optional
-        F numbers per cell or per vertex, from which the cost of merging is computed instead of
+        F numbers per cell or per vertex, from which the cost of merging is computed instead of from
         geometry. The cost is then ``a b / (a + b)`` times the squared distance between the mean
-        features of two regions (Ward's method). The formula above only breaks ties. If `labels` is
-        not given, the finest regions also follow the features, as in `segment`.
+        features of two regions (Ward's method). The formula above is only used to break ties. If
+        `labels` is not given, the finest regions also follow the features, as in `segment`.
     scale_features : bool, default True
         Whether each feature is first divided by its area-weighted standard deviation.
     islands : {"keep", "nearest"}
         With ``"keep"``, only regions that touch are merged, so no level can have fewer regions than
-        there are components. With ``"nearest"``, a component may also be merged across the gap to
-        the nearest cell of a larger component. The cost of a gap is the cost of a border of length
-        r in a deep crease. `islands` is also passed to `segment`.
+        there are connected components. With ``"nearest"``, a component may also be merged across
+        the gap to the nearest cell of a larger component. The cost of a gap is the cost of a border
+        of length r in a deep crease. `islands` is also passed to `segment`.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        As for `segment`: regions are never merged across barriers. Barriers cannot be combined with
-        ``islands="nearest"``, because a merge across a gap could bypass a barrier.
+        Same as in `segment`. Regions are never merged across barriers. Barriers cannot be combined
+        with ``islands="nearest"``, because a merge across a gap could bypass a barrier.
     weld, n_threads
-        As for `segment`. The result does not depend on the number of threads.
+        Same as in `segment`. The result does not depend on the number of threads.
     **options
-        Further options of `segment` for the finest level, if no labels are given. Faces that a
-        `mask` leaves out have label -1 on all levels.
+        Further options of `segment` for the finest level. They cannot be combined with `labels`.
+        Faces that a `mask` leaves out have label -1 on all levels.
 
     Returns
     -------
     Hierarchy
         Levels with exactly the requested numbers of regions. If the finest regions are connected,
         all regions are connected, except for regions that were merged across a gap. If several
-        pairs of regions have the same cost, the pair with the lowest numbers is merged first.
+        pairs of regions have the same cost, the pair of the lowest nodes (see `Hierarchy`) is
+        merged first.
 
     Warns
     -----
     SliverWarning
-        As for `segment`.
+        Same as in `segment`.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If a level has more regions than the finest level, or fewer regions than there are
-        components; if given labels cross barriers; or if a parameter is out of range or of the
-        wrong type.
+        components; if regions in `labels` extend across barriers; or if a parameter is out of range
+        or of the wrong type.
 
     Notes
     -----
-    Time is O(N + M) for the borders between regions, and O(m log K) for each merge of regions with
-    m neighbors. The openness of an edge is exp(-x), where x is the cost of the crease at the edge
-    in `crease_weights`, in units of 1.6 expected radii of the finest level. For a graph, x is
-    computed from the weights of the graph. The openness of a border is the mean over its length.
+    For N cells, M arcs and K regions on the finest level, time is O(N + M) for the borders between
+    regions, and O(m log K) for each merge of two regions with m neighbors in total. The openness of
+    an edge is exp(-x), where x is the cost of the crease at the edge in `crease_weights`, in units
+    of 1.6 expected radii of the finest level. For a graph, x is computed from the weights of the
+    graph. The openness of a border is the mean of this value along the border.
 
     References
     ----------
@@ -179,7 +182,7 @@ def _checked_features(table: Floats | None) -> Floats | None:
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:
-    """Return checked numbers of regions in descending order; raise an error for equal numbers."""
+    """Return checked numbers of regions in descending order; raise an error if two are equal."""
     if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
         raise TypeError(
             f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
@@ -196,11 +199,11 @@ def _checked_counts(counts: Any) -> tuple[int, ...]:
 
 
 def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
-    """Segment the cells into n regions, plus one region per component without a seed."""
+    """Segment the cells into n regions, or more if some components get no seed."""
     if isinstance(source, CellGraph):
         return segment_graph(source, n, **options)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", IslandWarning)  # merging corrects the number later
+        warnings.simplefilter("ignore", IslandWarning)  # merging reduces the number to n later
         return segment(source, n, weld=weld, **options)
 
 

@@ -83,12 +83,13 @@ Paths end at 2 r from the center, where r is the expected radius of a region. Th
 center moves. Borders are not smoothed."""
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that stay within one part of a shape; the defaults of `segment`."""
+"""Keywords for regions that each stay within one part of a shape, such as a finger of a hand. They
+are the defaults of `segment`."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
-Noise is smoothed before creases are measured, and a higher `alpha` makes borders follow creases
-more closely."""
+Noise is smoothed before creases are measured, and an `alpha` above the default makes borders follow
+creases more closely."""
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType(
     {
@@ -111,22 +112,24 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "seed": "labels are the same on every run; init accepts the faces to start from",
     }
 )
-"""Advice for parameters of scikit-image's ``slic`` and of other tools, keyed by their names."""
+"""Advice for users of scikit-image's ``slic`` and of other tools, keyed by parameters that
+`segment` does not have."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A mesh or cloud with its graph of cells, which several calls of `segment` can use.
+    """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
 
     `segment` accepts a `Prepared` in place of the mesh and returns the same labels. In this case,
-    `weld` has no effect, and weights must be given by name. `cells`, `graph`, `shapes` and `order`
-    have the same meaning as in `OrderedCells`.
+    `weld` has no effect, and `denoise` must be ``"auto"`` or `n_steps`. If the cells are sorted
+    (`order` is not None), arrays of weights are not accepted, and `radius_factor` only for points.
+    `cells`, `graph`, `shapes` and `order` have the same meaning as in `OrderedCells`.
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
     denoised: Cells  # smoothed copy of `source`, or `source` itself if it was not smoothed
     n_steps: int | None  # number of smoothing steps; None if cells are not faces
-    slack: float  # angle in radians below which edges are treated as flat; 0 if not smoothed
+    slack: float  # radians that are subtracted from the angle of each edge, see `slack_of`
     kind: Kind
     cells: Any
     graph: Any
@@ -138,7 +141,11 @@ class Prepared:
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto",
     ) -> Prepared:  # fmt: skip
-        """Smooth a noisy mesh and build its graph; sort cells for speed only if `is_sorted`."""
+        """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
+
+        Cells are sorted if `is_sorted` is true and sorting saves time. Raises a ValueError if
+        `denoise` is a number of steps and the cells are not faces.
+        """
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
@@ -211,7 +218,7 @@ def segment(
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Segmentation:
-    """Label every face of a mesh with one of k compact regions that follow its concave creases.
+    """Label every face of a mesh with one of k compact regions; borders follow concave creases.
 
     In a point cloud, every point gets a label; in a tetrahedral mesh, every tetrahedron. The page
     "Parameters" of the documentation explains each parameter in detail.
@@ -222,13 +229,14 @@ def segment(
         Any mesh of triangles, polygons or tetrahedra. It may be open, non-manifold, degenerate or
         disconnected. A point cloud is a PointCloud, an (N, 3) array, or a file of points.
     n_segments : int, optional
-        Number of regions k, from 1 to the number of faces N. The default is 150, or N for meshes
-        with fewer faces.
+        Number of regions k, from 1 to the number of faces N. The default is 150, or N if the mesh
+        has fewer than 150 faces.
     alpha : float, optional
-        How strongly borders follow creases, >= 0. With 0, regions are most compact.
+        How strongly borders follow creases, >= 0. With 0, regions are most compact. The default
+        depends on `weights`.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
-        Data that borders follow in addition to creases: F numbers per face or per vertex, or names.
-        The names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
+        Data that borders follow in addition to creases: F numbers per face or per vertex, or names
+        of features: ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
         ``"normals"``, ``"height"``, and all properties of faces or vertices in the file.
     denoise : int or "auto", default "auto"
         Number of smoothing steps before creases are measured. The input mesh is not changed.
@@ -240,46 +248,53 @@ def segment(
     Other Parameters
     ----------------
     radius : float, optional
-        Expected radius r of a region, as a fraction of the diagonal of the bounding box. It
-        replaces `n_segments`.
+        Expected radius r of a region, as a fraction of the diagonal of the bounding box. It cannot
+        be combined with `n_segments`.
     weights : str, or array_like of shape (M,)
         One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
     eta_convex, ridges : float, optional
         Costs of convex edges, relative to concave edges with the same angle. `ridges` is the cost
-        of sharp edges between flat faces, and `eta_convex` the cost of other convex edges.
+        of ridges: sharp convex edges between flat areas, as on machine parts. `eta_convex` is the
+        cost of all other convex edges.
     init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
-        Seeding method; see `place_seeds`. The default is ``"geodesic"``, or ``"curve"`` for 10,000
-        or more regions of fewer than 100 faces each. It may also be an array of seed faces, an
-        array of one initial label per face, or an earlier result of `segment`.
+        Seeding method; see `place_seeds`. The default is ``"geodesic"``. With the weights
+        ``"parts"``, it is ``"curve"`` for 10,000 or more regions of fewer than 100 faces each.
+        `init` may also be an array of seed faces, an array of one initial label per face, or an
+        earlier result of `segment`.
     relocate : bool, optional
         Whether centers of small regions may move into large regions. The default is True for the
-        weights ``"parts"``, and False for other weights.
+        weights ``"parts"``, unless seeds or `radius_factor` are given, and False for other weights.
     smooth : bool, default True
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     max_num_iter, tol : int, float
-        The loop stops after `max_num_iter` iterations, or when the root mean square of the moves of
-        centers is at most `tol` * r.
+        The loop stops when the root mean square of the moves of centers is at most `tol` * r, when
+        the centers return to an earlier state, or after `max_num_iter` iterations. On large meshes,
+        it runs on several levels of coarse cells, and these limits apply to each level.
     radius_factor : float, optional
-        Distance from the center, in units of r, at which paths of a region end. The paper uses 2.
+        Distance from the center, in units of r, at which paths of a region end. By default, there
+        is no limit. The paper uses 2.
     islands : {"keep", "nearest"}
-        Whether each component without a seed becomes a region (``"keep"``) or joins the nearest
-        region (``"nearest"``).
+        Whether each connected component without a seed becomes a region (``"keep"``) or joins the
+        nearest region (``"nearest"``).
     min_size : float
         Regions with less than this fraction of the mean area are merged into a neighbor; see
         `merge_small_regions`.
     enforce_connectivity : bool
-        Whether each region keeps only the connected piece that contains its center; see
-        `enforce_connectivity`. Regions can only be disconnected if `radius_factor` is given.
+        Whether each region keeps only the connected piece that contains its center, and all other
+        pieces join a neighbor; see `enforce_connectivity`. This has an effect only if
+        `radius_factor` is given.
     balance : float
         How equal the areas (volumes) of regions become, from 0 (not balanced) to 1 (equal).
     max_measure, min_measure : float, optional
-        Limits on the area (volume) of each region. If no regions meet them, an error is raised.
+        Limits on the area (volume) of each region. If no regions can satisfy the limits, an error
+        is raised.
     cell_weights : array_like of float, shape (N,), optional
         Sizes of cells, >= 0, that `balance`, `max_measure` and `min_measure` use instead of areas.
     cells_per_region : int, optional
-        Exact number of cells in each region. It replaces `n_segments`. One region of each component
-        may be smaller, and contains the remaining cells. See `Segmentation.patches`.
+        Exact number of cells in each region. It cannot be combined with `n_segments`. One region of
+        each connected component may be smaller: it contains the remaining cells. See
+        `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
         Faces where the mask is False are left out and get the label -1.
     barriers : array_like of int, shape (N,) or (E, 2), optional
@@ -302,7 +317,8 @@ def segment(
         Labels are int32 from 0 to K - 1, one per face in input order, and -1 where the mask is
         False. Labels are the same on every run. With ``islands="nearest"``, K equals k. With
         ``islands="keep"``, each component without a seed adds one region. With ``init="flood"``,
-        ``init="grid"`` or `radius_factor`, K may differ more from k.
+        ``init="grid"`` or `radius_factor`, K may differ more from k. `min_size` and `min_measure`
+        can make K smaller than k.
 
     Warns
     -----
@@ -312,8 +328,9 @@ def segment(
         If faces that are too long and thin for good regions cover more than a tenth of the area;
         see `subdivide`.
     IslandWarning
-        If there are more regions than `n_segments`, because components have no seed. There is no
-        warning for barriers with ``n_segments=1``, which make one region per component.
+        If there are more regions than `n_segments`, because components have no seed, or fewer,
+        because of `min_measure`. There is no warning if barriers are given and `n_segments` is 1,
+        which is the way to get one region per component.
 
     Raises
     ------
@@ -321,6 +338,8 @@ def segment(
         If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
+    OSError
+        If a file cannot be read.
 
     References
     ----------
@@ -367,7 +386,7 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = "auto"  # argument of `segment`; later, the number of steps that were made
+    denoise: Denoise = "auto"  # argument of `segment`; after `smoothed`, the number of steps made
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     @classmethod
@@ -403,8 +422,9 @@ class Options:
     def needs_order(self, kind: Kind) -> bool:
         """Return whether cells must keep their input order, even if sorted cells would be faster.
 
-        This is the case if weights from the caller are in input order, or if labels depend on the
-        order: with `radius_factor`, the lowest face that no center reaches becomes a center.
+        This is the case if the caller gave weights, which are in input order. It is also the case
+        if `radius_factor` is given, except for points: then the lowest face that no center reaches
+        becomes a center, so labels depend on the order.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None
@@ -457,14 +477,15 @@ class _Work:
     def has_parts(self) -> bool:
         """Whether arcs between parts of the shape have an additional cost.
 
-        Volumes, and graphs or meshes with weights from the caller, do not have this cost.
+        This is the case for the weights ``"parts"``, except for volumes, for graphs that have
+        weights of their own, and if the expected radius of regions is 0.
         """
         surface, is_asked = self.surface, self.options.weights.has_parts
         has_creases = surface.weights is None and surface.dimension == 2
         return is_asked and has_creases and self.plan.size.radius > 0.0
 
     def relocating(self) -> _Work:
-        """Return the same data, but if the option `relocate` is None, replace it by its default."""
+        """Return the same data, with the option `relocate` set to its default if it is None."""
         loop = self.options.loop
         if loop.relocate is not None:
             return self
@@ -478,10 +499,11 @@ class _Work:
 
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
-    """Run all stages. The `stacklevel` of warnings in stages counts calls up to `segment`.
+    """Run all stages of `segment`.
 
-    Comments give the numbers of stages in docs/pipeline.md, and their keys in `timings`. `_coarsen`
-    runs before `_add_parts`, because costs between parts are also added to coarse graphs.
+    The comments give the number of each stage in docs/pipeline.md, if it has one, and its keys in
+    `timings`. `_coarsen` runs before `_add_parts`, because costs between parts are also added to
+    coarse graphs. The `stacklevel` of warnings in stages refers to the caller of `segment`.
     """
     works = [_Work(options, mesh)]
     for stage in (
@@ -497,7 +519,7 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _clean,  # 5 regions
         _finish,  # not timed
     ):
-        works.append(stage(works.pop()))  # no reference is kept here, so a stage can free memory
+        works.append(stage(works.pop()))  # no other reference, so a stage can free memory
     result: Segmentation = works[0].result
     return result
 
@@ -578,7 +600,7 @@ def _plan(work: _Work) -> _Work:
 
 
 def _weigh(work: _Work) -> _Work:
-    """Compute the weights of all arcs, which depend on the expected radius of regions."""
+    """Compute the weights of all arcs for the expected radius of regions."""
     prepared = work.prepared
     adapted = prepared.kind.weight_options(prepared.graph, work.options.weights)
     options = replace(work.options, weights=adapted)
@@ -619,8 +641,8 @@ def _quantize(work: _Work) -> _Work:
 def _order(work: _Work) -> _Work:
     """Build the graph for the loop, with neighboring cells close together in memory.
 
-    `Plan.placed_cells` sorts the cells inside the mask along a space-filling curve. The labels of
-    the loop are in the order of `_prepare`, which may already have sorted the cells.
+    `Plan.placed_cells` sorts the cells inside the mask along a space-filling curve. The loop still
+    returns labels in the order of `Prepared.cells`, which `_prepare` may already have sorted.
     """
     with work.timed("order"):
         n_threads = work.surface.n_threads
@@ -645,7 +667,7 @@ def _coarsen(work: _Work) -> _Work:
 
 
 def _add_parts(work: _Work) -> _Work:
-    """Add arcs between faces that are two or more arcs apart, and costs between parts."""
+    """Add far arcs and costs between parts (see `add_part_costs`), if the weights have parts."""
     if not work.has_parts:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
@@ -704,7 +726,7 @@ def _cluster(work: _Work) -> _Work:
 
 
 def _clean(work: _Work) -> _Work:
-    """Make regions connected and large enough, and straighten their borders, as requested."""
+    """Clean up regions as requested: connect, merge, straighten borders, and adjust sizes."""
     options, plan, n_threads = work.options, work.plan, work.surface.n_threads
     if not (options.cleanup.is_needed or options.balance.is_used):
         return work
@@ -729,7 +751,10 @@ def _clean(work: _Work) -> _Work:
 def _sized(
     costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
 ) -> Segmentation:
-    """Move cells between regions until the sizes of regions are within their limits."""
+    """Move cells between regions until the sizes of regions are within their limits.
+
+    Issues a BalanceWarning if sizes are exact and some regions are disconnected.
+    """
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
     n_extra = costs.surface.extra_pieces(labels, len(centers)) if goals.is_exact else 0
     if n_extra > 0:
@@ -752,7 +777,8 @@ def _cleaned(
     """Clean up the regions of a result; cells of different `groups` (see `Cut`) stay separate."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
-        # `edit` makes regions of pieces that touch no other region; give them their old labels.
+        # In `edit`, pieces that touch no other region are new regions. Here, they get their old
+        # labels again.
         labels = edit.sources[edit.labels]
         result = replace(result, labels=labels, n_joined=edit.n_joined)
     if options.min_size > 0:
@@ -774,10 +800,10 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Return the costs of borders.
+    """Return the costs of borders between regions.
 
-    They are computed from the weights of arcs, or from `creases_of` if these weights have another
-    unit than "creases".
+    The costs are computed from the weights of arcs if these have the same unit as the weights
+    ``"creases"``, and otherwise from the result of `creases_of`.
     """
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
@@ -805,7 +831,7 @@ def _finish(work: _Work) -> _Work:
 
 
 def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
-    """Convert a result for sorted cells to input order; `order` is the input index of each cell."""
+    """Convert a result for sorted cells to input order; `order` gives input indices."""
     labels = np.empty_like(result.labels)
     labels[order] = result.labels
     return replace(result, labels=labels, centers=order[result.centers])
@@ -838,7 +864,10 @@ def barriers_note(asked: int, n_made: int) -> str:
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Unless seeds or `radius_factor` are given, warn if there are not `n_segments` regions."""
+    """Issue an IslandWarning if components or `min_measure` changed the number of regions.
+
+    There is no warning if seeds, `radius` or `radius_factor` are given.
+    """
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:

@@ -1,4 +1,4 @@
-"""Find files, segment each of them, and record the results, with the function `batch`."""
+"""The function `batch`, which finds files, segments each file, and records the results."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MEMORY_SHARE = 0.8
 thread of a worker. The fraction is below 1, because estimates may be too low."""
 
 START_CELLS = 2_000
-"""Fixed time per file, as the number of cells that could be processed in this time."""
+"""Fixed time per file, as the number of cells that can be processed in the same time."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +126,9 @@ def batch(
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels to a folder.
 
-    If a file fails, the batch continues. A second call segments only files without a valid result.
-    A result is invalid if it is missing or damaged, or if the hash of the file, the parameters or
-    the version of the package have changed.
+    If a file fails, the batch continues. A second call skips files that are already processed,
+    unless the input file, the parameters or the version of the package have changed, or results are
+    missing or damaged. Files that failed are skipped, too, unless `retry_failed` is true.
 
     Parameters
     ----------
@@ -140,17 +140,20 @@ def batch(
         a list, a text file with one path per line, relative to the folder of this file.
     output_folder : path-like
         Folder of the results, which is created if it is missing. ``manifest.jsonl`` has one record
-        per file. A result is a file ``NAME.superfacets.ply``, in the same subfolder as its input.
+        per file. Results have names such as ``NAME.superfacets.ply``, and are in the same subfolder
+        as their input.
     formats : sequence of str, optional
-        Formats of the results, for example ``"ply"`` or ``"npy"``. Formats are named after the
-        endings for `write_mesh` and `write_labels`. The default is PLY, or VTU for tetrahedra.
+        Formats of the results, for example ``"ply"`` or ``"npy"``. The name of a format is its file
+        ending in `write_mesh` or `write_labels`, without the leading dot or underscore. The default
+        is PLY, or VTU for tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
         the same version of the package, and access to all files at the same paths. By default,
         worker processes are started on this machine if there are several files to process.
     workers : int, optional
         Number of worker processes on this machine, by default one per core. Each worker processes
-        one file at a time, on one thread unless ``n_threads`` is given.
+        one file at a time, on one thread unless ``n_threads`` is given. Cannot be combined with
+        `scheduler`.
     retry_failed : bool, default False
         Whether to process failed files again even if nothing has changed.
     progress : callable, optional
@@ -168,9 +171,9 @@ def batch(
     ascii : bool, default False
         Whether to write text instead of binary data, in formats that support both.
     label_name, vertex_labels, force
-        As for `write_mesh`.
+        Same as in `write_mesh`.
     viewpoint : sequence of float, length 3, optional
-        Position of the sensor for point clouds without normals, as for `estimate_normals`.
+        Position of the sensor for point clouds without normals, as in `estimate_normals`.
     min_opacity : float, default 0.0
         Minimum opacity of Gaussian splats, 0 to 1. Splats with a lower opacity get the label -1.
         The property ``opacity`` of the file contains opacities as logits.
@@ -287,7 +290,10 @@ def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
 
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """Return the jobs without a valid result; results and input files are checked by hashes."""
+    """Return the jobs that must run; see `batch` for the rules.
+
+    Hashes show whether results and input files have changed.
+    """
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
@@ -342,7 +348,10 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Run all jobs that fit in the memory of a worker, then all other jobs one at a time."""
+    """Run all jobs that fit in the memory of a worker, then all other jobs one at a time.
+
+    Jobs whose workers were killed are repeated together with these other jobs.
+    """
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -368,7 +377,10 @@ def _do_in_teams(
 def _do_in_team(
     team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Run jobs, and yield each job with its record or `Killed`; raise OSErrors of jobs."""
+    """Run jobs, and yield each job with its record or `Killed`.
+
+    An OSError of a job is raised, because it must stop the batch.
+    """
     calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
     for place, ending in team.run(calls, width):
         job = jobs[place]

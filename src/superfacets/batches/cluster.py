@@ -21,8 +21,8 @@ from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
-"""Maximum time in seconds to wait if there is no worker. A worker restarts in about 2 seconds, but
-a job scheduler may need longer to start a worker."""
+"""Maximum time in seconds to wait while there is no worker. A worker restarts in about 2 seconds,
+but a job scheduler may need longer to start a worker."""
 
 TICK = 1.0
 """Interval between updates of the list of workers, in seconds."""
@@ -43,12 +43,13 @@ class RemoteTeam(Team):
         self.client = client
 
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Run calls like `Team.run`: one call per thread, and one waiting call per worker.
+        """Run calls like `Team.run`.
 
-        Only these calls are submitted, because if a worker dies, Dask counts a failure for all
-        calls assigned to the worker, even for calls that have not started. Calls are not pinned to
-        workers, because Dask does not restart a pinned call if its worker ends while there is no
-        other worker.
+        At most `width` calls are submitted at a time. If `width` is None, the maximum is one call
+        per thread, plus one waiting call per worker. No more calls are submitted, because if a
+        worker dies, Dask counts a failure for all calls assigned to the worker, even for calls that
+        have not started. Calls are not pinned to workers, because Dask does not restart a pinned
+        call if its worker ends while there is no other worker.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}
@@ -132,12 +133,15 @@ def _check_sees(client: Any, folder: str) -> None:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the number of threads and the memory limit in bytes of the worker that runs this."""
+    """Return the number of threads of the worker that runs this, and its memory limit in bytes."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 def _ending_of(future: Any) -> Ending | None:
-    """Return the outcome of a call, or None if the result was lost and Dask repeats the call."""
+    """Return the outcome of a call, or None if the result was lost and Dask repeats the call.
+
+    Raises a ConnectionError if the connection to the scheduler was lost.
+    """
     if future.cancelled():
         raise _scheduler_lost()
     killed = importlib.import_module("distributed").KilledWorker
@@ -163,7 +167,7 @@ def _scheduler_lost() -> ConnectionError:
 
 
 class _Presence:
-    """Counts the threads of all connected workers, at most once every `TICK` seconds."""
+    """Counts the threads of all workers of the scheduler, at most once every `TICK` seconds."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -172,7 +176,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Return the last count; raise a ConnectionError if it was 0 for `PATIENCE` seconds."""
+        """Return the latest count; raise a ConnectionError if it was 0 for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads
@@ -191,7 +195,7 @@ class _Presence:
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Suppress log messages of Dask, because errors of Dask are also raised as exceptions."""
+    """Suppress log messages of Dask, because Dask also raises its errors as exceptions."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]

@@ -32,11 +32,11 @@ from ..mesh.point_cloud import PointCloud
 from ..pipeline import Options, segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Function that reads a file; its argument is whether attributes are read in addition to cells."""
+"""Function that reads a file. Its argument says whether to read attributes in addition to cells."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
 """Parameters of `segment` that are not in `FileOptions.keywords`, mostly because they are arrays.
-`FileOptions.features` contains names of features instead of arrays."""
+The feature names in `FileOptions.features` replace the parameter `features`."""
 
 _DEFAULTS = {
     name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
@@ -47,9 +47,9 @@ _OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Checked options for each file, which are parameters of `batch`."""
+    """Checked options that apply to each file; they are parameters of `batch`."""
 
-    keywords: Mapping[str, Any]  # keyword arguments of `segment`
+    keywords: Mapping[str, Any]  # keyword arguments of `segment` that are not None
     features: Sequence[str] = ()
     subdivide: bool = False
     max_edge: float | None = None
@@ -81,7 +81,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Return options for formats; raise an error for options without effect on `endings`."""
+        """Return options for output formats; raise an error if one has no effect on `endings`."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -98,7 +98,7 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """Options that affect results and are not at their defaults, as JSON values for records."""
+        """Options that affect results and differ from their defaults, as JSON values."""
         usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
@@ -127,11 +127,11 @@ class Outcome:
     mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: Longs | None = None  # labels of the original faces if the mesh was subdivided
-    listed_mesh: Cells | None = None  # original mesh if the mesh was subdivided
+    listed: Longs | None = None  # labels of the input faces; None if the mesh was not subdivided
+    listed_mesh: Cells | None = None  # input mesh; None if the mesh was not subdivided
     sharp_inside: Floats | None = None
-    """Fraction of the length of barrier edges that is inside each region, (K,); None if no barrier
-    angle was given."""
+    """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
+    None if no `barrier_angle` was given."""
 
 
 def segment_file(
@@ -149,8 +149,9 @@ def segment_file(
 
     `holds_attributes` is True if an output file can store attributes of vertices and faces. The
     times of the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function
-    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. If given,
-    `barrier_angle` is the minimum angle of barrier edges, in degrees between the face normals.
+    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. If
+    `barrier_angle` is given, all edges with at least this angle between the face normals, in
+    degrees, are barriers.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
@@ -201,14 +202,14 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
 
 
 def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return the cloud with this viewpoint; raise a MeshError if the viewpoint has no effect."""
+    """Return a cloud with `viewpoint`; raise a MeshError if the viewpoint would have no effect."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("omit viewpoint: it is only for point clouds without normals")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
-    """Subdivide a mesh with the option `max_edge`, or else with the advised edge length."""
+    """Subdivide a mesh to edges of at most `max_edge`, or of the advised length if it is None."""
     mesh = as_mesh(source)
     get = options.keywords.get
     max_edge = options.max_edge
@@ -221,7 +222,7 @@ def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:  # fmt: skip
-    """Segment a mesh, with at most as many regions as there are cells inside the mask."""
+    """Segment a mesh; reduce `n_segments` if there are fewer cells inside the mask."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
@@ -235,7 +236,10 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Return the attributes of a mesh that remain after subdivision, converted to new faces."""
+    """Return the attributes of a mesh for the faces after subdivision.
+
+    `MeshAttributes.left_out` lists the attributes that cannot be converted.
+    """
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

@@ -1,4 +1,4 @@
-"""Run the jobs of a batch (one job per file), and estimate their memory."""
+"""Run the jobs of a batch (one job per file), and estimate how much memory they need."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ PER_BYTE = 3
 """Memory in bytes per byte of the input file, for its content, the mesh, and the output."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
-"""Minimum file size in bytes per cell, for each ending."""
+"""Minimum number of bytes per cell in a file, for each ending."""
 
 USUAL_FILE_BYTES = 12
-"""Minimum file size in bytes per cell, for endings that are not in `FILE_BYTES`."""
+"""Minimum number of bytes per cell in a file, for endings that are not in `FILE_BYTES`."""
 
 
 def cells_of(path: str) -> int:
-    """Estimate the number of cells in a file from the file size; return 0 for a missing file."""
+    """Return an upper bound of the number of cells in a file, from its size; 0 if it is missing."""
     return _size_of(path) // FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
 
 
@@ -82,7 +82,7 @@ class BatchJob:
 
     @property
     def name(self) -> str:
-        """Name of the record of the job, which is the relative path of the file."""
+        """Name of the record of the job: path of the file relative to the input folder."""
         return str(self.head["name"])
 
     @property
@@ -91,7 +91,7 @@ class BatchJob:
         return [Path(self.folder, name) for name in self.outputs]
 
     def with_threads(self, n_threads: int) -> BatchJob:
-        """Return the job with `n_threads`, unless its options already have a number of threads."""
+        """Return the job with `n_threads`, or the same job if its options contain `n_threads`."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
@@ -113,7 +113,7 @@ def run_job(job: BatchJob) -> Record:
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Process the file, set ``sha256`` in `record`, and return further entries for the record."""
+    """Process the file, set ``sha256`` in `record`, and return more entries for the record."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

@@ -15,8 +15,9 @@ class Manifest:
 
     `records` maps the name of each input file to its last record. `append` returns when the record
     is on the disk. Damaged lines are ignored, for example an incomplete last line from a killed
-    process. Damaged and replaced lines are removed when the manifest is next opened for writing or
-    closed. `notes` contains a message for each damaged line, except for an incomplete last line.
+    process. Damaged and replaced lines are removed before the first `append`, and at the end of the
+    `with` block if it raises no exception. `notes` contains a message for each damaged line, except
+    for an incomplete last line.
     """
 
     def __init__(self, path: Path) -> None:
@@ -36,7 +37,7 @@ class Manifest:
             self._rewrite()
 
     def append(self, record: Record) -> None:
-        """Add a record, which replaces an earlier record of the same name.
+        """Add a record. It replaces an earlier record of the same name.
 
         If the record cannot be written, raises an OSError and leaves the file unchanged.
         """
@@ -71,7 +72,10 @@ def _write_all(file: int, data: bytes) -> None:
 
 
 def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
-    """Return the last record of each name, and whether the file contains only these records."""
+    """Return the last record of each name, and whether the file contains nothing else.
+
+    Messages about damaged lines are appended to `notes`.
+    """
     records: dict[str, Record] = {}
     is_tidy = True
     for number, line in enumerate(_content(path).splitlines(keepends=True), 1):

@@ -31,8 +31,8 @@ class Run:
     ) -> list[Any]:
         """Return ``work(store, *job)`` for each job, in the order of the jobs.
 
-        `n_before` and `n_after` are the numbers of jobs that run in other calls before and after
-        these jobs. They are only used in progress reports.
+        `n_before` and `n_after` are only used to report progress. They are the numbers of jobs that
+        run in other calls, before and after these jobs.
         """
         results: dict[int, Any] = {}
         for place, result in self._each(work, store, jobs):
@@ -42,7 +42,10 @@ class Run:
         return [results[place] for place in range(len(jobs))]
 
     def all(self, work: Work, store: Any, n_pieces: int, *args: Any) -> list[Any]:
-        """Return ``work(store, piece, *args)`` for each piece from 0 to `n_pieces` - 1."""
+        """Return ``work(store, i, *args)`` for each i from 0 to `n_pieces` - 1.
+
+        For example, i is the index of a tile, a chunk or a block.
+        """
         return self(work, store, [(piece, *args) for piece in range(n_pieces)])
 
 
@@ -56,8 +59,9 @@ def open_run(
     If `workers` is 1, jobs run in `n_threads` threads of this process. If the address of a Dask
     scheduler is given, `workers` has no effect. If a worker is killed, its job is repeated.
     Therefore, a job must not change the data that it reads. Dask workers must have access to
-    `folder`, an absolute path. Raises the errors of `remote_team` and `open_pool`. A run raises an
-    OSError if no worker is left, or if several workers were killed while running the same job.
+    `folder`, an absolute path. Raises the errors of `remote_team` and `open_pool`. Calls of the
+    `Run` raise an OSError if no worker is left, or if several workers were killed while running the
+    same job.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

@@ -18,7 +18,7 @@ from ..io.readers.tets import TET_ENDINGS
 from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
-"""Endings of files that are inputs if a folder is given. ``.csv``, ``.txt`` and ``.npy`` are
+"""Endings of the files in a folder that are inputs of a batch. ``.csv``, ``.txt`` and ``.npy`` are
 excluded, because most files with these endings are not point clouds."""
 
 MARK = ".superfacets"
@@ -29,13 +29,13 @@ MARK = ".superfacets"
 class Source:
     """An input file of a batch."""
 
-    input: str  # path of the file, as given or as found
+    input: str  # path of the file, as given by the caller or found in a folder
     name: str  # path relative to the input folder, with slashes; results get similar paths
     placement: Placement | None = None  # position and orientation of the file in its tileset
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
-    """Return all files for the `inputs` of `batch`, without duplicates.
+    """Return all files that the `inputs` of `batch` stand for, without duplicates.
 
     A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) is replaced by its
     models. A tileset that cannot be read is returned as a file, whose job will fail. Links to
@@ -129,7 +129,7 @@ def _shown_by(path: Path, above: str) -> Iterator[Source]:
     assert file is not None
     try:
         tiles = _models_of(file)
-    except (MeshError, OSError):  # will be raised again by the job of this file
+    except (MeshError, OSError):  # the job of this file will raise it again
         yield Source(str(file), above + file.name)
         return
     for tile in tiles:
@@ -143,7 +143,7 @@ def refuse_tileset(file: Path) -> None:
 
 
 def _models_of(file: Path) -> tuple[Tile, ...]:
-    """Return the models of a tileset; raise a MeshError if damaged or if a model is repeated."""
+    """Return the models of a tileset; raise a MeshError if it is damaged or repeats a model."""
     tiles = read_tileset(file).tiles
     seen = set()
     for tile in tiles:
@@ -161,7 +161,10 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[Source]:
-    """Yield all files that match `pattern`; names are relative to its folders without wildcards."""
+    """Yield all files that match a pattern.
+
+    Names are relative to the folder at the start of the pattern, before the first wildcard.
+    """
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])
@@ -180,14 +183,17 @@ def result_ending(name: str) -> str:
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Return the name of the result for each ending, or for a default if `endings` is empty."""
+    """Return the names of the results for an input file, one name per ending.
+
+    If `endings` is empty, there is one result, with the default ending.
+    """
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """Return the name of a result, which contains `MARK` unless the format requires a name."""
+    """Return the name of a result. It contains `MARK`, unless the format prescribes names."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):

@@ -1,1 +1,1 @@
-"""Segment meshes and clouds larger than memory, split on disk into tiles of nearby cells."""
+"""Segment meshes and clouds larger than memory, stored on disk as tiles of nearby cells."""

@@ -10,11 +10,11 @@ from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs
 
 MAX_SPAN = 1 << 26
-"""`compacted` uses a lookup table if the maximum minus the minimum of values is at most this."""
+"""`compacted` uses a lookup table if maximum minus minimum of the values is below this number."""
 
 _MOST_SPARSE = 16
-"""`index_near` uses a lookup table only if the maximum minus the minimum of `near` is at most
-`_MOST_SPARSE` times its length."""
+"""`index_near` uses a lookup table only if `near` contains at least one in `_MOST_SPARSE` integers
+from near[0] to near[-1]."""
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
@@ -23,15 +23,18 @@ def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
 
 
 def merged(lists: Sequence[Longs]) -> Longs:
-    """Return all distinct values of several ascending arrays, sorted."""
-    numbers: Longs = np.sort(np.concatenate(lists), kind="stable")  # fast on ascending runs
+    """Return all distinct values of several ascending arrays, in ascending order."""
+    numbers: Longs = np.sort(np.concatenate(lists), kind="stable")  # fast on ascending lists
     is_new = np.ones(len(numbers), bool)
     is_new[1:] = numbers[1:] != numbers[:-1]
     return numbers[is_new]
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """Return the same as `index_in`, but faster if most values are between near[0] and near[-1]."""
+    """Return the same as `index_in`, but faster if most values are between near[0] and near[-1].
+
+    `among` and `near` must be ascending.
+    """
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low
@@ -46,7 +49,10 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
 
 
 def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
-    """Return the index of each value in `among`, or -1. `order`, if given, sorts `among`."""
+    """Return, for each value, its index in `among`, or -1 if `among` does not contain the value.
+
+    `among` must be ascending, unless `order`, the result of ``np.argsort(among)``, is given.
+    """
     if not len(among):
         return np.full(len(values), -1)
     at = np.minimum(np.searchsorted(among, values, sorter=order), len(among) - 1)
@@ -55,12 +61,15 @@ def index_in(values: Array, among: Array, order: Longs | None = None) -> Longs:
 
 
 def is_among(values: Array, among: Array) -> Bools:
-    """Return whether each value occurs in the ascending array `among`."""
+    """Return, for each value, whether it occurs in the ascending array `among`."""
     return index_in(values, among) >= 0
 
 
 def compacted(values: Array) -> tuple[Longs, Ints]:
-    """Return the sorted distinct values and the index of each value in them, like `np.unique`."""
+    """Return the distinct values in ascending order, and the index of each value among them.
+
+    The result is the same as that of `np.unique` with ``return_inverse=True``.
+    """
     low, high = (int(values.min()), int(values.max()) + 1) if len(values) else (0, 0)
     if high - low > MAX_SPAN:
         used, at = np.unique(values, return_inverse=True)
@@ -78,6 +87,6 @@ def box_of(points: Floats) -> Floats:
 
 
 def joined_boxes(boxes: Sequence[Floats]) -> Floats:
-    """Return the smallest bounding box that contains all the given boxes, shape (2, 3)."""
+    """Return the smallest bounding box that contains all `boxes`, shape (2, 3)."""
     stacked = np.stack(boxes)
     return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])

@@ -18,12 +18,12 @@ from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Initial width of the band of cells along borders that is in memory: number of arcs on the
-shortest path from a border to the outer edge of the band. A path across triangles takes about two
-arcs per edge length."""
+"""Initial width of the band, which contains the cells near borders and is in memory. The width is
+the number of arcs from a border to the outer edge of the band. It is larger for triangles, because
+a path across triangles takes about two arcs per edge length."""
 
 MOST_STEPS = 160
-"""Maximum number of arcs by which the band of cells in memory grows in one pass."""
+"""Maximum number of arcs by which the band grows each time that smoothing starts again."""
 
 SUM_BLOCK = 1 << 14
 """Number of cells per block in sums over the cells of regions. It must equal ``kBlock`` in the C++
@@ -31,7 +31,7 @@ file ``stiffness.cpp``, so that sums are equal to the last bit."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Return the names of all arrays that smoothing needs, including the arrays `arcs` of arcs."""
+    """Return the names of all arrays that smoothing needs, including `arcs`, arrays of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -41,17 +41,17 @@ def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
 class BorderRule:
     """Parameters of the cost of region borders, and of the smoothing that minimizes this cost."""
 
-    lengths: str  # name of the array of arcs with their lengths
-    unit: float  # weight of an arc with length 1
-    scale: float  # expected radius of a region; if 0, diagonal of the bounding box
+    lengths: str  # name of the array that contains the lengths of arcs
+    unit: float  # weight that corresponds to a length of 1
+    scale: float  # expected radius of a region, or the diagonal of the bounding box if it is 0
     n_threads: int
     crease_scale: float = CREASE_SCALE  # see `BorderCosts`
     smoothing: SmoothOptions = field(default_factory=SmoothOptions)
-    part_costs: PartCosts | None = None  # part costs of cells or, with `firsts`, of coarse cells
-    firsts: Longs | None = None  # (T,) index of the first coarse cell of each tile
+    part_costs: PartCosts | None = None  # for cells or, if `firsts` is given, for coarse cells
+    firsts: Longs | None = None  # (T + 1,) index of the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the border costs of a part. Its array ``lengths`` is removed to save memory."""
+        """Return the border costs of a part, and remove its array ``lengths`` to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
         if (costs := self.part_costs) is not None:
@@ -69,10 +69,10 @@ def straighten_tiled(
 ) -> None:
     """Smooth borders by changing labels in place, like `smooth_borders` on the whole mesh or cloud.
 
-    Only the *band* is in memory, which consists of all cells within `STEPS` arcs of a border. C++
-    code tries to move cells at borders, and each trial reads only nearby cells. Cells at the outer
-    edge of the band lack neighbors. If the code tries to move one of them, the band grows around
-    this cell, and smoothing starts again.
+    Only the *band* is in memory: all cells within `STEPS` arcs of a border. C++ code tries to move
+    cells at borders, and each trial reads only nearby cells. Cells at the outer edge of the band
+    lack neighbors. If the code tries to move one of them, the band grows around this cell, and
+    smoothing starts again.
     """
     sums = np.empty(0), np.empty((0, 3))
     if rule.smoothing.stiffness:
@@ -94,7 +94,7 @@ def straighten_tiled(
 
 
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
-    """Return the area of each region, and the area-weighted sum of the positions of its cells.
+    """Return, for each region, its area, and the area-weighted sum of the positions of its cells.
 
     The order of additions is the same as in the C++ function `sums_of_regions`: first, consecutive
     cells of a block with equal labels are summed, then these sums are added in the order of cells.
@@ -116,7 +116,11 @@ _BY_CELL = ("cells", "measures", "positions")
 
 
 def _sort_by_cell(store: TileStore, tile: int) -> Longs:
-    """Write a tile's cells sorted by number; return the first row of every 16 blocks of numbers."""
+    """Write the cells of a tile sorted by number; return rows that split the cells into groups.
+
+    A group has cells with up to 16 * `SUM_BLOCK` consecutive numbers. The rows are the first row of
+    each group, and the number of cells in the tile.
+    """
     part = Part({name: store.read(tile, name) for name in _BY_CELL})
     part = part.take(np.argsort(part.columns["cells"]))
     part.save(store.scratch, f"tile{tile}/by_cell")
@@ -125,7 +129,7 @@ def _sort_by_cell(store: TileStore, tile: int) -> Longs:
 
 
 def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
-    """Add the area and weighted position of each cell in `part` to the sums of its region."""
+    """Add the area, and the area times the position, of each cell in `part` to `sums`."""
     cells, measures = part.columns["cells"], part.columns["measures"]
     of_cells = labels[cells]
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
@@ -138,7 +142,7 @@ def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
 
 
 class _Marks:
-    """Marks of cells: 0 outside the band, 1 at its outer edge, and larger numbers near borders.
+    """Marks of all cells: 0 outside the band, 1 at its outer edge, and higher values near borders.
 
     The array ``steps`` of a tile contains the marks of its cells, and after them the marks of its
     ghosts, which are neighbors of its cells in other tiles.
@@ -159,7 +163,10 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Double the width of the band, and mark cells within this number of arcs of `cells`."""
+        """Double the width, and mark the cells within this number of arcs of `cells`.
+
+        The width is at most `MOST_STEPS`.
+        """
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
@@ -191,13 +198,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark cells of a tile in or near `cells`; return the marks of the ghosts of the tile."""
+    """Mark the cells of a tile in and near `cells`; return the marks of the ghosts of the tile."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise marks of a tile at and near `places`; return the marks of the ghosts of the tile."""
+    """Raise the marks at `places` to `marks`, and marks nearby; return the marks of the ghosts."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -205,9 +212,10 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.u
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Raise marks of the cells `front`, spread them to nearby cells of the tile, and write all.
+    """Raise the marks of the cells `front` to `marks`, and write all marks of the tile.
 
-    A spreading mark decreases by 1 per arc. No mark is lowered. Returns the marks of the ghosts.
+    The raised marks spread to nearby cells of the tile, and decrease by 1 per arc. No mark is
+    lowered. Returns the marks of the ghosts.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
@@ -228,7 +236,7 @@ def _spread(
 def _write_band(
     store: TileStore, tile: int, lengths: str, firsts: Longs | None
 ) -> tuple[Ints, Ints]:
-    """Write a tile's marked cells and arcs; return the cells' curve indices and numbers."""
+    """Write the marked cells of a tile and their arcs; return their curve indices and numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
@@ -237,7 +245,7 @@ def _write_band(
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
-    if firsts is not None:  # unique numbers among all tiles
+    if firsts is not None:  # numbers that are unique among all tiles
         part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]
@@ -251,8 +259,10 @@ def _load_band(store: TileStore, ends: str, tile: int) -> Part:
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
     """Replace the targets of arcs by ranks of cells in the band; return the *ends* of the band.
 
-    For faces, ends are the vertices of all sides across which an arc leaves the band. For points,
-    ends are the ranks of the points with an arc to a point outside the band.
+    The rank of a cell is its index in the band, which is sorted by cell number. `places` contains
+    the curve indices of all cells of the band, and `ranks` their ranks. For faces, ends are the
+    vertices of all sides across which an arc leaves the band. For points, ends are the ranks of the
+    points with an arc to a point outside the band.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -278,7 +288,7 @@ class _Band:
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
-        """Make the band of the marked cells of all tiles."""
+        """Collect the marked cells of all tiles in a band."""
         found = run.all(_write_band, store, store.n_tiles, rule.lengths, rule.firsts)
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
@@ -290,7 +300,10 @@ class _Band:
     def straightened(
         self, rule: BorderRule, labels: Ints, centers: Ints, sums: tuple[Floats, Floats]
     ) -> tuple[Ints, Ints | Longs]:
-        """Return new labels of all cells, and indices of cells around which the band must grow."""
+        """Return new labels of the cells of the band, and the cells around which it must grow.
+
+        The labels are final only if there are no cells around which the band must grow.
+        """
         costs, cells = rule.costs(self.store, self.part), self.part.columns["cells"]
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
@@ -302,10 +315,11 @@ class _Band:
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """Return all faces that share a vertex in `ends` with one of the faces `cells`.
+        """Return all faces that have a vertex of `ends` in common with a face in `cells`.
 
-        If holes in a mesh meet at a vertex, two of its faces may be far apart along arcs. The band
-        must also grow around the face that lacks a neighbor. Points are returned unchanged.
+        If holes in a mesh meet at a vertex, a path between two faces at the vertex may have many
+        arcs. The band must also grow around the face that lacks a neighbor. Points are returned
+        unchanged.
         """
         if self.store.kind == "points":
             return cells
@@ -315,13 +329,13 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Return whether each face has a vertex in `ends` for which `is_chosen` is true."""
+        """Return, for each face, whether `ends` and `is_chosen` contain one of its vertices."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
-        """Return for each cell whether moving it to another region may read cells outside the band.
+        """Return, for each cell, whether moving it to another region reads cells outside the band.
 
         Moving a face reads the faces at its corners. Moving a point reads neighbors of neighbors.
         """

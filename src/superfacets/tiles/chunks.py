@@ -41,9 +41,9 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """Return the lowest vertex at each vertex's position, or None if all positions differ.
+    """Return, for each vertex, the lowest vertex at its position, or None if all positions differ.
 
-    The values 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
+    Coordinates 0.0 and -0.0 are equal. Only about `size` vertices are in memory at a time: vertices
     are split into buckets by a hash of the position, and each bucket is welded separately. A
     MeshError reports the first vertex that is not finite as ``name[i]``.
     """
@@ -61,7 +61,7 @@ def weld(
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Write the vertices of a block sorted by bucket; raise a MeshError if one is not finite."""
+    """Write the vertices of a block, sorted by bucket; raise a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -98,7 +98,11 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
-    """Write the pairs (vertex, lowest vertex at its position); return whether there are any."""
+    """Write a pair (vertex, lowest vertex) for each duplicate in a bucket.
+
+    A vertex is a duplicate if a lower vertex has the same position. Returns whether there are any
+    duplicates.
+    """
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -122,7 +126,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
-    """Write the lowest vertex at the position of each vertex of a block."""
+    """Write, for each vertex of a block, the lowest vertex at its position."""
     begin = block * size
     lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
     for bucket in range(n_buckets):
@@ -134,9 +138,9 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 
 LOW_BITS = 15
-"""Number of lower bits of a Morton code, which is half of its bits. A histogram of the upper bits
-is used to find where tiles begin. If a tile begins between codes with equal upper bits, another
-histogram counts the lower bits of these codes."""
+"""Number of lower bits of a Morton code: half of its 30 bits. A histogram of the upper bits is used
+to find where tiles begin. If a tile begins between codes with equal upper bits, another histogram
+counts the lower bits of these codes."""
 
 
 @dataclass(frozen=True)
@@ -180,9 +184,10 @@ class Chunks:
     def save_run(
         self, scratch: Scratch, chunk: int, part: Part, positions: Floats, box: Floats
     ) -> Ints:
-        """Write a chunk as the sorted run ``runs/{chunk}``, in the order of Morton codes in `box`.
+        """Write the cells of a chunk to ``runs/{chunk}``, sorted by their Morton codes in `box`.
 
-        Returns the histogram of the upper bits of the codes, (2^15,).
+        The sorted chunk is called a run. Returns the histogram of the upper bits of the codes,
+        (2^15,).
         """
         low, high = map(tuple, box)
         codes = _core.morton_codes(positions, low, high, self.n_threads)
@@ -196,8 +201,9 @@ class Chunks:
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
     """Return the first row of each tile in each sorted run, (T + 1, chunks).
 
-    `counts`, (chunks, 2^15), contains the histogram of the upper code bits of each run. `starts`
-    contains the curve index (rank in the whole order) at which each tile begins.
+    The last row of the result contains the lengths of the runs. `counts`, (chunks, 2^15), contains
+    the histogram of the upper code bits of each run. `starts` contains the curve index (rank in the
+    whole order) at which each tile begins.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -230,7 +236,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # highest code of the `n_left` first cells
+    code = int(np.searchsorted(ends, n_left))  # highest code of the first `n_left` cells
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:
@@ -242,7 +248,10 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
 
 
 def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
-    """Return the cells of a tile, merged from all runs by (code, run), with a column ``codes``."""
+    """Return the cells of a tile, sorted by (code, run), with a column ``codes``.
+
+    `cuts`, (2, chunks), contains the first row of the tile in each run, and the row after the last.
+    """
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
@@ -253,7 +262,10 @@ def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
 
 
 def _stable_order(codes: Array) -> Longs:
-    """Argsort uint32 codes stably in two passes, because NumPy sorts 16-bit keys much faster."""
+    """Return the indices that sort uint32 codes stably.
+
+    Codes are sorted in two passes, because NumPy sorts 16-bit keys much faster.
+    """
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]

@@ -36,17 +36,18 @@ class _Ordered(NamedTuple):
 def sort_cloud(
     pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
 ) -> tuple[TileStore, Floats]:
-    """Sort the points of a cloud along the curve, as `segment` does, and write them tile by tile.
+    """Sort the points of a cloud along a space-filling curve, and write them tile by tile.
 
-    A *copy* is a point at exactly the position of a point with a lower number. Points are sorted by
-    the Morton code of their position, and copies come last among points of equal code. The other
-    points of equal code are ordered by repeatedly halving their bounding box, which needs all of
-    these points in memory. Therefore, the sorted points are first split into blocks, and all points
-    of equal code are in one block. Each block is ordered, and the blocks are split into tiles.
-    Tiles get ``cells``, ``numbers``, ``positions``, ``normals`` if the input has normals, and
-    ``lowest``, which contains for each copy the curve index of the lowest point at its position.
+    The order is the same as in `segment`. A *copy* is a point at exactly the position of a point
+    with a lower number. Points are sorted by the Morton code of their position, and copies come
+    last among points of equal code. The other points of equal code are ordered by repeatedly
+    halving their bounding box, which needs all of these points in memory. Therefore, the sorted
+    points are first split into blocks, and all points of equal code are in one block. Each block is
+    ordered, and the blocks are split into tiles. Tiles get the arrays ``cells``, ``numbers`` and
+    ``positions``, and ``normals`` and ``axes`` if the input has them. The array ``lowest``
+    contains, for each copy, the curve index of the lowest point at its position.
 
-    Returns the tiles, with a total measure of 0, and the bounding box of the points (copies
+    Returns the tiles, whose total measure is still 0, and the bounding box of the points (copies
     excluded) in each `RANGE` of the curve, (R, 2, 3).
 
     Raises a MeshError, like `PointCloud`, if a coordinate is not finite, if there are too many
@@ -106,8 +107,9 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
 def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Longs:
     """Return the first row of each block in each sorted run, (blocks + 1, chunks).
 
-    All points with the same code as the first point of a tile are a separate block. Adjacent blocks
-    are joined if the result has at most `size` points.
+    `starts` contains the curve index at which each tile begins. All points with the same code as
+    the first point of a tile are a separate block. Adjacent blocks are joined if the result has at
+    most `size` points.
     """
     cuts = find_cuts(scratch, counts, starts)
     codes = []
@@ -156,7 +158,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Order a block of points with equal codes, with only up to `size` of them in memory."""
+    """Order a block of points with equal codes, with about `size` points in memory at a time."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -179,7 +181,10 @@ def _order_in_parts(
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Convert ``lowest`` from input indices to curve indices; both points are in one block."""
+    """Convert ``lowest`` from input indices to curve indices.
+
+    A copy and the lowest point at its position have the same code, so they are in the same block.
+    """
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
@@ -200,7 +205,11 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in final order. Copies get final ``cells``, and other points indices from 0."""
+    """Write points in final order.
+
+    Copies get their final ``cells``. Other points get numbers from 0, to which `_write_tile` adds
+    the number of such points in earlier parts.
+    """
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -267,7 +276,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
 def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_points: int) -> tuple[float, int]:
     """Return the coordinate and number of the median of points sorted by (coordinate, number).
 
-    One coordinate of all points is in memory, which takes 8 bytes per point.
+    The coordinates of all points along `axis` are in memory, which takes 8 bytes per point.
     """
     along, first, rank = np.empty(n_points), 0, n_points // 2
     for name in names:

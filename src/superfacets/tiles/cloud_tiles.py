@@ -56,7 +56,11 @@ def make_cloud_tiles(
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Return curve indices of all pairs (point, neighbor) and (copy, lowest point) of a tile."""
+    """Return the pairs (point, neighbor) and (copy, lowest point at its position) of a tile.
+
+    The result is two arrays of curve indices: the first points of the pairs, which are in the tile,
+    and the second points, which may be in any tile.
+    """
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -66,7 +70,10 @@ def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
 
 
 def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
-    """Write the pairs that end in other tiles, sorted by tile; return rows for each other tile."""
+    """Write the pairs whose second point is in another tile, sorted by this tile.
+
+    Returns, for each other tile, the first row of its pairs, and the row after the last.
+    """
     sources, targets = _pairs(store, tile)
     tiles = store.tiles_of(targets)
     leaves = np.flatnonzero(tiles != tile)
@@ -79,7 +86,10 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write the neighbors of a tile's points. `entering` lists (tile, first row, end) of pairs."""
+    """Write the neighbors of the points of a tile, from all pairs with a point in the tile.
+
+    `entering` lists (tile, first row, end) of the pairs that other tiles wrote for this tile.
+    """
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
@@ -120,7 +130,8 @@ def _find_nearest(
     """Write nearest points of a tile's points, squared distances, areas and, if wanted, normals.
 
     The search starts in the tile. It continues in ranges of other tiles, in the order of distance
-    of their bounding boxes. Each point found reduces a search radius, so distant boxes are skipped.
+    of their bounding boxes in `boxes`, with `at_once` ranges at a time. The search radius of a
+    point shrinks when nearer points are found, so distant boxes are skipped.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _read_apart(store, *store.starts[tile : tile + 2])
@@ -179,7 +190,11 @@ def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[In
 def _write_directions(
     store: TileStore, tile: int, own: Part, places: Ints, known: Part, n_threads: int
 ) -> None:
-    """Write normals with arbitrary sign: the directions of least variance of nearest points."""
+    """Write normals with arbitrary sign: the direction in which nearest points vary least.
+
+    If the input has ``axes`` (normals with unknown sign), the normal is the mean of the axes of the
+    nearest points instead.
+    """
     rows, ghosts = store.rows_of(tile, places)
     foreign = Part.joined([known], "places").at(ghosts)
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
@@ -193,9 +208,10 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """Return each point's area from squared distances of neighbors, like C++ `area_around`.
+    """Return the area of each point, computed from squared distances like C++ `area_around`.
 
-    Each row of distances must be ascending. Missing neighbors have an infinite distance.
+    Each row contains the distances of the neighbors of a point, in ascending order. Missing
+    neighbors have an infinite distance.
     """
     sums, is_none = np.zeros(len(squared)), np.isinf(squared)
     for column in np.where(is_none, 0.0, squared).T:
@@ -215,7 +231,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Return squared distances between a and b: boxes, (..., 2, 3), or points, (..., 1, 3)."""
+    """Return squared distances between boxes, (..., 2, 3), or points, (..., 1, 3), in a and b."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -224,7 +240,10 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Return ranges of other tiles within the squared search radii `reach`, nearest first."""
+    """Return the ranges of other tiles that are within reach of a point of the tile, nearest first.
+
+    `reach` contains the squared search radius of each point, and `members` the points per range.
+    """
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):
@@ -237,7 +256,10 @@ def _ranges_in_reach(
 
 
 def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) -> Bools:
-    """Return whether any box is within the squared search radius `reach` of each point."""
+    """Return, for each point in `own`, whether any of the boxes is within its search radius.
+
+    `reach` contains squared search radii.
+    """
     positions, is_open = own.columns["positions"], np.zeros(len(own), bool)
     for rows in (some for some in members if len(some)):
         points = positions[rows]
@@ -247,10 +269,11 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop each neighbor that is too far away for the smaller area of the two points.
+    """Drop neighbors that are farther away than the cutoff.
 
-    Writes ``near``, (n, 6), the curve indices of neighbors, nearest first, with -1 for dropped
-    neighbors, and ``areas`` without dropped neighbors. Copies have no neighbors and area 0.
+    The cutoff is `CUTOFF` times the square root of the smaller of the two areas. Writes ``near``,
+    (n, 6): the curve indices of neighbors, nearest first, with -1 for dropped neighbors. Also
+    writes ``areas``, computed without dropped neighbors. Copies have no neighbors and area 0.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")

@@ -32,8 +32,8 @@ def make_mesh_tiles(
 
     Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. `n_threads` is the
     number of threads used for each tile. Smoothed positions are bit-identical to the result of
-    `mesh.denoising.smoothed`. A mesh to be smoothed is first split into tiles. Smoothing changes
-    the order of faces along the curve, so the smoothed mesh is split again.
+    `mesh.denoising.smoothed`. If the mesh is smoothed, it is split into tiles twice, because
+    smoothing changes the order of faces along the space-filling curve.
 
     Raises a MeshError, like `Mesh`, for invalid coordinates or indices, and for too many faces.
     """
@@ -57,7 +57,7 @@ def _smooth_all(
 ) -> tuple[int, float]:
     """Smooth all tiles, and write the new positions; return the number of steps, and the slack.
 
-    Each step processes every tile together with its halo, the two rings of faces around the tile.
+    Each step processes every tile together with its halo: the two rings of faces around the tile.
     """
     assert store.halos is not None
     halos = store.halos
@@ -93,9 +93,10 @@ def _faces_around(
 
 
 def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:
-    """Write the positions of the vertices of a tile after one more step.
+    """Smooth the vertices of a tile by one step, after `step` earlier steps; write positions.
 
-    A step moves all vertices twice, so new positions depend on vertices up to two edges away.
+    A step moves all vertices twice, so new positions depend on vertices up to two edges away. These
+    are vertices of the halo, in the tiles `others`.
     """
     ids = store.read(tile, "around/ids")
     points = _points_after(store, tile, others, step, ids)
@@ -120,7 +121,10 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
 def _measure(
     store: TileStore, tile: int, others: list[int], n_threads: int
 ) -> tuple[Longs, Roughness]:
-    """Return the indices of the sampled faces in a tile, and the roughness at these faces."""
+    """Return the sampled faces in a tile, and the roughness at these faces.
+
+    Faces are returned as indices in the result of `sampled_faces`.
+    """
     own = Part.of_tile(store, tile, OF_FACES)
     faces = sampled_faces(store.n_cells)
     samples = np.flatnonzero(np.isin(faces, own.columns["cells"]))
@@ -137,7 +141,10 @@ def _measure(
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Return a table of smoothed positions. Of welded vertices, only the lowest is changed."""
+    """Return a table of all vertex positions after `step` steps.
+
+    Of several welded vertices, only the position of the lowest changes, because faces use only it.
+    """
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
@@ -154,7 +161,11 @@ def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
 def _write_block(
     store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
 ) -> None:
-    """Write a block of vertex positions. `cuts` are the first and end row of the block per tile."""
+    """Write a block of vertex positions.
+
+    `cuts` contains, for each tile, the first row of the block's vertices and the row after the
+    last, in the vertices of the tile.
+    """
     begin = block * size
     points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
     for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():

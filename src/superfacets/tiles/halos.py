@@ -12,7 +12,7 @@ from .part import Lists, Part
 from .store import TileStore
 
 VERTICES_AT_ONCE = 1 << 22
-"""Number of consecutive vertices among which vertices shared by tiles are searched at a time."""
+"""Number of consecutive vertices that are searched at a time for vertices shared by tiles."""
 
 STEPS = 12
 """Maximum number of arcs from a point to other points that affect the weights of its arcs: 1 to the
@@ -21,16 +21,16 @@ the neighbors used to fit the curvature, and 1 to the neighbors used to average 
 
 OF_FACES = ("cells", "corners", "corners/vertices")
 OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
-"""Names of the arrays that are read for the points of a tile and its halo."""
+"""Names of the arrays that are read for the faces or points of a tile and its halo."""
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``outer`` cells of all tiles; return, for each tile, the tiles with its halo.
+    """Write the ``outer`` cells of all tiles; return, for each tile, the tiles that have its halo.
 
     Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
-    shared vertices, and all faces that share a vertex with these faces. The halo of a tile consists
-    of the outer faces of other tiles in the two rings of faces around it. The tiles returned are
-    the tiles that meet the tile, and the tiles that meet these tiles. For points, the lists are
+    vertices that it shares, and all faces that share a vertex with these faces. The halo of a tile
+    is the two rings of faces around it, which are outer faces of other tiles. The returned list of
+    a tile contains the tiles that meet it, and the tiles that meet those. For points, the lists are
     empty, because halos of points are found by following arcs.
     """
     tiles = range(store.n_tiles)
@@ -46,7 +46,7 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
 
 
 def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
-    """Return the faces `own` of a tile and its halo in the tiles `others`, sorted by number."""
+    """Return the faces `own` of a tile, and its halo from the tiles `others`, sorted by number."""
     names = (*OF_FACES, "places")
     outer = [Part.load(store.scratch, f"tile{other}/outer", names) for other in others]
     ids = own.vertices["ids"]
@@ -123,7 +123,10 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """Return the points of a tile and its halo in curve order, the outermost without neighbors."""
+    """Return the points of a tile and of its halo, in curve order.
+
+    The outermost points of the halo, `STEPS` arcs from the tile, have no neighbors in the result.
+    """
     parts = [Part.of_tile(store, tile, OF_POINTS)]
     known = np.empty(0, np.int32)  # curve indices of points in the halo
     for step in range(STEPS):

@@ -19,11 +19,12 @@ BLOCK = 4096
 """Number of values per block in blocked sums; it must equal ``kSumBlock`` in the C++ core."""
 
 OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
-"""Names of the arrays of a sorted run of faces, with vertex numbers and positions of corners."""
+"""Names of the arrays of a run (a sorted chunk) of faces: numbers of faces, vertex numbers and
+positions of corners."""
 
 
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
-    """Return the faces of a chunk with welded vertices, and the positions of their corners.
+    """Return the faces of a chunk: numbers of their welded vertices, and positions of corners.
 
     Raises a MeshError for the first vertex index that is out of range.
     """
@@ -50,8 +51,9 @@ def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
 
     This is an external merge sort with about one chunk in memory at a time. A first pass over the
     input finds the bounding box of all centroids. A second pass writes each chunk as a run sorted
-    by Morton code. Chunks in the cache are not read again. The row at which each tile begins in
-    each run follows from histograms of the codes. Finally, the runs are merged tile by tile.
+    by Morton code. Chunks that are in the cache are not read again. The row at which each tile
+    begins in each run follows from histograms of the codes. Finally, the runs are merged tile by
+    tile.
     """
     pieces = chunks.pieces
     found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
@@ -86,9 +88,9 @@ def _points(faces: Part) -> Array:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
-    """Return a chunk's boxes of vertices and of centroids, and the area of each block of faces.
+    """Return the boxes of the vertices and of the centroids of a chunk, and the area of each block.
 
-    The faces are stored in the cache if it has enough room.
+    A block has `BLOCK` faces. The faces of the chunk are stored in the cache if they fit.
     """
     faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)

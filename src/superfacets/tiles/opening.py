@@ -1,4 +1,4 @@
-"""Open inputs larger than memory: files that are read piece by piece, folders, and arrays."""
+"""Open inputs larger than memory (files, folders or arrays) as tables that are read in pieces."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 TiledSource: TypeAlias = (
     str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]
 )
-"""Input of `segment_tiled`: a file, a folder or tileset (a mesh or cloud in several files), a mesh
-or cloud, or arrays, which may be memory maps."""
+"""Input of `segment_tiled`: a file, a folder or tileset whose files form one mesh or cloud, a mesh
+or cloud object, or arrays, which may be memory maps."""
 
 BLOCK = 1 << 24
-"""Number of bytes of a text file that are read at a time."""
+"""Approximate number of bytes that are read or written at a time."""
 
 
 def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> Pieces:
@@ -55,7 +55,8 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     Raises
     ------
     MeshError
-        If a file is damaged or has neither faces nor points, or if a folder has meshes and clouds.
+        If a file is damaged or has neither faces nor points, or if the files of a folder cannot be
+        joined, for example meshes and clouds.
     OSError
         If a file or a folder cannot be read.
     TypeError
@@ -117,7 +118,10 @@ def _checked_points(array: Array, name: str, count: str) -> Array:
 
 
 def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
-    """Return arrays as pieces, not copied because memory maps may be larger than memory."""
+    """Return a pair of arrays as `Pieces`.
+
+    Triangles are not copied, because memory maps may be larger than memory. Polygons are copied.
+    """
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":

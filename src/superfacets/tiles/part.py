@@ -89,7 +89,7 @@ class Part:
         return np.arange(0, corners.size + 1, 3), corners.reshape(-1)
 
     def with_corners(self, corners: Ints, vertices: Columns) -> Part:
-        """Return the same cells with new `vertices`, whose row for each corner is in `corners`."""
+        """Return the same cells with other `vertices`; `corners` contains rows of `vertices`."""
         if "corners" in self.lists:
             lists = Lists(self.lists["corners"].offsets, {"vertices": corners})
             return replace(self, lists=self.lists | {"corners": lists}, vertices=vertices)
@@ -97,7 +97,7 @@ class Part:
         return replace(self, columns=columns, vertices=vertices)
 
     def mesh(self, store: TileStore) -> FaceMesh:
-        """Return the faces as a mesh, unchecked and with the bounds of the whole mesh."""
+        """Return the faces as a mesh with the bounds of the whole mesh, without any checks."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
         if "corners" in self.lists:
@@ -114,7 +114,10 @@ class Part:
             scratch.save(f"{folder}/{name}", array)
 
     def keep(self, scratch: Scratch, folder: str) -> bool:
-        """Store all arrays in the cache of `scratch`; return False if the cache is full."""
+        """Store all arrays in the cache of `scratch`; return whether they fit.
+
+        If the result is False, some of the arrays may be in the cache.
+        """
         return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
 
     @property
@@ -168,7 +171,10 @@ class Part:
 
     @classmethod
     def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
-        """Return the same as `joined`, but load one part at a time, twice, to save memory."""
+        """Return the same as `joined` for parts that are loaded with ``load(i)``.
+
+        To save memory, only one part is loaded at a time. Each part is loaded twice.
+        """
         keys, ids, counts = [], [], dict[str, list[Longs]]()
         for place in range(n_parts):
             part = load(place)
@@ -191,7 +197,7 @@ class Part:
         return whole
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
-        """Copy the cells of `part` to the rows `at`. `vertex_ids` are the vertices of this part."""
+        """Copy the cells of `part` to the rows `at`; `vertex_ids` are the vertex ids of `self`."""
         if part.vertices:
             numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
             part = part.with_corners(numbers[part.corners()[1]], part.vertices)
@@ -222,9 +228,9 @@ def in_order_of_cells(part: Part) -> Part:
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
     """Replace ``targets`` of arcs, which are curve indices, by ``neighbors``, which are ranks.
 
-    `places` are ascending curve indices, and `ranks` contains the rank of each cell in `places`.
-    Arcs to other cells are dropped, and their indices are also returned. If `sorts` is true, the
-    arcs of each cell are sorted by rank, as in a graph of points.
+    `places` contains the curve indices of cells, in ascending order, and `ranks` their ranks. Arcs
+    to cells that are not in `places` are dropped. If `sorts` is true, the arcs of each cell are
+    sorted by rank, as in a graph of points. Returns the new part, and the indices of dropped arcs.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])

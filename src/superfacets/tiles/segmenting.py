@@ -55,7 +55,7 @@ BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 
 MEMORY_PART = 8
 """The default size of the cache is the memory limit of the process divided by MEMORY_PART. All
-tiles that are processed at the same time may together use the same amount in addition."""
+tiles that are processed at the same time may together use as much again."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space, in bytes, that each thread reserves for its stack and its heap."""
@@ -112,16 +112,16 @@ def segment_tiled(
         of several files at the same position are merged. Faces or points are numbered consecutively
         through all files, in the order of file names or of the tileset.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
-        As for `segment`.
+        Same as in `segment`.
     init : {"geodesic"}, optional
-        As for `segment`, with the same default.
+        Seeding method. By default, it is chosen as in `segment`.
     denoise, weld
-        As for `segment`.
+        Same as in `segment`.
     viewpoint : sequence of float, length 3, optional
         Position of the sensor, for a point cloud without normals. Estimated normals face the
         viewpoint, as in `estimate_normals`.
     weights : {"parts", "creases", "superfacets"}
-        As for `segment`.
+        Same as in `segment`.
     tile_size : int, default 262144
         Number of faces or points per tile, rounded up to a multiple of 4096. Labels do not depend
         on the tile size.
@@ -130,7 +130,8 @@ def segment_tiled(
         are removed at the end. By default, the system's folder for temporary files is used.
     cache : int, optional
         Memory, in bytes, for temporary arrays. Arrays that do not fit are written to the disk. The
-        default is an eighth of the memory that this process may use, or 0 with several workers.
+        default is an eighth of the memory that this process may use, or 0 with several workers or
+        with a scheduler.
     out : path, optional
         A ``.npy`` file for all labels. If the source is a folder, `out` may also be a folder, which
         is created if it is missing. Then each file of the source gets a label file (``a.npy`` for
@@ -142,10 +143,10 @@ def segment_tiled(
         Address of a Dask scheduler, whose workers process the tiles instead of processes of this
         machine. The workers must have access to the source and to `scratch`.
     n_threads : int, optional
-        Number of threads of this process, as for `segment`. Each thread processes a different tile,
-        if these tiles together fit in an eighth of the memory.
+        Number of threads of this process, as in `segment`. Several tiles are processed at the same
+        time, each in one thread, if these tiles together fit in an eighth of the memory.
     progress, on_stage
-        As for `segment`. The additional stage ``"tiles"`` reads the source.
+        Same as in `segment`. The additional stage ``"tiles"`` reads the source.
     on_tile : callable, optional
         Function called with the number of finished tiles and the number of all tiles in the current
         pass. A tile is counted again each time new paths enter the tile.
@@ -153,19 +154,22 @@ def segment_tiled(
     Returns
     -------
     Segmentation
-        As from `segment`, but ``cells`` is None, and last digits of ``sliver_share`` may differ.
+        Same as the result of `segment`, but ``cells`` is None, and the last digits of
+        ``sliver_share`` may differ.
 
     Warns
     -----
     SliverWarning, IslandWarning
-        As in `segment`.
+        Same as in `segment`.
 
     Raises
     ------
     MeshError
-        If the mesh or cloud is invalid, if a file is damaged, or if a folder has meshes and clouds.
+        If the mesh or cloud is invalid, if a file is damaged, or if a folder has both meshes and
+        clouds.
     OSError
-        If a file cannot be read or written, or if the disk has too little free space.
+        If a file cannot be read or written, if the disk has too little free space, or if worker
+        processes end or cannot be reached.
     MissingExtraError
         If psutil is missing with several workers, or Dask is missing with a scheduler.
     ValueError, TypeError
@@ -175,9 +179,9 @@ def segment_tiled(
     -----
     The memory in use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10
     bytes per face of the mesh for the graph of coarse cells, 4 bytes per face (8 per point) for
-    labels, and the memory of the faces near borders. The graph of all faces is in memory, 150 bytes
-    per face, if regions have fewer than about 200 faces (100 if `weights` is not ``"parts"``), or
-    if the loop runs on all faces (``tol=0``, or ``max_num_iter`` 0 or 1).
+    labels, and the memory of the faces near borders. The graph of all faces is also in memory, with
+    150 bytes per face, if regions have fewer than about 200 faces (100 if `weights` is not
+    ``"parts"``), or if the loop runs on all faces (``tol=0``, or ``max_num_iter`` 0 or 1).
 
     The option `radius_factor` of `segment`, which stops expansions early, is not supported.
 
@@ -207,7 +211,7 @@ def segment_tiled(
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     seen_from = None if viewpoint is None else checked_viewpoint(viewpoint)
-    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # memory that all stages reuse
+    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and memory that all stages reuse
         return _run(source, options, place, on_tile, seen_from)
 
 
@@ -227,7 +231,7 @@ class Place:
         cls, source: TiledSource, tile_size: int, scratch: StrPath | None, cache: int | None,
         out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
-        """Check parameters of `segment_tiled`, and make the options from these parameters."""
+        """Check arguments of `segment_tiled`, and return them as options."""
         workers = checked_count(workers, "workers")
         if cache is None:
             cache = memory_of_process() // MEMORY_PART
@@ -290,7 +294,10 @@ def _run(
 def _make_tiles(
     made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
 ) -> tuple[TileStore, Options]:
-    """Run stages 0 and 1; `made` contains the input, the scratch folder and the tile size."""
+    """Run stages 0 and 1; return the tiles, and the options after smoothing.
+
+    `made` contains the input, the scratch folder and the tile size.
+    """
     pieces, is_cloud = made[0], made[0].corners is None
     if is_cloud and options.denoise not in (None, 0, "auto"):
         raise ValueError("denoise needs a mesh of faces, got points: leave denoise out")
@@ -348,14 +355,17 @@ def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, f
 def _cluster(
     graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
 ) -> tuple[Segmentation, BorderRule]:
-    """Run stages 3 and 4; return the result, and parameters of border costs with a `unit` of 0."""
+    """Run stages 3 and 4; return the result, and the parameters of border costs.
+
+    The `unit` of these parameters is 0. The caller must replace it.
+    """
     loop, size, bounds = options.loop, plan.size, graph.store.bounds
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
     if not graph.straight_unit:
         coarsening = coarsened(graph, plan, loop, timings)
         return segment_cells(graph, coarsening, bounds, plan, loop), borders
-    # A loop that runs on all cells needs additional long arcs, which tiles do not store.
+    # A loop that runs on all cells needs far arcs (see `add_part_costs`). Tiles do not store them.
     is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
     is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
     cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)

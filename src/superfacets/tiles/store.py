@@ -12,8 +12,9 @@ from ..workers.scratch import Scratch
 from .arrays import index_in
 
 RANGE = 4096
-"""Number of consecutive cells in a range of the curve. It must equal 2**kRangeBits in the C++ file
-``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples of RANGE."""
+"""Number of consecutive cells in a range of the space-filling curve. It must equal 2**kRangeBits in
+the C++ file ``cell_grower.hpp``. A coarse cell lies within one range, and tiles begin at multiples
+of RANGE."""
 
 Kind = Literal["triangles", "polygons", "points"]
 
@@ -38,14 +39,16 @@ class TileStore:
     neighbors lists          points: curve indices ``targets`` of all neighbors, ascending
     ========= ============== ==================================================================
 
-    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder. `Part` reads several arrays.
+    `find_arcs` adds the arcs of each tile, and its *ghosts*: the neighbors of its cells in other
+    tiles. Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder. `Part` reads several
+    arrays.
     """
 
     scratch: Scratch
     kind: Kind
-    starts: tuple[int, ...]  # first curve index of each tile, a multiple of RANGE, and N
+    starts: tuple[int, ...]  # first curve index of each tile (multiples of RANGE), then N
     bounds: Floats  # (2, 3) bounding box of the points, or of the vertices that faces use
-    total_measure: float  # sum of all measures, added in the order of `segment`
+    total_measure: float  # sum of all measures, added in the same order as in `segment`
     halos: list[list[int]] | None = None  # result of `find_halos`; None if it has not run
 
     @property
@@ -67,14 +70,14 @@ class TileStore:
         return np.searchsorted(self.starts, places, side="right").astype(np.int64) - 1
 
     def is_in(self, tile: int, places: Array) -> Bools:
-        """Return whether each curve index belongs to a tile."""
+        """Return, for each curve index, whether the cell is in a tile."""
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
         """Return the row of each curve index among cells and ghosts of a tile, and the ghosts.
 
-        Rows of ghosts follow the rows of the cells. Ghosts are the given curve indices of other
-        tiles, ascending. The row of index -1 is -1.
+        Ghosts are the cells in `places` that belong to other tiles, in ascending order. Their rows
+        follow the rows of the cells of the tile. The row of a curve index of -1 is -1.
         """
         is_ghost = (places >= 0) & ~self.is_in(tile, places)
         ghosts = np.unique(places[is_ghost])
@@ -95,7 +98,7 @@ class TileStore:
         return self.scratch.has(f"tile{tile}/{name}")
 
     def remove(self, tile: int, name: str) -> None:
-        """Remove an array of a tile from the disk, if the tile has this array."""
+        """Remove an array of a tile, if it exists."""
         self.scratch.remove(f"tile{tile}/{name}")
 
     def remove_from_all(self, *names: str) -> None:
@@ -105,7 +108,10 @@ class TileStore:
                 self.remove(tile, name)
 
     def cells_and_ghosts(self, tile: int) -> Ints:
-        """Return the cell numbers of a tile's cells, then ghosts, in the order of arc targets."""
+        """Return the cell numbers of the cells of a tile, followed by those of its ghosts.
+
+        Targets of arcs are indices in this array.
+        """
         return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
 
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
@@ -114,7 +120,7 @@ class TileStore:
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Return the values of an array at ascending curve indices; one tile is read at a time."""
+        """Return the rows of an array at ascending curve indices; one tile is read at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -123,7 +129,10 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Return the values of an array at any curve indices, most of which should be in `tile`."""
+        """Return the rows of an array at curve indices in any order.
+
+        This is fast if most of the curve indices are in `tile`.
+        """
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -133,7 +142,7 @@ class TileStore:
 
 
 def weighted_sum(store: TileStore, tile: int, name: str) -> Array:
-    """Return the sum of the rows of a tile's array, weighted by the areas of the cells."""
+    """Return the sum of the rows of an array of a tile, weighted by the areas of the cells."""
     return np.asarray(np.einsum("i,ij->j", store.read(tile, "measures"), store.read(tile, name)))
 
 
@@ -142,17 +151,20 @@ _LOW_BITS = (1 << 20) - 1
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Return the indices in `wanted` of cells that are in a tile, and their rows in the tile."""
+    """Return the cells in `wanted` that are in a tile, as indices in `wanted` and as rows."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few candidates, for speed
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few cells to search for
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """Return the curve indices at which up to n_tiles similar tiles start, and last, n_cells."""
+    """Return the first curve index of each tile, followed by n_cells.
+
+    There are n_tiles tiles of similar size, but at most one per `RANGE` of cells.
+    """
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)

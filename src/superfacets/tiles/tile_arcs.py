@@ -31,7 +31,8 @@ from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore, weighted_sum
 
 Origin = tuple[float, float, float]
-"""Position of the apex of cones over all faces, whose signed volumes sum to the mesh volume."""
+"""Common apex of cones over the faces. The sum of the signed volumes of these cones is the volume
+of the mesh."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +43,14 @@ class WeightRule:
     options: WeightOptions
     has_border_weights: bool  # True to compute additional weights for border costs
     n_threads: int
-    spare: float = 1.0  # unit of arc lengths, relative to the default unit
+    spare: float = 1.0  # factor that increases the unit of arc lengths, see `SPARE`
     is_turned: bool = False  # True if normals point inward and must be flipped
-    evened: float = 0.0  # result of `evened_share`, larger for hollow shapes
+    evened: float = 0.0  # result of `evened_share`; 0 for solid shapes
     of_machine_part: bool = False  # True to compute weights for machine parts
 
     @property
     def has_hollows(self) -> bool:
-        """Whether arc weights depend on how hollow the mesh is (ratio of volume to area)."""
+        """Whether arc weights depend on how hollow the mesh is (see `evened_share`)."""
         params = self.options.params
         return bool(params["weights"] in ("creases", "parts") and params["alpha"])
 
@@ -65,7 +66,10 @@ class ArcFacts(NamedTuple):
 
 @dataclass(frozen=True)
 class _TileSums:
-    """Sums of arc weights of a tile, and properties of the faces of the tile."""
+    """Sums of the weights of the arcs of a tile, and properties of its faces.
+
+    For points, the properties of faces have their default values.
+    """
 
     weights: float
     border_weights: float
@@ -77,12 +81,13 @@ class _TileSums:
 
 
 def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
-    """Write the arcs of all tiles with their lengths, and return facts about all tiles.
+    """Write the arcs of all tiles with their lengths, and return facts about the whole graph.
 
     Each tile gets the CSR lists ``arcs``. In a tile of n cells, a target t < n is row t of the
-    cells, and other targets are row t - n of ``ghosts``, the ascending curve indices of neighbors
-    in other tiles. ``ghost_cells`` contains the cell numbers of ghosts. Arcs have ``lengths``, and
-    also ``border_lengths`` if `has_border_weights` is true, and ``sides`` if cells are faces.
+    cells. Any other target t is row t - n of ``ghosts``, which contains the curve indices, in
+    ascending order, of neighbors in other tiles. ``ghost_cells`` contains their cell numbers. Arcs
+    have ``lengths``, also ``border_lengths`` if `has_border_weights` is true, and ``sides`` if
+    cells are faces.
     """
     halos = find_halos(store, run) if store.halos is None else store.halos
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
@@ -168,7 +173,8 @@ def _write_arcs(
 ) -> tuple[Longs, Longs]:
     """Write the arcs of a tile in CSR form; return their offsets, and their indices in `graph`.
 
-    `cells` must contain the cells of the tile and their neighbors, and `graph` the arcs of `cells`.
+    `cells` must contain the cells of the tile and their neighbors. `graph` contains the arcs of
+    `cells`.
     """
     places, n_own = cells.columns["places"], store.size(tile)
     local = places - np.int32(store.starts[tile])
@@ -193,7 +199,11 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the arc weights of a tile, and weights for border costs if needed; return the sums."""
+    """Write the weights of the arcs of a tile, and return their sums.
+
+    Also writes the weights for border costs if `rule` requires them. `weighed` contains the weights
+    of all arcs of `surface`, and the indices of the arcs of the tile.
+    """
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
     if rule.has_border_weights:
@@ -213,7 +223,11 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Return whether any face has a boundary edge; `sides` are the face sides that arcs cross."""
+    """Return whether any face has a boundary edge.
+
+    `sides` contains the side of its face that each arc crosses, and `arc_offsets` the first arc of
+    each face.
+    """
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]
@@ -222,7 +236,8 @@ def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
     is_open = ~is_crossed & (corners != corners[following])
     if not is_open.any():
         return False
-    # If two sides of a face are the same edge, arcs cross only the first, but neither is open.
+    # If two sides of a face are the same edge, arcs cross only the first side. An edge of a face is
+    # on the boundary only if arcs cross none of its sides.
     faces = np.unique(np.searchsorted(offsets, np.flatnonzero(is_open), side="right") - 1)
     starts, at = rows(offsets, faces)
     low, high = np.sort([corners[at], corners[following[at]]], axis=0)

@@ -24,7 +24,7 @@ class TiledGraph:
     run: Run
     n_threads: int  # number of threads used for each tile
     is_parallel: bool = False  # True if several tiles are processed simultaneously
-    straight_unit: float = 0.0  # unit of arc lengths if they include straight distances, or 0
+    straight_unit: float = 0.0  # see `LargeGraph.straight_unit`
     crease_limit: float = np.inf  # coarse cells do not cross arcs with at least this crease cost
 
     is_symmetric = True
@@ -63,11 +63,12 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Label islands (components of cells labeled -1); return all labels, and number of islands.
+        """Label all islands. An island is a connected component of cells labeled -1.
 
         An island gets the label of the labeled cell that is nearest to any cell of the island. Of
-        equally near cells, the lowest is used. The cells of all islands are in memory. The third
-        array, for new centers, is empty.
+        equally near cells, the lowest is used. The cells of all islands are in memory. Returns the
+        labels of all cells, the number of islands, and an empty array, because no island becomes a
+        region.
         """
         assert not len(groups)
         store, n_islands = self.store, 0
@@ -85,7 +86,10 @@ class TiledGraph:
         return labels, n_islands, np.empty(0, np.int32)
 
     def join_loose_pieces(self, labels: Ints, centers: Ints) -> Ints:
-        """Return the same as `_core.join_loose_pieces`, with only loose cells in memory."""
+        """Return the same as `_core.join_loose_pieces`, with only loose cells in memory.
+
+        A cell is loose if no path within its region connects it to the center of the region.
+        """
         store, run = self.store, self.run
         own = [store.read(tile, "cells") for tile in range(store.n_tiles)]
         jobs = [
@@ -119,7 +123,7 @@ class TiledGraph:
         return labels
 
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return this graph as a `_core.OrderedGraph`, with all cells in memory."""
+        """Load this graph into memory, as a `_core.OrderedGraph`."""
         store, tiles = self.store, range(self.store.n_tiles)
         cells = [store.read(tile, "cells") for tile in tiles]
         positions, measures = np.empty((store.n_cells, 3)), np.empty(store.n_cells)
@@ -147,7 +151,7 @@ class TiledCoarseGraph:
     """Graph of the coarse cells of all tiles, with the methods of `_core.CoarseGraph`."""
 
     graph: _core.OrderedGraph  # graph of all coarse cells, in memory
-    fine: TiledGraph  # in its tiles, ``coarse`` is the coarse cell of each cell minus firsts[tile]
+    fine: TiledGraph  # array ``coarse`` of tile t: coarse cell of each cell, minus firsts[t]
     firsts: Longs  # (T + 1,) index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
@@ -159,7 +163,11 @@ class TiledCoarseGraph:
         self.graph.add_part_costs(NO_GROUPS, rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
-        """Return the numbers of all coarse cells; `spread` extends their labels to all cells."""
+        """Return the numbers of all coarse cells, 0 to n - 1.
+
+        `_core.CoarseGraph` returns the coarse cell of each cell instead. Here, costs between parts
+        are stored for coarse cells (see `BorderRule.firsts`), which need no conversion.
+        """
         return np.arange(self.graph.n_cells, dtype=np.int32)
 
     def spread(
@@ -184,7 +192,10 @@ class TiledCoarseGraph:
         return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return, for each region of coarse cells, the cell nearest to its mean position."""
+        """Return, for each region of coarse cells, its cell nearest to its mean position.
+
+        Of equally near cells, the lowest is returned.
+        """
         means = _core.region_means(self.graph, labels, len(centers))
         parts = np.split(labels, self.firsts[1:-1])
         jobs = [(tile, part, means) for tile, part in enumerate(parts)]
@@ -196,7 +207,7 @@ class TiledCoarseGraph:
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Concatenate arrays; to save memory, remove each array from `parts` after copying it."""
+    """Concatenate arrays; to save memory, remove each array from `parts` once it is copied."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -209,10 +220,10 @@ def _in_a_row(parts: list[Array]) -> Array:
 def _divide(
     store: TileStore, tile: int, cell_size: int, steps: tuple[float, float], n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Divide a tile into coarse cells, and write these; return their positions and areas.
+    """Divide a tile into coarse cells, and write them; return their positions and areas.
 
-    `steps` contains `straight_unit` and `crease_limit` of `TiledGraph`. In the graph, ghosts
-    follow the cells of the tile. Ghosts have no arcs, and their positions are not used.
+    `steps` contains `straight_unit` and `crease_limit` of `TiledGraph`. In the graph of the tile,
+    ghosts follow the cells of the tile. Ghosts have no arcs, and their positions are not used.
     """
     straight_unit, crease_limit = steps
     n_ghosts = len(store.read(tile, "ghosts"))
@@ -238,13 +249,13 @@ def _divide(
 def _connect(
     store: TileStore, tile: int, firsts: Longs, straight_unit: float, n_threads: int
 ) -> tuple[Longs, Ints, Array]:
-    """Return the arcs of the coarse cells of a tile: number for each cell, targets, lengths."""
+    """Return the arcs of the coarse cells of a tile: number of arcs per cell, targets, lengths."""
     ghosts = store.read(tile, "ghosts")
     tiles = store.tiles_of(ghosts)
     around = store.read_at("coarse", ghosts) + firsts[tiles]
     every = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
-    # All coarse cells in this tile or next to it, ascending.
+    # All coarse cells in this tile or next to it, in ascending order.
     used, coarse = np.unique(every, return_inverse=True)
     positions, of_coarse = np.empty((0, 3)), np.empty((0, 3))
     if straight_unit:
@@ -266,7 +277,11 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Return the nearest cell to the mean of each region, after its squared distance."""
+    """Return, for each region, its cell in a tile that is nearest to its mean.
+
+    `means` contains the mean position of each region. Returns squared distances, then cells. If a
+    region has no cell in the tile, the distance is infinite and the cell is -1.
+    """
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
@@ -276,18 +291,21 @@ UNREACHED = np.iinfo(np.uint64).max
 
 
 class TiledRegions:
-    """Assigns all cells on disk to nearest centers, with the methods of `_core.Clustering`.
+    """Assignment of all cells on disk to their nearest centers.
 
-    Shortest paths are computed tile by tile. A path that leaves a tile is proposed to the tile in
-    which it ends. When no proposals are left, no arc can shorten a path. Then each cell has its
-    shortest path, or, of equally short paths, the path with the lowest label. The result does not
-    depend on how cells are split into tiles.
+    The methods are the same as in `_core.Clustering`. Shortest paths are computed tile by tile. A
+    path that leaves a tile is proposed to the tile in which it ends. When no proposals are left, no
+    arc can shorten a path. Then each cell has its shortest path, or, of equally short paths, the
+    path with the lowest label. The result does not depend on how cells are split into tiles.
     """
 
     def __init__(
         self, graph: TiledGraph, centers: Ints, waiting: dict[int, list[Part]] | None = None
     ) -> None:
-        """Expand paths from the centers, and from the proposed paths to each tile in `waiting`."""
+        """Expand paths from the centers, and from the paths in `waiting`.
+
+        `waiting` contains, for each tile, proposed paths (see `_proposals`).
+        """
         self._graph = graph
         self._store = graph.store
         # Version number of each tile's paths on disk, or -1 if the tile has no paths yet.
@@ -296,11 +314,11 @@ class TiledRegions:
         self._expand(centers, 0, waiting or {})
 
     def centers(self) -> Ints:
-        """Return the given centers, followed by the centers added for islands."""
+        """Return the centers given by the caller, followed by the centers added for islands."""
         return self._centers
 
     def labels(self) -> Ints:
-        """Return the label of each cell, indexed by cell number."""
+        """Return the label of each cell, by cell number; -1 for cells that no path has reached."""
         labels = np.empty(self._store.n_cells, np.int32)
         for tile, version in self._versions.items():
             cells = self._store.read(tile, "cells")
@@ -308,7 +326,10 @@ class TiledRegions:
         return labels
 
     def adopt_orphans(self) -> None:
-        """Add the lowest cell of each island (component without a center) to the centers."""
+        """Make the lowest cell of each island a center.
+
+        An island is a connected component without a center.
+        """
         labels = self.labels()
         if labels.min() < 0:
             cells, _, islands = _find_islands(self._store, labels, self._graph.run)
@@ -317,7 +338,10 @@ class TiledRegions:
             self._centers = np.concatenate([self._centers, orphans])
 
     def _expand(self, cells: Ints, first_label: int, waiting: dict[int, list[Part]]) -> None:
-        """Add centers labeled from `first_label` on, and expand paths until none gets shorter."""
+        """Add `cells` as centers with labels from `first_label` on, and expand all paths.
+
+        `waiting` contains further proposed paths. The expansion ends when no path gets shorter.
+        """
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
         found = self._graph.run.all(find_cells, self._store, self._store.n_tiles, cells)
@@ -356,7 +380,10 @@ def _proposals(places: Longs, lengths: Array, labels: Ints) -> Part:
 
 
 def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
-    """Return the lengths and labels of the paths to the cells of a tile and to its ghosts."""
+    """Return the lengths and labels of the paths to the cells of a tile and to its ghosts.
+
+    `version` is the number of the version on disk, or -1 if there are no paths yet.
+    """
     if version < 0:
         n_cells = store.size(tile) + len(store.read(tile, "ghosts"))
         return np.full(n_cells, UNREACHED, np.uint64), np.full(n_cells, -1, np.int32)
@@ -386,13 +413,13 @@ def _improve(
 
 
 def _first_of_each(islands: Ints, *keys: Array) -> Longs:
-    """Return the index of the first cell of each island in the order of the given keys."""
+    """Return, for each island, the index of its first cell in the order of `keys`."""
     order = np.lexsort([*reversed(keys), islands])
     return order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
 
 
 def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints]:
-    """Return all cells labeled -1, their positions, and the island (component) of each cell."""
+    """Return all cells labeled -1, their positions, and the island of each of these cells."""
     jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
     parts = run(_unlabeled, store, jobs)
     cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
@@ -411,17 +438,23 @@ def _components(pairs: Longs, n_nodes: int) -> Ints:
 
 
 def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
-    """Write the pieces of regions that are connected within a tile; return their number."""
+    """Divide the regions in a tile into pieces that are connected in the tile.
+
+    Writes the piece of each cell and ghost. Returns the number of pieces with cells of the tile.
+    """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
     pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
-    n_own = int(pieces[: len(labels)].max()) + 1  # pieces of ghosts only have the highest numbers
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces without cells of the tile come last
     store.write(tile, "pieces", pieces)
     return n_own
 
 
 def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> tuple[Longs, Longs]:
-    """Return a tile's pieces with centers, and pairs of pieces connected across tile borders."""
+    """Return the pieces of a tile that contain centers, and pairs of pieces in different tiles.
+
+    The pieces of a pair belong to one region, and an arc between the two tiles connects them.
+    """
     ghosts, pieces = store.read(tile, "ghosts"), store.read(tile, "pieces").astype(np.int64)
     own, at_ghosts = np.split(firsts[tile] + pieces, [store.size(tile)])
     shared = np.flatnonzero(at_ghosts < firsts[tile + 1])
@@ -444,7 +477,7 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
     at = np.flatnonzero(labels < 0)
     around, (offsets, targets, _) = store.cells_and_ghosts(tile), store.arcs(tile)
     sources = np.repeat(np.arange(len(labels)), np.diff(offsets))
-    is_inside = labels[sources] < 0  # their targets are unlabeled, too
+    is_inside = labels[sources] < 0  # then their targets are unlabeled, too
     pairs = np.stack([around[sources[is_inside]], around[targets[is_inside]]])
     return around[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
@@ -452,12 +485,15 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
 def _nearest_labeled(
     store: TileStore, tile: int, labels: Ints, points: Floats, n_threads: int
 ) -> tuple[Floats, Ints]:
-    """Return each point's squared distance to a tile's nearest labeled cell, and this cell."""
+    """Return squared distances from points to the nearest labeled cell of a tile, and these cells.
+
+    If the tile has no labeled cell, distances are infinite and cells -1.
+    """
     cells = store.read(tile, "cells")
     at = np.flatnonzero(labels >= 0)
     if not len(at):
         return np.full(len(points), np.inf), np.full(len(points), -1, np.int32)
-    at = at[np.argsort(cells[at])]  # the first of equally near cells is used
+    at = at[np.argsort(cells[at])]  # sorted, because the first of equally near cells is used
     positions = store.read(tile, "positions")[at]
     found, _, _ = _core.nearest_points(positions, points, np.inf, n_threads)
     x, y, z = (positions[found] - points).T

@@ -12,7 +12,7 @@ from .. import __version__
 from .._validate import counted
 
 ALLOWED_KILLS = 3
-"""A call is repeated unless more than this number of workers have died while running the call."""
+"""A call whose worker died is repeated, unless more than this number of workers died during it."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
 """A module-level function and its arguments; both are sent to a worker as a pickle."""
@@ -65,13 +65,14 @@ class Team(ABC):
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls, at most `width` at a time; yield (index, result) of each call when it ends.
 
-        If a worker is killed, its call is repeated, or yields `Killed` after too many repetitions.
-        Raises a ConnectionError if no worker is left or if workers cannot be started.
+        If `width` is None, all workers are used. If a worker is killed, its call is repeated, or
+        yields `Killed` after too many repetitions. Raises a ConnectionError if no worker is left or
+        if workers cannot be started.
         """
 
     @property
     def share(self) -> float:
-        """Memory per thread, in bytes; the minimum over all workers."""
+        """Memory per thread in bytes: the minimum over all workers."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(
@@ -79,9 +80,10 @@ class Team(ABC):
     ) -> Iterator[tuple[int, Any]]:
         """Yield (index of the piece, ``work(store, *piece)``) for each piece when it is done.
 
-        Each thread of a worker runs one piece at a time. Raises an OSError if no worker is left, if
-        the connection to a scheduler is lost, or if several workers died while processing the same
-        piece. Exceptions of `work` are raised unchanged.
+        A piece is a tuple of arguments. Each thread of a worker runs `work` for one piece at a
+        time. Raises an OSError if no worker is left, if the connection to a scheduler is lost, or
+        if several workers died while processing the same piece. Exceptions of `work` are raised
+        unchanged.
         """
         calls = [(run_piece, (__version__, work, store, piece)) for piece in pieces]
         for place, ending in self.run(calls, width=None):
@@ -97,7 +99,7 @@ class Team(ABC):
 
 
 def run_piece(version: str, work: Callable[..., Any], store: Any, piece: tuple[Any, ...]) -> Any:
-    """Check the version of the package in this worker, then run one piece for `Team.map`."""
+    """Check the version of the package in this worker, then run `work` for one piece."""
     check_version(version)
     return work(store, *piece)
 

@@ -41,7 +41,10 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
 
 
 def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -> NoReturn:
-    """Receive calls in a thread; end the process if the connection closes or memory is exceeded."""
+    """Receive calls in a thread, and put them into `calls`.
+
+    Ends the process if the connection is closed, or if the process uses more than `memory` bytes.
+    """
     own = import_module("psutil").Process() if memory < math.inf else None
     with contextlib.suppress(EOFError, OSError):
         while own is None or own.memory_info().rss <= memory:
@@ -55,7 +58,7 @@ def _ended(call: bytes) -> tuple[bool, bytes]:
     try:
         function, arguments = pickle.loads(call)
         return True, pickle.dumps(function(*arguments))
-    except BaseException as error:  # raised again by the parent process
+    except BaseException as error:  # sent to the parent process
         return False, _pickled(error)
 
 

@@ -19,20 +19,20 @@ from .child import serve
 from .start import own_settings, start_context
 
 START_ATTEMPTS = 10
-"""Maximum number of consecutive workers that may die before they are ready."""
+"""Number of consecutive workers that die before they are ready, after which a pool gives up."""
 
 TICK = 1.0
 """Interval between checks for Ctrl-C, in seconds. Checks are needed because Ctrl-C does not
 interrupt `wait` on Windows."""
 
 PAUSE = 0.1
-"""Time in seconds before a worker that died at start-up is replaced."""
+"""Time to wait before a worker that died at its start is replaced, in seconds."""
 
 MEMORY_SHARE = 0.95
 """Fraction of `Worker.memory` above which a worker process ends itself."""
 
 DEPTH = 2
-"""Maximum number of unfinished calls that a worker has: the running call and the next call."""
+"""Maximum number of calls that a worker holds at a time: the running call and the next call."""
 
 Admits = Callable[[int, Sequence[int]], bool]
 """Function that returns whether a call may run at the same time as other calls. Its arguments are
@@ -65,7 +65,7 @@ class _Process:
 
 
 class Pool(Team):
-    """A team of processes on this machine, each of which runs one call at a time.
+    """A team of processes on this machine. Each process runs one call at a time.
 
     Each process may use an equal part of `memory`, in bytes. A process that ends or uses more
     memory is replaced as long as there are calls. If `memory` is infinite, the memory of processes
@@ -107,11 +107,14 @@ class Pool(Team):
     def _hand_out(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
-        """Give each idle worker a call, and a second call if there are enough waiting calls."""
+        """Give each idle worker a call, and each worker a second call if enough calls are waiting.
+
+        With `width` or `admits`, no worker gets a second call.
+        """
         is_limited = width is not None or admits is not None
         for depth in range(1 if is_limited else DEPTH):
             for process in self._processes[:width]:
-                n_kept = depth * len(self._processes)  # left for the workers that finish first
+                n_kept = depth * len(self._processes)  # calls kept for workers that finish early
                 if len(process.places) > depth or len(waiting) <= n_kept:
                     continue
                 at_work = [place for other in self._processes for place in other.places]
@@ -143,7 +146,11 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Requeue the calls of a dead worker; return (index, `Killed`) after too many deaths."""
+        """Requeue the calls of a worker whose process has ended.
+
+        If too many workers have died while running the same call, the call is removed from the
+        queue, and returned as (index, `Killed`).
+        """
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))
@@ -159,7 +166,10 @@ class Pool(Team):
         return waiting.popleft(), Killed(kills[place])
 
     def _check_start(self) -> None:
-        """Raise a ConnectionError if too many consecutive workers have died at start-up."""
+        """Count a worker that died at its start; wait, or raise a ConnectionError if none is left.
+
+        The error is raised only after `START_ATTEMPTS` consecutive deaths.
+        """
         self._n_lost_at_start += 1
         if self._processes:
             time.sleep(PAUSE)  # other workers may free memory
@@ -184,8 +194,9 @@ def open_pool(
 ) -> Iterator[Pool]:
     """Yield a `Pool`, whose processes end after the `with` block, or when this process ends.
 
-    The parameters are as for `Pool`. By default, the processes may use all memory of this machine.
-    Raises a MissingExtraError if memory is limited and psutil is not installed.
+    The parameters are the same as in `Pool`. By default, the processes may together use the memory
+    of this machine (see `usable_memory`). Raises a MissingExtraError if memory is limited and
+    psutil is not installed.
     """
     memory = usable_memory() if memory is None else memory
     if memory < math.inf and find_spec("psutil") is None:

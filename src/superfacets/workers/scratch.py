@@ -28,7 +28,8 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""Name of the file that a run keeps locked. If the file is not locked, the run was killed."""
+"""Name of the lock file in a scratch folder. If the file is not locked, the process that created
+the folder was killed."""
 
 _HEADER_SIZE = 128
 """Size of the header of ``.npy`` files in bytes. NumPy pads short headers to this size."""
@@ -36,10 +37,10 @@ _HEADER_SIZE = 128
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Create a folder in `parent`, and remove it after the `with` block, even after Ctrl-C.
+    """Create a scratch folder in `parent`; remove it after the `with` block, even after Ctrl-C.
 
-    Folders of killed runs are removed first. `cache` is the size of the cache in bytes. Raises an
-    OSError if the folder cannot be created.
+    Scratch folders of killed processes are removed first. `cache` is the size of the cache in
+    bytes. Raises an OSError if the folder cannot be created.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
@@ -76,8 +77,9 @@ class Scratch:
     """Named arrays in a folder, which several processes can write and read.
 
     Arrays are written atomically and can be overwritten, so that interrupted work can be repeated.
-    Arrays are kept in memory instead as long as their total size is less than `cache` bytes. Other
-    processes cannot read arrays in memory, so `cache` should be 0 if there are other processes.
+    As long as arrays fit into a cache of `cache` bytes, they are kept in memory and not written.
+    Other processes cannot read arrays in memory, so `cache` should be 0 if there are other
+    processes.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -117,7 +119,7 @@ class Scratch:
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
             if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-                array = array.copy()  # a view would keep its whole base array
+                array = array.copy()  # a view would keep the whole base array in memory
             array = np.ascontiguousarray(array)
             array.flags.writeable = False
             self._kept[name] = array
@@ -179,14 +181,17 @@ class RowFile:
         self._file.close()
 
     def add(self, rows: Array) -> None:
-        """Append rows; all rows in the file must have the same dtype and width."""
+        """Append rows; all rows in the file must have the same dtype and number of columns."""
         if self._row is None:
             self._row = np.dtype((rows.dtype, rows.shape[1:]))
         self._file.write(np.ascontiguousarray(rows, self._row.base).data)
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """Return the rows as a table; if added rows are numbers, `width` numbers form a row."""
+        """Return the rows of the file as a table.
+
+        If single numbers were added, `width` consecutive numbers form a row of the table.
+        """
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

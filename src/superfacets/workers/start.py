@@ -28,16 +28,17 @@ _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Environment variables of workers. Numeric libraries must not start threads, because the workers
-together already use all cores, and because a process with threads cannot be forked safely.
+"""Environment variables of workers. Numeric libraries must not start threads, because all cores are
+already in use by other workers, and because a process with threads cannot be forked safely.
 `PYTHONSAFEPATH` excludes the current folder from the search path of modules."""
 
 HAS_SERVER = sys.platform == "linux"
-"""Whether a fork server forks workers. On other systems, some libraries do not support fork."""
+"""Whether workers are forked from a fork server. On systems other than Linux, some libraries do not
+support fork."""
 
 
 def prepare() -> None:
-    """Start the fork server early if there are several cores, so that workers start fast."""
+    """Start the fork server early on Linux, so that workers start fast; skip this on one core."""
     if HAS_SERVER and len(os.sched_getaffinity(0)) > 1:
         start_context()
 
@@ -59,7 +60,7 @@ def start_context() -> ForkServerContext | SpawnContext:
 
 @contextlib.contextmanager
 def own_settings() -> Iterator[None]:
-    """Start processes in the `with` block with `_ENVIRONMENT`, and with Ctrl-C blocked.
+    """Give processes that start in the `with` block `_ENVIRONMENT`, and block Ctrl-C in them.
 
     In this process, Ctrl-C is delayed until the end of the block. Started processes do not import
     the main script, which may lack ``if __name__ == "__main__":``.

@@ -14,7 +14,7 @@ Job = tuple[Any, ...]
 
 
 class ThreadTeam:
-    """A fixed number of threads, each of which runs one job at a time."""
+    """A fixed number of threads. Each thread runs one job at a time."""
 
     def __init__(self, n_threads: int) -> None:
         self._pool = ThreadPoolExecutor(n_threads)
@@ -84,7 +84,10 @@ def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterat
 
 
 def despite_interrupts(work: Callable[[], object]) -> None:
-    """Repeat `work` until Ctrl-C does not interrupt it, then raise the last KeyboardInterrupt."""
+    """Run `work`, and repeat it each time that Ctrl-C interrupts it.
+
+    After `work` has ended, the last KeyboardInterrupt is raised, if there was one.
+    """
     interrupt: KeyboardInterrupt | None = None
     is_done = False
     while not is_done:
