@@ -43,7 +43,7 @@ class PolygonMesh(CellsOfVertices):
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        As for `Mesh`.
+        Same as in `Mesh`.
     offsets : array_like of integers, shape (F + 1,)
         The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``. Each face has three or
         more corners, and F is at least 1. Copied to a read-only int64 array.
@@ -59,8 +59,8 @@ class PolygonMesh(CellsOfVertices):
     Raises
     ------
     MeshError
-        If an array is not valid (the message names the first wrong entry), if a face has fewer than
-        three corners, if there are no faces, or if all faces are at one point.
+        If an array is not valid (the message names the first invalid entry), if a face has fewer
+        than three corners, if there are no faces, or if all faces are at one point.
 
     Examples
     --------
@@ -121,7 +121,10 @@ class PolygonMesh(CellsOfVertices):
         return np.diff(self.offsets)
 
     def face(self, i: int) -> Ints:
-        """Return the vertices at the corners of face i, where i is from 0 to F - 1."""
+        """Return the vertices at the corners of face i.
+
+        Raises an IndexError if i is not from 0 to F - 1.
+        """
         if not 0 <= i < self.n_faces:
             raise IndexError(f"the face index must be 0 to {self.n_faces - 1}, got {i}")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
@@ -130,7 +133,8 @@ class PolygonMesh(CellsOfVertices):
         """Cut the faces into triangles, without adding vertices.
 
         Convex faces are cut into a fan around their first corner, and other faces by ear clipping.
-        Use this method for programs and file formats that need triangles.
+        Faces with more than 4,096 corners are always cut into a fan. Use this method for programs
+        and file formats that need triangles.
 
         Examples
         --------
