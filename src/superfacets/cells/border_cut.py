@@ -63,8 +63,8 @@ class BorderCut:
     labels : ndarray of int32, shape (F',)
         Region of each new face, or -1 if the face is in no region.
     sources : ndarray of int32, shape (F',)
-        Index of the old face that contains each new face, in ascending order. ``values[sources]``
-        maps values of old faces to new faces.
+        Index of the old face that contains each new face. These indices are in ascending order.
+        ``values[sources]`` maps values of old faces to new faces.
     n_old_vertices : int
         Number of vertices of the old mesh.
     is_kept : ndarray of bool, shape (K,)
@@ -217,7 +217,7 @@ class _RegionsToCut:
                 margin=_MARGIN,
                 n_threads=self.n_threads,
             )
-        except ValueError:  # raised by `_core`
+        except ValueError:  # `_core` raises this error for too many faces
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 
     def faults(self, cut: _Cut) -> Bools:
@@ -237,11 +237,11 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the maximum area change so that the total change stays within `_MOST_TOTAL`.
+        """Return the largest area change of a region that `_MOST_TOTAL` allows.
 
-        All area changes up to the result sum to at most `_MOST_TOTAL` times the total area. If even
-        the smallest change is larger, the result is the smallest change. If the sum of all changes
-        is small enough, the result is infinite.
+        `change` is the area change of each region. All changes up to the result sum to at most
+        `_MOST_TOTAL` times the total area. If even the smallest change is too large, the result is
+        the smallest change. If the sum of all changes is small enough, the result is infinite.
         """
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")

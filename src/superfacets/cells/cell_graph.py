@@ -1,4 +1,4 @@
-"""Define graphs of cells with weighted arcs, which are the input of the clustering."""
+"""Define graphs of cells with weighted arcs. These graphs are the input of the clustering."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class CsrArcs:
 
 
 class BaseGraph(CsrArcs):
-    """Base class of graphs of cells, which have positions, measures and arcs."""
+    """Base class of graphs of cells. The cells have positions, measures and arcs."""
 
     positions: Floats  # (N, 3) representative point of each cell
     measures: Floats  # (N,) area or volume of each cell
@@ -148,9 +148,10 @@ class CellGraph(BaseGraph):
     positions : array_like, shape (N, 3)
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell (volume in three dimensions), finite and >= 0, in the squared unit of the
-        positions. The centroid of a region is the mean position of its cells, weighted by area. The
-        sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of k regions.
+        Area of each cell, finite and >= 0, in the squared unit of the positions; or volume of each
+        cell, if `dimension` is 3. The centroid of a region is the mean position of its cells,
+        weighted by area. The sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of
+        k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
@@ -170,7 +171,7 @@ class CellGraph(BaseGraph):
         2 if measures are areas, 3 if they are volumes. With 3, the expected radius is the cube root
         of 3 V / (4 pi k) for a total volume V, and ``border_lengths`` of `ArcMeasures` are areas.
     arc_measures : ArcMeasures, optional
-        Measures of the arcs, which the clean-up of regions and `metrics.compactness` need.
+        Measures of the arcs. The clean-up of regions and `metrics.compactness` need them.
 
     Attributes
     ----------
@@ -235,7 +236,7 @@ class CellGraph(BaseGraph):
         arc_measures: ArcMeasures | None = None,
         dimension: int = 2,
     ) -> CellGraph:
-        """Make a graph with the given weights from cells and arcs that are already checked."""
+        """Make a graph with these weights from a graph whose cells and arcs are already checked."""
         graph = object.__new__(cls)
         fields = ("positions", "measures", "offsets", "neighbors", "bounds")
         values = {name: getattr(arcs, name) for name in fields}
@@ -249,14 +250,14 @@ class CellGraph(BaseGraph):
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
         refuse_mask(self.weights, "weights")
-        copied = owned(np.asarray(self.weights), None)  # the caller may change its array later
+        copied = owned(np.asarray(self.weights), None)  # because the caller may change its array
         weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of `_core`, which the first call builds and caches."""
+        """Return the graph as an object of `_core`. The first call builds and caches the object."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -299,6 +300,6 @@ def checked_graph(graph: object) -> CellGraph:
 
 
 def box_diagonal(bounds: Floats) -> float:
-    """Return the length of the diagonal of a box, given its minimum and maximum corner, (2, 3)."""
+    """Return the length of the diagonal of a box from its minimum and maximum corner, (2, 3)."""
     x, y, z = (bounds[1] - bounds[0]).tolist()
     return math.sqrt(x * x + y * y + z * z)

@@ -1,4 +1,4 @@
-"""Apply the masks and barriers of `segment`: a mask removes cells of a graph, a barrier arcs."""
+"""Apply the mask and the barriers of `segment`: a mask removes cells, and barriers remove arcs."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class ConstraintOptions:
     """The arguments `mask` and `barriers` of `segment`."""
 
     mask: Any = None  # (N,) whether each cell is segmented; None to segment all cells
-    # Edges that separate regions; or one number per cell, where regions do not contain cells with
+    # Edges that separate regions; or one number per cell, so that no region contains cells with
     # different numbers; or None if there are no barriers.
     barriers: Any = None
 
     @property
     def is_used(self) -> bool:
-        """Whether a mask or barriers are given."""
+        """Whether there is a mask or there are barriers."""
         return self.mask is not None or self.barriers is not None
 
     @property
@@ -116,7 +116,7 @@ class Cut:
         )
 
     def surface_of(self, whole: Surface) -> Surface:
-        """Return the surface of the kept cells, given the surface of all cells."""
+        """Return the surface of the kept cells. `whole` is the surface of all cells."""
         handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
         return Surface(
             handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
@@ -295,7 +295,7 @@ def _crossed_by(
 
 
 def _keys_of(edges: Ints) -> Longs:
-    """Return an integer key for each edge, which does not depend on the order of its two ends."""
+    """Return an integer key for each edge. It does not depend on the order of the two ends."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 

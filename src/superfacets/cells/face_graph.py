@@ -61,7 +61,7 @@ class FaceGraph(BaseGraph):
         Side of the face that each arc crosses. Side s joins corners s and s + 1, and the last side
         joins the last corner to the first corner.
     same_turn : ndarray of uint8, shape (M,)
-        1 if both faces traverse the common edge in the same direction, which means that they are
+        1 if both faces traverse the common edge in the same direction, so that they are
         inconsistently oriented, and 0 otherwise.
     bounds : ndarray of float64, shape (2, 3)
         Minimum and maximum corner of the bounding box of all vertices of faces.

@@ -1,4 +1,4 @@
-"""Features of cells, such as colors, whose differences are added to the weights of arcs."""
+"""Features of cells, such as colors. Costs of feature differences are added to arc weights."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class FeatureOptions:
 
 @dataclass(frozen=True, eq=False)
 class FeatureSteps:
-    """Features of cells, whose differences along arcs are added to the weights of the arcs."""
+    """Features of cells, to add the cost of the feature difference along each arc to its weight."""
 
     features: Floats  # (N, F) features of each cell
     weight: float  # cost of a difference of 1, as a multiple of the expected region radius

@@ -86,7 +86,7 @@ class TetInfo:
     n_flat_tets: int
     """Number of tetrahedra whose volume is 0, up to rounding errors."""
     n_turned_tets: int
-    """Number of tetrahedra with a negative signed volume, which means that they are inverted."""
+    """Number of inverted tetrahedra: their signed volume is negative."""
     volume: float
     """Total volume, in the cubed unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -104,7 +104,7 @@ class CloudInfo:
     n_positions: int
     """Number of different positions of points."""
     n_components: int
-    """Number of connected components of the graph of points, see `build_point_graph`."""
+    """Number of connected components of the graph of points; see `build_point_graph`."""
     n_isolated: int
     """Number of points that have no arcs in the graph of points."""
     has_normals: bool
@@ -113,9 +113,9 @@ class CloudInfo:
     """Whether concave and convex creases can be distinguished. This is possible if the cloud has
     normals or viewpoints, or if the cloud is closed, because estimated normals then point out."""
     has_axes: bool
-    """Whether the cloud has axes, which are normals of unknown sign."""
+    """Whether the cloud has axes: normals of unknown sign."""
     has_viewpoints: bool
-    """Whether the cloud has viewpoints, which are positions of the scanner."""
+    """Whether the cloud has viewpoints: positions of the scanner."""
     has_colors: bool
     """Whether the cloud has colors that are not all black. Many files store black for no color."""
     are_colors_zero: bool

@@ -77,7 +77,7 @@ class Kind:
     """
 
     name: ClassVar[str] = "cells"
-    """Name of the kind, which is a key in tables of other modules."""
+    """Name of the kind. It is a key in tables of other modules."""
     noun: ClassVar[str] = "cell"
     """Noun for one cell in messages that count cells. For the plural, an "s" is appended."""
     plural: ClassVar[str] = "cells"
@@ -109,7 +109,7 @@ class Kind:
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the `Surface` of the cells, which computes lengths and angles of arcs."""
+        """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:

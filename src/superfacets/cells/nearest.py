@@ -96,7 +96,7 @@ def checked_distance(max_distance: Any) -> float:
 
 
 def query_points(points: Any) -> Floats:
-    """Return the positions (M, 3) of query points that are given as an array or as a cloud."""
+    """Return the positions (M, 3) of query points. `points` is an array or a cloud."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

@@ -120,7 +120,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is probably open, given the area-weighted sum of its normals.
+    """Return whether a surface is probably open. `normal_sum` is weighted by the areas of points.
 
     On open surfaces, estimated normals may point to the wrong side. For example, they point out of
     a room that was scanned from inside, so its concave edges would be treated as convex.
@@ -149,7 +149,7 @@ def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> 
 
 
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a cloud, given its graph."""
+    """Return the `Surface` of a cloud; `graph` is the graph of this cloud."""
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
@@ -193,8 +193,8 @@ def build_point_graph(
     alpha, eta_convex
         Same as in `crease_weights`.
     ridges : float, default 0.35
-        Cost of ridges relative to concave edges, >= 0. It has no effect below `eta_convex`. A ridge
-        is a convex edge between two flat sides whose normals differ by 40 degrees or more. If
+        Cost of ridges relative to concave edges, >= 0. A cost below `eta_convex` has no effect. A
+        ridge is a convex edge between two flat sides whose normals differ by 40 degrees or more. If
         estimated normals blur an edge over more than the expected radius, the edge is not a ridge.
     n_threads : int, optional
         Same as in `segment`.

@@ -15,7 +15,8 @@ from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 
 DEFAULT_N_SEGMENTS = 150
-"""Number of regions if neither `n_segments` nor `radius` is given. The paper uses this number."""
+"""Number of regions if `segment` is called without `n_segments`, `radius` and seeds. The paper uses
+this number."""
 
 
 class RegionSize(NamedTuple):

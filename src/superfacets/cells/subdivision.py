@@ -48,7 +48,7 @@ class Subdivision:
         Vertices are the old vertices in their order, followed by midpoints. Faces are the parts of
         old face 0, of old face 1, and so on, with the orientation of the old face.
     sources : ndarray of int32, shape (F,)
-        Index of the old face that contains each new face, in ascending order.
+        Index of the old face that contains each new face. These indices are in ascending order.
     depths : ndarray of uint8, shape (F,)
         Number of bisections that made each new face. The area of a new face is ``2.0**-depth``
         times the area of its old face. Polygons are first cut into triangles; for polygons, it is
@@ -201,7 +201,7 @@ def subdivide(
         vertices, faces, sources, depths = _core.subdivide(
             surface.vertices, triangles, length, min(most, MAX_CELLS), threads
         )
-    except ValueError:  # raised by `_core`
+    except ValueError:  # `_core` raises this error for too many faces
         raise ValueError(
             f"max_edge={length:g} would make more than {counted(most, 'face')}: use a larger"
             " max_edge or, in Python, a larger max_faces"

@@ -1,4 +1,4 @@
-"""Define `Surface`, which computes lengths and angles of arcs between cells of any kind."""
+"""Define `Surface`: a class that computes lengths and angles of arcs between cells of any kind."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Surface(CsrArcs):
     weight_unit: float  # length that a weight of 1 corresponds to, in the unit of the positions
     n_threads: int
     mesh: FaceMesh | None = None  # mesh whose faces are the cells, or None for other cells
-    # (M,) weight of each arc; None for faces and points, whose weights a formula computes
+    # (M,) weight of each arc; None for faces and points, because formulas compute their weights
     weights: Floats | None = None
     # Volume that a mesh of faces encloses; 0 if the mesh is open or inconsistently oriented, or if
     # the volume is not known

@@ -80,7 +80,7 @@ class TetGraph(BaseGraph):
 
 
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
-    """Return the graph of a tetrahedral mesh, where arcs join tetrahedra that share a triangle.
+    """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
 
     All pairs of tetrahedra that share a triangle are neighbors. A tetrahedron and its duplicate
     share four triangles, so they are joined by four arcs in each direction. Triangles with a
@@ -133,7 +133,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a tetrahedral mesh, given its graph."""
+    """Return the `Surface` of a tetrahedral mesh; `graph` is the graph of this mesh."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

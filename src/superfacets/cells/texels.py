@@ -71,7 +71,7 @@ def texture_colors(
     [0, 1] repeat, clamp or mirror the image, as specified by the material. The mean is multiplied
     by the color of the material. Faces without an image have the color of their material, and faces
     without a material are white. Faces whose texture coordinates are missing, not finite or larger
-    than 2**20 are treated like faces without an image.
+    than 2**20 in magnitude are treated like faces without an image.
 
     Parameters
     ----------

@@ -147,11 +147,11 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return the logarithms of `thickness`, smoothed along the surface with the given `length`.
+    """Return the logarithms of `thickness`, smoothed along the surface.
 
-    Faces with thickness NaN get values from their neighbors. The result is NaN in components
-    without any finite thickness. The result depends neither on the number of threads nor on the C
-    library.
+    `length` is the smoothing length, in the unit of the vertices. Faces with thickness NaN get
+    values from their neighbors. The result is NaN in components without any finite thickness. The
+    result depends neither on the number of threads nor on the C library.
     """
     is_known = np.isfinite(thickness)
     logs = _core.logarithms(np.where(is_known, thickness, 1.0))

@@ -19,10 +19,10 @@ from .face_graph import FaceGraph
 from .surface import Surface, face_surface
 
 SOLID = 0.3
-"""Minimum roundness y (defined in `crease_weights`) of a shape that is not treated as hollow."""
+"""Shapes with at least this roundness y (defined in `crease_weights`) are not treated as hollow."""
 
 HOLLOW = 0.15
-"""Maximum roundness y (defined in `crease_weights`) of a shape that is treated as fully hollow."""
+"""Closed shapes with at most this roundness y (see `SOLID`) are treated as fully hollow."""
 
 MOST_EVENED = 0.25
 """Cost of smooth convex edges on fully hollow shapes, relative to sharp concave edges."""
@@ -56,7 +56,8 @@ region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %
 1, it is 1.4 %."""
 
 NO_NORMALS = np.empty((0, 3))
-"""Empty array of normals, which makes `_core` compute the normals."""
+"""Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
+itself."""
 
 MOST_SOFT = 2
 """Maximum ratio `EdgeSums.n_soft` / `EdgeSums.n_sharp` of a machine part. In the benchmark, the
@@ -120,8 +121,8 @@ class EdgeSums(NamedTuple):
     The three counts are 0 unless ridges cost more than other convex edges.
     """
 
-    # sum of length times angle of all edges except ridges, where angles of concave edges are
-    # negative; in the unit that `TURN_BITS` defines
+    # sum of length times angle of all edges except ridges, in the unit that `TURN_BITS` defines;
+    # angles of concave edges are negative
     turn: int
     n_edges: int  # number of edges
     n_soft: int  # number of edges with an angle from 10.4 to less than 40 degrees
@@ -266,11 +267,11 @@ def crease_weights(
     end, it meets another edge that satisfies the first rule, an edge of three or more faces, or the
     boundary of an open mesh.
 
-    On hollow shapes, such as a cup or a ring, smooth edges (of less than 40 degrees) have other
-    costs, because the surface is about as concave as convex. If only concave edges had a cost, the
-    whole inside would be a crease and the outside would have no crease. Let V be the volume of a
-    closed mesh, A its area, and M its total mean curvature. M is half the sum of length times angle
-    over all edges except ridges, where angles of concave edges are negative. The roundness
+    On hollow shapes, such as a cup or a ring, the costs of smooth edges (of less than 40 degrees)
+    are changed, because the surface is about as concave as convex. If only concave edges had a
+    cost, all smooth edges on the inside would have a cost, and none on the outside. Let V be the
+    volume of a closed mesh, A its area, and M its total mean curvature. M is half the sum of length
+    times angle over all edges except ridges; angles of concave edges are negative. The roundness
     :math:`y = 3 V M / A^2` is 1 for a ball, less for any other convex body, 3/4 for a long rod,
     below 0.2 for cups, and about 0 or less for rings. If y is less than 0.3, smooth convex edges
     have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`, if this is larger), and
@@ -289,7 +290,7 @@ def crease_weights(
     eta_convex : float, default 0.0
         Cost of convex edges relative to concave edges, >= 0.
     ridges : float, default 0.35
-        Cost of ridges relative to concave edges, >= 0. It has no effect below `eta_convex`.
+        Cost of ridges relative to concave edges, >= 0. A cost below `eta_convex` has no effect.
     hollows : bool, default True
         Whether the costs of smooth edges are changed on hollow shapes.
 
@@ -537,8 +538,8 @@ def arc_weights(
 ) -> Weighed:
     """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
 
-    `faces` provides the positions and measures of the cells, which may also be points. `normals`
-    are the unit normals of faces, or None to let `_core` compute the normals.
+    `faces` provides the positions and measures of the cells. The cells may also be points.
+    `normals` are the unit normals of faces, or None to let `_core` compute the normals.
     """
     if options.given is not None:
         return Weighed(options.given)
