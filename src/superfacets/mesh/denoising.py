@@ -73,7 +73,7 @@ MOST_AUTO_STEPS = 100
 
 LEAST_EVEN = 0.98
 """A mesh is a regular grid if at least this fraction of its inner vertices belong to an even number
-of faces. The median fraction of the benchmark models is 0.7."""
+of faces. The median of this fraction over the benchmark models is 0.7."""
 
 STEPS_WITH_SLACK = 10
 """Number of smoothing steps below which `slack_of` returns 0."""

@@ -54,7 +54,7 @@ class Corners:
         return self.vertices, offsets, self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the vertices at the corners of the given cells, and CSR offsets of these cells."""
+        """Return the vertices at the corners of `cells`, and the CSR offsets of these cells."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]

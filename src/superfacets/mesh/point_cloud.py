@@ -91,7 +91,7 @@ class PointCloud(Cells):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of points."""
+        """Number of cells. The cells of a cloud are its points."""
         return len(self.points)
 
     @property

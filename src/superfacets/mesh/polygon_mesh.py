@@ -25,7 +25,8 @@ class Triangulation(NamedTuple):
         Triangles on the same vertices. A polygon of n corners becomes n - 2 triangles with the same
         orientation. Triangles are in the order of the polygons.
     sources : ndarray of int32, shape (T,)
-        Polygon of each triangle; ``labels[sources]`` are the labels of the triangles.
+        Polygon that contains each triangle. If ``labels`` are labels of the polygons,
+        ``labels[sources]`` are labels of the triangles.
     """
 
     mesh: Mesh
@@ -85,7 +86,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def of_faces(cls, vertices: npt.ArrayLike, faces: Sequence[Any] | npt.ArrayLike) -> PolygonMesh:
-        """Make a mesh from faces, which are lists of vertices or rows of an array.
+        """Make a mesh from `faces`: lists of vertices, or an array with one face per row.
 
         Examples
         --------
@@ -97,7 +98,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh from new arrays, which are not copied because no other code uses them."""
+        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
@@ -107,7 +108,7 @@ class PolygonMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of faces."""
+        """Number of cells. The cells of this mesh are its faces."""
         return len(self.offsets) - 1
 
     @property

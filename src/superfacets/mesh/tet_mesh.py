@@ -29,7 +29,8 @@ class TetBoundary(NamedTuple):
     mesh : Mesh
         Triangles on the same vertices, counterclockwise seen from outside.
     sources : ndarray of int32, shape (F,)
-        Tetrahedron of each triangle; ``labels[sources]`` are the labels of the triangles.
+        Tetrahedron of each triangle. If ``labels`` are labels of the tetrahedra,
+        ``labels[sources]`` are labels of the triangles.
     """
 
     mesh: Mesh
@@ -78,7 +79,7 @@ class TetMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of tetrahedra."""
+        """Number of cells. The cells of this mesh are its tetrahedra."""
         return len(self.tets)
 
     @property

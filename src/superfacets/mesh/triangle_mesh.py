@@ -56,7 +56,7 @@ class Mesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh from new arrays, which are not copied because no other code uses them."""
+        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
@@ -64,7 +64,7 @@ class Mesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of faces."""
+        """Number of cells. The cells of this mesh are its faces."""
         return len(self.faces)
 
     @property
