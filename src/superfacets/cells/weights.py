@@ -172,8 +172,8 @@ def superfacet_weights(
     where theta is the angle between the normals, eta is 1 on a concave edge and `eta_convex` on a
     convex edge, and d is the diagonal of the bounding box. To classify an edge, the signed height
     of each centroid above the plane of the other face is computed. The edge is concave if the sum
-    of both heights is positive, and convex otherwise. The weights do not change under rigid motion
-    and uniform scaling. Time is linear in the number of arcs.
+    of both heights is positive, and convex otherwise. With the default `crease_length`, the weights
+    do not change under rigid motion and uniform scaling. Time is linear in the number of arcs.
 
     If two neighbors are inconsistently oriented, the normal of one face is flipped when the weight
     of their arc is computed: the normal of the smaller face or, if the areas are equal, of the face
