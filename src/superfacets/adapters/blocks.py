@@ -15,18 +15,19 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""Types of tetrahedra in meshio. The first four nodes are corners; all other nodes are on edges."""
+"""Types of tetrahedra in meshio. The first four nodes of a tetrahedron are its corners; all other
+nodes are on its edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
-"""Number of corners for each type of face in meshio, or None if the number varies. The corners are
-the first nodes of a face."""
+"""Number of corners for each type of face in meshio, or None if faces of this type may have any
+number of corners. The corners are the first nodes of a face."""
 
 _SKIPPED = ("vertex", "line", "line3")
 """Types of cells in meshio that are ignored."""
 
 
 def has_blocks(source: Any) -> bool:
-    """Return whether an object is a meshio mesh; its list of cells may be empty."""
+    """Return whether an object looks like a meshio mesh; its list of blocks may be empty."""
     blocks = getattr(source, "cells", None)
     if not isinstance(blocks, list) or not hasattr(source, "points"):
         return False
@@ -36,9 +37,10 @@ def has_blocks(source: Any) -> bool:
 def cell_blocks(source: Any) -> list[int]:
     """Return the indices of the blocks of a meshio mesh that contain the cells to segment.
 
-    These are all blocks of tetrahedra, or all blocks of faces if the mesh has no tetrahedra. The
-    result is empty if the mesh is a point cloud. Vertices and lines are ignored. Raises a MeshError
-    if a block has cells of any other type, such as hexahedra.
+    The cells to segment are all tetrahedra or, if the mesh has no tetrahedra, all faces. If the
+    mesh has neither tetrahedra nor faces, it is a point cloud, and the result is empty. Blocks of
+    vertices and lines, and empty blocks, are ignored. Raises a MeshError if a block has cells of
+    any other type, such as hexahedra.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}
@@ -51,7 +53,7 @@ def cell_blocks(source: Any) -> list[int]:
 
 
 def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
-    """Return the tetrahedra or the faces of a meshio mesh, in the order of its blocks."""
+    """Return the cells in the blocks that `cell_blocks` finds, in the order of the blocks."""
     blocks = [source.cells[i] for i in cell_blocks(source)]
     if blocks[0].type in _TETS:
         tets = np.concatenate([np.asarray(block.data)[:, :4] for block in blocks])
@@ -65,7 +67,7 @@ def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
 
 
 def _faces_of(block: Any) -> tuple[Array, Array]:
-    """Return CSR offsets and corners of the faces of a block; nodes on edges are left out."""
+    """Return CSR offsets and corners of the faces of a block; other nodes are left out."""
     n_corners = _FACES[block.type]
     if n_corners is None:
         return polygon_arrays(block.data)

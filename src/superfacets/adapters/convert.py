@@ -73,7 +73,8 @@ class _Points(Protocol):  # an Open3D point cloud of either API
 
 
 Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
-"""Array or nested sequence of points. `ArrayLike` would also accept a single number."""
+"""Array or nested sequence of points. `ArrayLike` is not used here, because it also accepts a
+single number."""
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
@@ -91,7 +92,8 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
       Open3D (legacy and tensor API) and meshio (see `cell_blocks`) are recognized by their
       attributes. These libraries are not imported.
 
-    Raises a MeshError if the mesh is not valid, and a TypeError if `source` has another type.
+    Raises a MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is none of
+    the above.
     """
     if isinstance(source, Cells):
         return source
@@ -174,7 +176,7 @@ def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
 
 
 def _shape_of(faces: Any) -> tuple[int, ...] | None:
-    """Return the shape of an array of faces, or None if faces have different numbers of corners."""
+    """Return the shape of an array of faces; None for a ragged list or an array of objects."""
     if isinstance(faces, np.ndarray):
         return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
     try:
@@ -185,7 +187,10 @@ def _shape_of(faces: Any) -> tuple[int, ...] | None:
 
 
 def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
-    """Return the vertices and the faces of a mesh of another library."""
+    """Return the vertices and the faces of a mesh of another library.
+
+    Raises a TypeError if `source` does not have the attributes of a supported class.
+    """
     if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
         return source.vertices, source.faces
     if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy API
@@ -204,9 +209,11 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Return the faces of a PyVista PolyData, as an array (F, n) or as a list of arrays.
+    """Return the faces of a PyVista PolyData.
 
-    In the flat array of a PolyData, the vertices of each face follow its number of corners.
+    The result is an array (F, n) if all faces have n corners, and a list of arrays otherwise. A
+    PolyData stores its faces in one flat array. In this array, each face is its number of corners,
+    followed by its vertices.
     """
     if getattr(source, "n_strips", 0):
         raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")
@@ -239,9 +246,9 @@ def as_cloud(source: CloudLike) -> PointCloud:
     """Convert `source` to a `PointCloud`; a path is read by `read_cloud`.
 
     Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
-    tensor API) and meshio (without faces) are recognized by their attributes. Their points, normals
-    and colors are used. Raises a MeshError if the cloud is not valid, and a TypeError if `source`
-    is not a cloud.
+    tensor API) and meshio (meshes without faces and tetrahedra) are recognized by their attributes.
+    Their points are used, and also their normals and colors if they have any (not for meshio).
+    Raises a MeshError if the cloud is not valid, and a TypeError if `source` is not a cloud.
     """
     if isinstance(source, PointCloud):
         return source

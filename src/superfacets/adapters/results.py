@@ -27,7 +27,7 @@ class Results:
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Pairs of an array to store and the value for cells without a label, keyed by name."""
+        """Arrays to store, each with the value that marks cells without a label, keyed by name."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -63,7 +63,10 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face of a PyVista dataset, after its vertices and lines."""
+    """Return the index of the first face among the cells of a PyVista dataset.
+
+    In a ``PolyData``, vertices and lines come before the faces. In other datasets, the result is 0.
+    """
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
@@ -108,7 +111,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # `visual` is a texture
+    if not hasattr(target.visual, "face_colors"):  # `visual` contains a texture, not colors
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -138,4 +141,5 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Attributes that identify a class of objects, and the function that stores results in it."""
+"""Pairs: the attributes by which a class of another library is recognized, and the function that
+stores results in objects of this class. The first pair with matching attributes is used."""

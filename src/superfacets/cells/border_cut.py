@@ -27,27 +27,28 @@ smoothing, and 4.18, 4.09 and 4.07 after 1, 5 and 7 rounds (lower is better). Mo
 hardly improve the compactness, but would move borders farther from their original position."""
 
 _N_STEPS = 6
-"""Number of diffusion steps per smoothing round. The mean compactness, where lower is better, is
-4.10 with 4 steps and 4.07 with 6 steps. With more than 6 steps, small regions vanish."""
+"""Number of diffusion steps per smoothing round. The mean compactness (lower is better) is 4.10
+with 4 steps, and 4.07 with 6 steps. With more than 6 steps, small regions vanish."""
 
 _N_BALANCES = 6
-"""Number of steps per smoothing round that restore the areas of regions. With 6 steps, the changes
-of the areas of all regions sum to 0.3 % of the total area."""
+"""Number of corrections per smoothing round that restore the areas of regions. With 6 corrections,
+the area changes of all regions sum to 0.3 % of the total area."""
 
 _MARGIN = 0.1
-"""Minimum distance of a cut from both ends of its edge, as a fraction of the edge length. With a
-value of 0.01, the compactness is 0.3 % better, but new faces are thinner."""
+"""Minimum distance between the point where an edge is cut and both ends of the edge, as a fraction
+of the edge length. With a value of 0.01, the compactness is 0.3 % better, but new faces are
+thinner."""
 
 _MOST_CHANGE = 0.15
-"""Maximum relative change of the area of a region. Regions that would change more keep their old
-faces: 7 of 150 regions with this limit, and 12 of 150 regions with a limit of 0.05."""
+"""Maximum change of the area of a region, relative to its area. Regions whose area would change
+more keep their old faces: 7 of 150 regions with this limit, and 12 of 150 with a limit of 0.05."""
 
 _MOST_TOTAL = 0.01
 """Maximum sum of the area changes of all regions, as a fraction of the area of the mesh."""
 
 _MAX_TRIALS = 12
-"""Maximum number of attempts to cut the faces, see `_cut_until_sound`. If the last attempt fails,
-all regions keep their old faces. Most models need 3 to 5 attempts."""
+"""Maximum number of attempts to cut the faces; see `_cut_until_sound`. If all attempts fail, all
+regions keep their old faces. Most models need 3 to 5 attempts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +63,14 @@ class BorderCut:
     labels : ndarray of int32, shape (F',)
         Region of each new face, or -1 if the face is in no region.
     sources : ndarray of int32, shape (F',)
-        Index of the old face that contains each new face, in ascending order. ``values[sources]``
-        maps values of old faces to new faces.
+        Index of the old face that contains each new face. These indices are in ascending order.
+        ``values[sources]`` maps values of old faces to new faces.
     n_old_vertices : int
         Number of vertices of the old mesh.
     is_kept : ndarray of bool, shape (K,)
-        Whether each region keeps its old faces, because smooth borders would disconnect the region
-        or change its area too much.
+        Whether each region keeps its old faces. A region keeps its old faces if smooth borders
+        would remove it, disconnect it or change its area too much. Neighbors of such a region may
+        keep their old faces, too.
     """
 
     mesh: Mesh
@@ -95,48 +97,50 @@ def cut_borders(
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
     Borders between regions follow edges, so they zigzag. This function replaces the borders by
-    smooth curves and cuts the faces along these curves, for example for texture charts, cut-out
-    patterns, printing and pictures. Use `smooth_borders` to change labels but not the mesh.
+    smooth curves, and cuts the faces along these curves. Use it for example for texture charts,
+    cut-out patterns, printing and pictures. To change only labels and keep the mesh, use
+    `smooth_borders`.
 
     Borders in creases and on the boundary of an open mesh do not move. Creases are folds of 75
     degrees or more, folds of 40 degrees or more that continue in a straight line, and edges of
     three or more faces. The area of each region changes by at most 15 %, and the sum of all changes
-    is at most 1 % of the total area, usually 0.3 %. Regions stay connected. If smooth borders would
-    violate these rules, a region keeps its faces; see `BorderCut.is_kept`.
+    is at most 1 % of the total area, usually 0.3 %. Connected regions stay connected. A region for
+    which smooth borders would violate these rules keeps its faces; see `BorderCut.is_kept`.
 
     All faces at an edge are cut at the same point of the edge, so closed meshes stay closed, and
-    seams get no gaps. Cuts are at least a tenth of the edge length away from vertices. A face is
-    cut into at most six parts. In tests, no angle of a part was less than a twentieth of the
-    smallest angle of the face. The result is the same for any number of threads.
+    seams get no gaps. This point is at least a tenth of the edge length away from both ends of the
+    edge. A face is cut into at most six parts. In tests, no angle of a part was less than a
+    twentieth of the smallest angle of the face. The result is the same for any number of threads.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`, but the mesh must have faces. Polygons are triangulated first.
+        Same as in `segment`, but the mesh must have faces. Polygons are triangulated first.
     labels : array_like of int, shape (F,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks faces in no region.
-        Borders between regions and faces in no region are also smoothed.
+        A border between a region and faces in no region is also smoothed.
     weld, n_threads
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     BorderCut
-        The new mesh, and the region and the old face of each new face.
+        The new mesh; for each new face, its region and the old face that contains it.
 
     Raises
     ------
     MeshError
         If the mesh is not valid or has no faces, or if the new mesh would have too many faces.
     ValueError, TypeError
-        If labels are not one integer >= -1 per face, or if a label from 0 to K - 1 is missing.
+        If labels are not one integer >= -1 per face, if a label from 0 to K - 1 is missing, or if
+        all labels are -1.
 
     Notes
     -----
     Time is O(F), plus a constant number of steps for each face near a border. The curves are
-    computed by threshold dynamics with given areas: the indicator function of each region diffuses
-    over the surface, but not across creases. Then each point is assigned to the region with the
-    largest value.
+    computed by threshold dynamics with fixed areas. The indicator function of each region is 1 in
+    the region and 0 elsewhere. It diffuses along the surface, but not across creases. Then each
+    point is assigned to the region whose diffused function is largest there.
 
     References
     ----------
@@ -169,12 +173,12 @@ def cut_borders(
 
 
 _Cut = tuple[Floats, Ints, Ints, Ints]
-"""Vertices, faces, labels of faces, and old face of each face, of a cut mesh."""
+"""Vertices and faces of a cut mesh, and the label and the old face of each of its faces."""
 
 
 @dataclass(frozen=True, eq=False)
 class _RegionsToCut:
-    """Regions whose faces are cut. All faces that are in no region form an additional region."""
+    """Regions whose faces are cut. All faces in no region together form one additional region."""
 
     mesh: Mesh
     labels: Ints  # (F,) region of each face, or n_regions if the face is in no region
@@ -182,14 +186,14 @@ class _RegionsToCut:
     representative: Ints  # (V,) lowest vertex at the same position as each vertex
     weld: bool  # whether vertices at the same position are treated as one vertex
     areas: Floats  # (n_regions + 1,) area of each region
-    n_pieces: Longs  # (n_regions + 1,) number of connected pieces of each region
+    n_pieces: Longs  # (n_regions + 1,) number of connected components of each region
     n_threads: int
 
     @classmethod
     def of(
         cls, mesh: Mesh, labels: Ints, n_regions: int, weld: bool, n_threads: int
     ) -> _RegionsToCut:
-        """Prepare regions for cutting; `labels` are checked, and -1 marks faces in no region."""
+        """Prepare regions for cutting. `labels` must be checked; -1 marks faces in no region."""
         whole = np.where(labels < 0, n_regions, labels).astype(np.int32)
         lowest = lowest_vertices(mesh.vertices, weld, n_threads)
         areas = _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[1]
@@ -198,7 +202,7 @@ class _RegionsToCut:
         return cls(mesh, whole, n_regions, lowest, weld, sums, pieces, n_threads)
 
     def cut(self, is_kept: Bytes) -> _Cut:
-        """Cut faces along smooth borders, except in regions that `is_kept` marks."""
+        """Cut faces along smooth borders, except faces of regions for which `is_kept` is 1."""
         try:
             return _core.cut_borders(
                 self.mesh.vertices,
@@ -213,11 +217,15 @@ class _RegionsToCut:
                 margin=_MARGIN,
                 n_threads=self.n_threads,
             )
-        except ValueError:  # raised by `_core`
+        except ValueError:  # `_core` raises this error for too many faces
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Return whether each region vanished, got more pieces, or changed its area too much."""
+        """Return whether each region has a fault after a cut, shape (n_regions + 1,).
+
+        A region has a fault if it has no faces left, if it has more connected components than
+        before, or if its area changed too much.
+        """
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -229,13 +237,18 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return a limit so that area changes up to it sum to at most `_MOST_TOTAL` of the area."""
+        """Return the largest area change of a region that `_MOST_TOTAL` allows.
+
+        `change` is the area change of each region. All changes up to the result sum to at most
+        `_MOST_TOTAL` times the total area. If even the smallest change is too large, the result is
+        the smallest change. If the sum of all changes is small enough, the result is infinite.
+        """
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def with_neighbors(self, is_chosen: Bools) -> Bools:
-        """Return, for each region, whether it is chosen or shares a vertex with a chosen region."""
+        """Return whether each region is chosen, or has a common vertex with a chosen region."""
         corners = self.representative[self.mesh.faces]
         is_touched = np.zeros(self.mesh.n_vertices, dtype=bool)
         is_touched[corners[is_chosen[self.labels]]] = True
@@ -247,8 +260,9 @@ class _RegionsToCut:
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
     """Cut faces repeatedly until no region has a fault, as defined by `_RegionsToCut.faults`.
 
-    After each attempt, regions with faults keep their old faces, which cannot have faults. In the
-    second half of the attempts, the neighbors of these regions also keep their old faces.
+    After each attempt, regions with faults are marked to keep their old faces. In the second half
+    of the attempts, the neighbors of marked regions are marked, too. Returns the cut mesh, and
+    whether each region keeps its old faces, shape (n_regions,).
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):
@@ -264,7 +278,7 @@ def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
 
 
 def _count_pieces(mesh: Mesh, labels: Ints, n_labels: int, weld: bool, n_threads: int) -> Longs:
-    """Return, for each label, the number of connected pieces of its faces, shape (n_labels,)."""
+    """Return the number of connected components of the faces with each label, (n_labels,)."""
     graph = build_face_graph(mesh, weld=weld, n_threads=n_threads)
     pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, labels)
     of_piece = np.empty(n_pieces, dtype=np.int32)

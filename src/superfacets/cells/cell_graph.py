@@ -1,4 +1,4 @@
-"""Define graphs of cells with weighted arcs, which are the input of the clustering."""
+"""Define graphs of cells with weighted arcs. These graphs are the input of the clustering."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ class ArcMeasures:
         Length of the border between the two cells of each arc.
     step_lengths : array_like, shape (M,), optional
         Distance between the two cells of each arc, without the cost of creases. The default is the
-        distance between their positions.
+        distance between the positions of the two cells.
     angles : array_like, shape (M,), optional
         Signed angle between the normals of the two cells of each arc, in radians from -pi to pi,
         positive if the border is concave. The default is 0.
     sides : array_like of integers, shape (M,), optional
-        Index (>= 0) of the side of the cell that each arc crosses, in ascending order for the arcs
-        of a cell. If three or more cells meet at a side, several arcs of a cell have the same
-        index. By default, each arc crosses a different side.
+        Index (>= 0) of the side by which each arc leaves its cell. The arcs of a cell must be
+        sorted by this index. If three or more cells meet at a side, several arcs of a cell have the
+        same index. By default, each arc crosses a different side.
     open_lengths : array_like, shape (N,), optional
         Length of the part of each cell's border that is not shared with another cell. The default
         is 0.
@@ -61,7 +61,7 @@ class ArcMeasures:
     open_lengths: Floats | None = None
 
     def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
-        """Check the arrays for `n_arcs` arcs with CSR `offsets`, and return read-only copies."""
+        """Check the arrays for a graph with these CSR `offsets`, and return read-only copies."""
         arrays: dict[str, Array] = {}
         for name, n, per in (
             ("border_lengths", n_arcs, "arc"),
@@ -115,7 +115,7 @@ class CsrArcs:
 
 
 class BaseGraph(CsrArcs):
-    """Base class of graphs of cells, which have positions, measures and arcs."""
+    """Base class of graphs of cells. The cells have positions, measures and arcs."""
 
     positions: Floats  # (N, 3) representative point of each cell
     measures: Floats  # (N,) area or volume of each cell
@@ -125,8 +125,9 @@ class BaseGraph(CsrArcs):
     ) -> tuple[Singles, float]:
         """Return the weights of arcs rounded to integers, and the unit of these integers.
 
-        The unit is `spare` (a power of two) times the default unit (see `CellGraph.unit`), so that
-        sums of lengths stay in range when costs are added later.
+        The unit is `spare` times the default unit, which `CellGraph` describes. `spare` is a power
+        of two. If it is larger than 1, the integers are smaller, so that sums of lengths stay in
+        range when costs are added to the lengths later.
         """
         checked_measures(self.measures, self.n_cells, n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)
@@ -140,44 +141,46 @@ class CellGraph(BaseGraph):
 
     Cells are elements of any kind. `FaceGraph.with_weights` makes a `CellGraph` from the faces of a
     mesh. Arcs and weights are copied. Positions and measures are not copied if they are contiguous
-    float64 arrays.
+    float64 arrays, so do not change these arrays while the graph is in use.
 
     Parameters
     ----------
     positions : array_like, shape (N, 3)
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell (volume in three dimensions), finite and >= 0, in the squared unit of the
-        positions. The centroid of a region is the mean position of its cells, weighted by area. The
-        sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of k regions.
+        Area of each cell, finite and >= 0, in the squared unit of the positions; or volume of each
+        cell, if `dimension` is 3. The centroid of a region is the mean position of its cells,
+        weighted by area. The sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of
+        k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
         Target cell of each arc. Arcs are directed. Regions are guaranteed to be connected only if
-        each arc has a reverse arc. Connected components ignore the direction of arcs. Cells without
-        a path from any center become additional regions or, with ``islands="nearest"``, join the
-        nearest region.
+        each arc has a reverse arc. Connected components ignore the direction of arcs. Cells that no
+        path from a center reaches become additional regions or, with ``islands="nearest"``, join
+        the nearest region.
     weights : array_like, shape (M,)
         Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
         Minimum and maximum corner of a box. The parameter ``radius`` is a fraction of its diagonal.
         The default is the bounding box of the positions.
     weight_unit : float, default 1.0
-        Length that a weight of 1 corresponds to, in the unit of the positions. The clean-up of
-        regions needs it. For the graph of a mesh, it is the diagonal of the bounding box.
+        Length that a weight of 1 corresponds to, in the unit of the positions. It is used by the
+        clean-up of regions. For the graph of a mesh, use the diagonal of the bounding box.
     dimension : {2, 3}, default 2
-        2 if measures are areas, 3 if they are volumes. In a volume, the expected radius is the cube
-        root of 3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas.
+        2 if measures are areas, 3 if they are volumes. With 3, the expected radius is the cube root
+        of 3 V / (4 pi k) for a total volume V, and ``border_lengths`` of `ArcMeasures` are areas.
     arc_measures : ArcMeasures, optional
-        Measures of the arcs, which the clean-up of regions and `metrics.compactness` need.
+        Measures of the arcs. The clean-up of regions and `metrics.compactness` need them.
 
     Attributes
     ----------
     lengths : ndarray of float32, shape (M,)
-        The weights, rounded to integer multiples (>= 1) of `unit`. Sums of lengths are exact, so
-        shortest paths do not depend on the order of summation.
+        Weight of each arc divided by `unit` and rounded to an integer, at least 1. Sums of these
+        integers are exact, so shortest paths do not depend on the order of summation.
     unit : float
-        The largest power of two that is at most the sum of all weights divided by 2**47.
+        The largest power of two that is at most the sum of all weights divided by 2**47, or 1 if
+        all weights are 0.
 
     Raises
     ------
@@ -233,7 +236,7 @@ class CellGraph(BaseGraph):
         arc_measures: ArcMeasures | None = None,
         dimension: int = 2,
     ) -> CellGraph:
-        """Make a graph with the given weights from cells and arcs that are already checked."""
+        """Make a graph with these weights from a graph whose cells and arcs are already checked."""
         graph = object.__new__(cls)
         fields = ("positions", "measures", "offsets", "neighbors", "bounds")
         values = {name: getattr(arcs, name) for name in fields}
@@ -247,14 +250,14 @@ class CellGraph(BaseGraph):
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
         refuse_mask(self.weights, "weights")
-        copied = owned(np.asarray(self.weights), None)  # the caller may change its array later
+        copied = owned(np.asarray(self.weights), None)  # because the caller may change its array
         weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of the C++ core, built at the first call and cached."""
+        """Return the graph as an object of `_core`. The first call builds and caches the object."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -262,7 +265,7 @@ class CellGraph(BaseGraph):
         return self._ordered  # type: ignore[return-value]  # is never None here
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the attributes for a copy or pickle, without the cached result of `ordered`."""
+        """Return the attributes to copy or pickle; the cached result of `ordered` is left out."""
         return {**self.__dict__, "_ordered": None}
 
     def __setstate__(self, state: Any) -> None:
@@ -297,6 +300,6 @@ def checked_graph(graph: object) -> CellGraph:
 
 
 def box_diagonal(bounds: Floats) -> float:
-    """Return the length of the diagonal of a box, given its minimum and maximum corner, (2, 3)."""
+    """Return the length of the diagonal of a box from its minimum and maximum corner, (2, 3)."""
     x, y, z = (bounds[1] - bounds[0]).tolist()
     return math.sqrt(x * x + y * y + z * z)

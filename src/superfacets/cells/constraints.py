@@ -1,4 +1,4 @@
-"""Masks, which remove cells from a graph, and barriers, which remove arcs."""
+"""Apply the mask and the barriers of `segment`: a mask removes cells, and barriers remove arcs."""
 
 from __future__ import annotations
 
@@ -26,40 +26,44 @@ from .face_graph import FaceGraph, build_face_graph
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
-"""Group number of cells that may be in one region with cells of any other group."""
+"""Group of cells that may be in a region with cells of any group. See `Cut.groups`."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""Value of `Cut.groups` if there are no barriers."""
+"""Empty value of `Cut.groups`, used if there are no barriers."""
 
 ANGLE_NOISE = 1e-6
-"""Tolerance of angles in radians, larger than the rounding errors caused by float32 positions."""
+"""Tolerance of the minimum angle in `sharp_edges`, in radians. It is larger than the rounding
+errors that positions in float32 cause."""
 
 
 @dataclass(frozen=True)
 class ConstraintOptions:
     """The arguments `mask` and `barriers` of `segment`."""
 
-    mask: Any = None  # (N,) whether each cell is segmented; None for all cells
-    barriers: Any = None  # edges that separate regions, or one number per cell; None: no barriers
+    mask: Any = None  # (N,) whether each cell is segmented; None to segment all cells
+    # Edges that separate regions; or one number per cell, so that no region contains cells with
+    # different numbers; or None if there are no barriers.
+    barriers: Any = None
 
     @property
     def is_used(self) -> bool:
-        """Whether a mask or barriers are given."""
+        """Whether there is a mask or there are barriers."""
         return self.mask is not None or self.barriers is not None
 
     @property
     def params(self) -> dict[str, Any]:
-        """The entries of `Segmentation.params` for the mask and the barriers."""
+        """The entries of `Segmentation.params` that say whether there are a mask and barriers."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
     ) -> Cut | None:
-        """Return the cells and arcs that mask and barriers keep, or None if neither is given.
+        """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
 
-        If the cells of the graph are sorted, `order` is the index of each cell in `source`. Raises
-        a ValueError or TypeError if the mask or the barriers are not valid.
+        A mask removes cells and all of their arcs. Barriers remove only arcs. If the cells of
+        `graph` were sorted, `order` is the index of each cell in `source`, the input mesh. Raises a
+        ValueError or TypeError if the mask or the barriers are not valid.
         """
         if not self.is_used:
             return None
@@ -84,20 +88,20 @@ class ConstraintOptions:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """Part of a graph that a mask and barriers keep. The n kept cells get numbers 0 to n - 1."""
+    """Part of a graph that a mask and barriers keep. The n kept cells are numbered 0 to n - 1."""
 
     n_whole: int  # number of cells of the whole graph, N
-    cells: Ints  # (n,) index in the whole graph of each kept cell, ascending
-    arcs: Longs  # (m,) index in the whole graph of each kept arc, ascending
+    cells: Ints  # (n,) indices of the kept cells in the whole graph, in ascending order
+    arcs: Longs  # (m,) indices of the kept arcs in the whole graph, in ascending order
     offsets: Longs  # (n + 1,) index in `neighbors` of the first arc of each kept cell
     neighbors: Ints  # (m,) number, 0 to n - 1, of the target cell of each kept arc
     groups: Ints
-    """Group of each kept cell, (n,), or empty if there are no barriers. Cells of different groups
-    must not be in one region, unless one of the groups is `ANY_GROUP`."""
+    """Group of each kept cell, (n,), or an empty array if there are no barriers. Cells of different
+    groups must not be in one region, unless one of the groups is `ANY_GROUP`."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
-        """Make a cut from the cells and arcs to keep; both ends of each arc must be kept."""
+        """Make a cut from the cells and arcs to keep; both cells of each kept arc must be kept."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
@@ -112,7 +116,7 @@ class Cut:
         )
 
     def surface_of(self, whole: Surface) -> Surface:
-        """Return the surface of the kept cells, given the surface of all cells."""
+        """Return the surface of the kept cells. `whole` is the surface of all cells."""
         handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
         return Surface(
             handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
@@ -122,8 +126,8 @@ class Cut:
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert indices of cells in the whole graph to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept. If the cells of the graph are sorted, `order` is
-        the index of each cell before sorting, which the message contains.
+        Raises a ValueError if a cell is not kept. If the cells of the graph were sorted, `order` is
+        the index of each cell before sorting. The message then contains this index.
         """
         given = checked_seeds(cells, self.n_whole, name)
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -135,7 +139,7 @@ class Cut:
         return found.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Convert labels of kept cells to labels of all cells; all other cells get -1."""
+        """Convert labels of kept cells to labels of all cells; cells that are not kept get -1."""
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
@@ -144,34 +148,35 @@ class Cut:
 def sharp_edges(
     mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
 ) -> Ints:
-    """Return edges between faces that meet at a large angle, to use as `barriers` of `segment`.
+    """Return the sharp edges of a mesh, to use as `barriers` of `segment`.
 
-    With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth face of a CAD part.
-    Faces that meet tangentially, such as a flat side and its fillet, stay one region. If a line of
-    sharp edges ends inside a face, the region extends around the end of the line.
+    An edge is sharp if its faces meet at a large angle. With these barriers, ``segment(mesh, 1,
+    ...)`` makes one region per smooth surface of a CAD part. Surfaces that meet tangentially, such
+    as a flat side and its fillet, are in one region. If a line of sharp edges ends inside a smooth
+    surface, one region covers both sides of the line.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     angle : float, default 30
-        Angle in degrees between the normals of the faces, above 0 and at most 180. Convex and
-        concave edges with at least this angle are sharp. A flat edge has 0 degrees, and the edges
-        of a cube have 90.
+        Minimum angle of sharp edges, in degrees, above 0 and at most 180. The angle of an edge is
+        the angle between the normals of its faces: 0 on a flat surface, and 90 at the edges of a
+        cube. Both convex and concave edges can be sharp.
     weld, n_threads
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ndarray of int32, shape (E, 2)
-        The two vertices of each edge, with the lower vertex first. Edges are in ascending order. If
-        several vertices are at the same position, the lowest is used. Edges of three or more faces
-        are always sharp. Boundary edges are never sharp.
+        The two vertices of each sharp edge, with the lower vertex first. Edges are sorted. If
+        vertices at the same position are welded, the lowest of these vertices is used. Edges of
+        three or more faces are always sharp. Boundary edges are never sharp.
 
     Raises
     ------
     MeshError
-        If `mesh` has no faces.
+        If the mesh is not valid or has no faces.
     ValueError, TypeError
         If `angle` is not a number above 0 and at most 180.
 
@@ -189,10 +194,12 @@ def sharp_edges(
 def sharp_edges_inside(
     mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
 ) -> Floats:
-    """Return the fraction of the total length of sharp edges that is inside each region, (K,).
+    """Return, for each region, the length of sharp edges inside it, (K,).
 
-    An edge is inside a region if two faces of the region share the edge. `labels` is the region of
-    each face, or -1. See `sharp_edges` for the other parameters.
+    The lengths are fractions of the total length of all sharp edges, or 0 if there are none. An
+    edge is inside a region if two faces of the region share the edge. `labels` is the region of
+    each face, or -1 for faces in no region. `mesh`, `angle` and `n_threads` are the same as in
+    `sharp_edges`.
     """
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
     n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
@@ -205,7 +212,10 @@ def sharp_edges_inside(
 def _sharp_sides(
     mesh: MeshLike, angle: float, weld: bool, n_threads: int | None
 ) -> tuple[Longs, Ints]:
-    """Return, for each arc across a sharp edge, the key of the edge and both faces of the arc."""
+    """Return, for each arc across a sharp edge, the key of the edge, and both faces of the arc.
+
+    See `_keys_of` for the keys.
+    """
     angle = checked_number(angle, "angle", zero=False)
     if angle > 180:
         raise ValueError(f"angle must be at most 180, got {angle:g}")
@@ -225,7 +235,7 @@ def _sharp_sides(
 
 
 def in_order(values: Array, order: Ints | None) -> Array:
-    """Return ``values[order]``, or `values` if `order` is None."""
+    """Return ``values[order]``, or `values` unchanged if `order` is None."""
     return values if order is None else values[order]
 
 
@@ -238,7 +248,7 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
 
 
 def _checked_sides(barriers: Any, n_cells: int) -> Ints:
-    """Check barriers that are one number per cell, and replace the numbers by 0, 1, 2, ..."""
+    """Check barriers in the form of one number per cell, and replace the numbers by 0, 1, 2, ..."""
     given = np.asarray(barriers)
     if given.dtype.kind not in "iub":
         raise TypeError(f"barriers must contain integers, got {given.dtype}")
@@ -255,7 +265,11 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Return whether each arc crosses an edge in `barriers`; `arcs` is (graph, graph.sources)."""
+    """Return whether each arc crosses an edge in `barriers`.
+
+    `arcs` is the pair (graph, ``graph.sources``). If the faces of the graph were sorted, `order` is
+    the index of each face in `source`.
+    """
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
@@ -272,7 +286,8 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # a superset, filtered below
+    # Sides whose two ends both belong to barriers; other edges are removed below.
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
@@ -280,28 +295,29 @@ def _crossed_by(
 
 
 def _keys_of(edges: Ints) -> Longs:
-    """Return an integer key for each edge, which does not depend on the order of its two ends."""
+    """Return an integer key for each edge. It does not depend on the order of the two ends."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
 
 def _edges_of(keys: Longs) -> Ints:
-    """Return the two vertices of each edge, (E, 2), the lower vertex first; see `_keys_of`."""
+    """Return the edges with these keys, (E, 2), with the lower vertex first; see `_keys_of`."""
     return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
 
 def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
-    """Return the length of each edge, (E,)."""
+    """Return the length of each edge, (E,); see `_keys_of` for the keys of edges."""
     starts, ends = mesh.vertices[_edges_of(keys).T]
     lengths: Floats = np.linalg.norm(ends - starts, axis=1)
     return lengths
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Return the group of each cell: the index of its piece after barriers cut the graph.
+    """Return the group of each cell: its connected component after barriers cut the graph.
 
-    The group is `ANY_GROUP` if barriers do not divide the connected component of the cell. `before`
-    marks the arcs that the mask keeps, and `after` marks the arcs that also cross no barrier.
+    The group is `ANY_GROUP` if barriers do not divide the component that the cell was in before.
+    `before` marks the arcs that the mask keeps, and `after` marks the arcs that the mask keeps and
+    that cross no barrier.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)

@@ -31,7 +31,7 @@ from .cell_graph import BaseGraph, CellGraph
 
 
 class EdgeCounts(NamedTuple):
-    """Numbers of edges of a mesh, where a shared edge is counted once."""
+    """Numbers of edges of a mesh. An edge that several faces share is counted once."""
 
     edges: int
     """Number of all edges."""
@@ -61,7 +61,7 @@ class FaceGraph(BaseGraph):
         Side of the face that each arc crosses. Side s joins corners s and s + 1, and the last side
         joins the last corner to the first corner.
     same_turn : ndarray of uint8, shape (M,)
-        1 if both faces traverse the common edge in the same direction, which means that they are
+        1 if both faces traverse the common edge in the same direction, so that they are
         inconsistently oriented, and 0 otherwise.
     bounds : ndarray of float64, shape (2, 3)
         Minimum and maximum corner of the bounding box of all vertices of faces.
@@ -136,14 +136,14 @@ class FoundArcs(NamedTuple):
     offsets: Longs  # (F + 1,) index of the first arc of each face
     neighbors: Ints  # (M,) face at the end of each arc
     sides: Array  # (M,) side of the start face that each arc crosses
-    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction
+    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction, 0 otherwise
     counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
 
 
 def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     """Return the arcs between faces that share an edge; `lowest` comes from `lowest_vertices`.
 
-    Raises a MeshError if there are too many arcs, because too many faces share edges.
+    Raises a MeshError if there are too many arcs; see `build_face_graph`.
     """
     corners = corners_of(mesh)
     if corners.offsets is None:
@@ -169,7 +169,8 @@ def surface_of_faces(
     """Make the object of `_core` that computes lengths and angles of the arcs between faces.
 
     If `is_inside_out` is true, concave and convex edges are swapped. Raises a ValueError if the
-    arcs were built for polygons but the mesh has triangles, or for faces with more sides.
+    arcs do not fit the mesh: they were built from triangles and the mesh is a `PolygonMesh`, or
+    vice versa, or they refer to sides that the faces do not have.
     """
     corners, is_of_triangles = corners_of(mesh), arcs.sides.dtype == np.uint8
     if corners.offsets is None:
@@ -192,27 +193,28 @@ def build_face_graph(
 ) -> FaceGraph:
     """Return the graph of the faces of a mesh, with arcs between faces that share an edge.
 
-    All pairs of faces at a non-manifold edge are neighbors. A boundary edge has no arc. Faces that
-    share two edges have two arcs in each direction. A side with two equal vertices is not an edge,
-    and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor. Time
-    and memory are linear in the number of faces and arcs.
+    All pairs of faces at a non-manifold edge are neighbors. A boundary edge has no arc. Two faces
+    that share two edges are joined by two arcs in each direction. A side whose two corners are the
+    same vertex is not an edge, and no face is its own neighbor. The arcs of a face are sorted by
+    side, then by neighbor. Time and memory are linear in the number of faces and arcs.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     weld : bool, default True
-        Whether vertices at exactly the same position are treated as one vertex, so that triangle
-        soup and meshes with seams are connected. If False, only faces with common vertex indices
-        are neighbors.
+        Whether vertices at exactly the same position are treated as one vertex. Without welding,
+        triangle soup and meshes with seams are disconnected, because only faces with common vertex
+        indices are neighbors.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Raises
     ------
     MeshError
-        If there are more than 16 arcs per face on average and more than 2**24 arcs in total, for
-        example if five thousand faces share one edge.
+        If the mesh is not valid or has no faces, or if there are more than 16 arcs per face on
+        average and more than 2**24 arcs in total. This happens for example if five thousand faces
+        share one edge.
 
     Examples
     --------
@@ -231,7 +233,7 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Normals and lengths of faces, which are not in the graph, because only weights need them."""
+    """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
 
     normals: Floats | None
     """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
@@ -240,7 +242,7 @@ class FaceShapes(NamedTuple):
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and the `FaceShapes` computed in the same pass."""
+    """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
@@ -260,9 +262,10 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
-    """Return offsets, neighbors and labels of some triangles, including all at region borders.
+    """Return a graph of some triangles, including all triangles at borders of regions.
 
-    This is much faster than building the whole graph, because most triangles are not at borders.
+    The result is offsets and neighbors in CSR form, and the label of each of these triangles. This
+    is much faster than building the whole graph, because most triangles are not at borders.
     """
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
@@ -272,7 +275,7 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, In
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)
     is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
     first, second, third = is_shared[corners].T
-    # Both ends of a border edge are shared vertices: they belong to faces with different labels.
+    # At both ends of a border edge, there are faces with different labels, so `is_shared` is true.
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]

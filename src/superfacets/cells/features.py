@@ -1,4 +1,4 @@
-"""Features of cells, such as colors, whose differences are added to the weights of arcs."""
+"""Features of cells, such as colors. Costs of feature differences are added to arc weights."""
 
 from __future__ import annotations
 
@@ -23,11 +23,15 @@ borders of 200 regions contain 70 % of the image edges with a weight of 5, and 7
 
 @dataclass(frozen=True, eq=False)
 class FeatureTable:
-    """Features whose columns are scaled in groups, such as the three coordinates of a color."""
+    """Features of cells, and the groups of columns that are scaled by a common factor.
+
+    For example, the three coordinates of a color are a group.
+    """
 
     values: Floats  # (N, F) features of each cell
     groups: tuple[tuple[int, float], ...]
-    """For each group: number of columns, and lower bound of the standard deviation of the group."""
+    """For each group of consecutive columns: number of columns, and lower bound of the standard
+    deviation that the columns are divided by."""
 
     def __getitem__(self, rows: Any) -> FeatureTable:
         return FeatureTable(self.values[rows], self.groups)
@@ -37,13 +41,13 @@ class FeatureTable:
 class FeatureOptions:
     """The arguments `features`, `feature_weight` and `scale_features` of `segment`."""
 
-    given: Any = None  # features as numbers or names; None if there are no features
+    given: Any = None  # numbers, or names of features; None if there are no features
     weight: float = 0.0  # cost of a difference of 1, as a multiple of the expected region radius
     is_scaled: bool = True  # whether features are divided by their standard deviations
 
     @classmethod
     def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
-        """Check all arguments except the features, which are checked after the mesh is read."""
+        """Check all arguments except the features. These are checked after the mesh is read."""
         weight = checked_number(feature_weight, "feature_weight", zero=True)
         if isinstance(features, str):
             features = (features,)
@@ -51,7 +55,10 @@ class FeatureOptions:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of features; empty if features are numbers."""
+        """Names of features; empty if features are numbers or there are none.
+
+        Raises a TypeError if features contain both names and numbers.
+        """
         given = self.given
         if isinstance(given, (list, tuple)) and given and isinstance(given[0], str):
             if not all(isinstance(name, str) for name in given):
@@ -74,9 +81,10 @@ class FeatureOptions:
     def steps(
         self, source: Any, measures: Floats, n_threads: int, order: Ints | None = None
     ) -> FeatureSteps | None:
-        """Return an object that adds costs of features to weights, or None if there are no costs.
+        """Return an object that adds costs of feature differences to the weights of arcs.
 
-        If the cells are sorted, `order` is the index of each cell in `source`. Raises a ValueError
+        The result is None if there are no features or their weight is 0. If the cells were sorted,
+        `order` is the index of each cell in `source`, the input mesh or cloud. Raises a ValueError
         if features are not finite, or do not have one row per cell or per vertex.
         """
         table = self.table(source, measures, order)
@@ -85,7 +93,7 @@ class FeatureOptions:
         return FeatureSteps(table, self.weight, n_threads)
 
     def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
-        """Return features of all cells, (N, F), scaled if `is_scaled`; None if there are none."""
+        """Return features of all cells, (N, F), scaled if `is_scaled`; None without features."""
         if self.given is None:
             return None
         given, groups = self.given, None
@@ -101,7 +109,7 @@ class FeatureOptions:
 
 @dataclass(frozen=True, eq=False)
 class FeatureSteps:
-    """Features of cells, whose differences along arcs are added to the weights of the arcs."""
+    """Features of cells, to add the cost of the feature difference along each arc to its weight."""
 
     features: Floats  # (N, F) features of each cell
     weight: float  # cost of a difference of 1, as a multiple of the expected region radius
@@ -110,7 +118,7 @@ class FeatureSteps:
     def added(self, weights: npt.ArrayLike, graph: Surface | CellGraph, radius: float) -> Floats:
         """Return the weights of a graph plus the costs of feature differences.
 
-        `radius` is the expected radius of regions, to which the costs are proportional.
+        `radius` is the expected radius of regions. The costs are proportional to `radius`.
         """
         factor = self.weight * (radius / graph.weight_unit)
         given = exact_doubles(np.asarray(weights))
@@ -148,9 +156,9 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
     """Return the scale factor of each column: 1 / the standard deviation of its group of columns.
 
-    The factor of constant groups is 0. Cells are weighted by area, or equally if all areas are 0.
-    The deviation of a group is the larger of its lower bound in `groups` and the root mean square
-    of the deviations of its columns.
+    The deviation of a group is the root mean square of the standard deviations of its columns, or
+    its lower bound in `groups` if this is larger. If all columns of a group are constant, its
+    factor is 0. Cells are weighted by area, or equally if all areas are 0.
     """
     total = float(measures.sum())
     weights = measures / total if total > 0 else np.full(len(measures), 1 / len(measures))

@@ -26,7 +26,8 @@ from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 
 _VOLUME_NOISE = 4e-16
-"""Volumes of at most this fraction of the cubed longest edge are treated as rounding errors."""
+"""A tetrahedron is flat if its volume is at most this fraction of the cube of its longest edge at
+corner 0. Smaller volumes are treated as rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class MeshInfo:
     n_components: int
     """Number of connected components of the graph of faces."""
     n_edges: int
-    """Number of edges, where an edge that faces share is counted once."""
+    """Number of edges. An edge that several faces share is counted once."""
     n_boundary_edges: int
     """Number of edges that belong to exactly one face."""
     n_nonmanifold_edges: int
@@ -77,7 +78,7 @@ class TetInfo:
     n_components: int
     """Number of connected components of the graph of tetrahedra."""
     n_triangles: int
-    """Number of triangles, where a triangle that tetrahedra share is counted once."""
+    """Number of triangles. A triangle that several tetrahedra share is counted once."""
     n_boundary_triangles: int
     """Number of triangles that belong to exactly one tetrahedron."""
     n_nonmanifold_triangles: int
@@ -85,7 +86,7 @@ class TetInfo:
     n_flat_tets: int
     """Number of tetrahedra whose volume is 0, up to rounding errors."""
     n_turned_tets: int
-    """Number of tetrahedra with a negative signed volume, which means that they are inverted."""
+    """Number of inverted tetrahedra: their signed volume is negative."""
     volume: float
     """Total volume, in the cubed unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -103,7 +104,7 @@ class CloudInfo:
     n_positions: int
     """Number of different positions of points."""
     n_components: int
-    """Number of connected components of the graph of points, see `build_point_graph`."""
+    """Number of connected components of the graph of points; see `build_point_graph`."""
     n_isolated: int
     """Number of points that have no arcs in the graph of points."""
     has_normals: bool
@@ -112,9 +113,9 @@ class CloudInfo:
     """Whether concave and convex creases can be distinguished. This is possible if the cloud has
     normals or viewpoints, or if the cloud is closed, because estimated normals then point out."""
     has_axes: bool
-    """Whether the cloud has axes, which are normals of unknown sign."""
+    """Whether the cloud has axes: normals of unknown sign."""
     has_viewpoints: bool
-    """Whether the cloud has viewpoints, which are positions of the scanner."""
+    """Whether the cloud has viewpoints: positions of the scanner."""
     has_colors: bool
     """Whether the cloud has colors that are not all black. Many files store black for no color."""
     are_colors_zero: bool
@@ -122,7 +123,7 @@ class CloudInfo:
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
-    """Typical distance between neighbors: the square root of the median area around a point."""
+    """Typical distance between neighbors: the square root of the median area around one point."""
     area: float
     """Sum of the areas around the points, in the squared unit of the points."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -134,13 +135,15 @@ class CloudInfo:
 def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     """Return counts and sizes of a mesh: a `TetInfo` for tetrahedra, a `MeshInfo` otherwise.
 
+    Raises a MeshError for a point cloud; use `cloud_info` instead.
+
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     weld : bool, default True
-        Whether vertices at exactly the same position are treated as one vertex when edges are
-        counted.
+        Whether vertices at exactly the same position are treated as one vertex when edges,
+        triangles of tetrahedra, and components are counted.
 
     Examples
     --------
@@ -162,7 +165,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`.
+        Same as in `segment`.
 
     Examples
     --------
@@ -174,7 +177,10 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
 
 
 def facts_of(cells: Cells, *, weld: bool = True) -> Any:
-    """Return counts and sizes of a mesh or a point cloud, as `mesh_info` or `cloud_info` does."""
+    """Return counts and sizes of a mesh or a point cloud, as `mesh_info` or `cloud_info` does.
+
+    Raises a MeshError for cells of a kind without such a function.
+    """
     kind = kind_of(cells)
     if kind.name not in _FACTS:
         raise MeshError(f"counts and sizes are not available for {kind.plural}")

@@ -1,8 +1,8 @@
 """Define the operations that depend on the kind of cells, for example triangles or points.
 
-To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. File
-formats and counts are optional; add them to the tables in `export.cells` and `cells.info`, with the
-name of the kind as key.
+To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. To
+also support file formats and counts, add functions to the tables in `export.cells` and
+`cells.info`, with `Kind.name` as key.
 """
 
 from __future__ import annotations
@@ -46,22 +46,26 @@ from .tet_graph import TetGraph, build_tet_graph, tet_surface
 from .weights import Weighed, WeightOptions, arc_weights, step_weights
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
-"""For each query point: index of the nearest cell, distance, and nearest point of the cell."""
+"""Three arrays, each with one entry per query point: index of the nearest cell, distance to this
+cell, and the point of this cell that is nearest to the query point."""
 
 
 class Outside(NamedTuple):
-    """Faces that are drawn in pictures to show cells, such as the boundary of tetrahedra."""
+    """Faces to draw in pictures of cells, such as the boundary of tetrahedra."""
 
     mesh: FaceMesh
     sources: Ints | None  # (F,) cell that each face belongs to; None if the faces are the cells
 
 
 class OrderedCells(NamedTuple):
-    """Cells and their graph, in input order or sorted for speed."""
+    """Cells and their graph, in input order or sorted along a space-filling curve for speed.
+
+    For a point cloud, only the graph is sorted.
+    """
 
     cells: Any  # mesh or cloud of the same class as the input
-    graph: Any  # `BaseGraph` of `cells`
-    shapes: Any  # additional measures from which weights are computed; None if there are none
+    graph: Any  # `BaseGraph` of the cells
+    shapes: Any  # second result of `Kind.build_graph`, for example `FaceShapes`, or None
     order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
@@ -73,11 +77,11 @@ class Kind:
     """
 
     name: ClassVar[str] = "cells"
-    """Name of the kind, which is a key in tables of other modules."""
+    """Name of the kind. It is a key in tables of other modules."""
     noun: ClassVar[str] = "cell"
-    """Noun for one cell in messages that count cells, where an "s" is appended for the plural."""
+    """Noun for one cell in messages that count cells. For the plural, an "s" is appended."""
     plural: ClassVar[str] = "cells"
-    """Plural noun for cells in messages that do not count cells."""
+    """Plural noun in messages that do not count cells. It may differ from `noun` plus "s"."""
     dimension: ClassVar[int] = 2
     """2 if measures are areas, 3 if they are volumes."""
     has_faces: ClassVar[bool] = False
@@ -86,9 +90,9 @@ class Kind:
     """Whether cells are points of a cloud."""
 
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return the graph of the cells, and additional measures for the computation of weights.
+        """Return the graph of the cells, and additional measures for weights and `sliver_share`.
 
-        The graph is a `BaseGraph`. The second result is None if weights need no other measures.
+        The graph is a `BaseGraph`. The second result is None if there are no additional measures.
         """
         return cells, None
 
@@ -105,21 +109,24 @@ class Kind:
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the `Surface` of the cells, which computes lengths and angles of arcs."""
+        """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the surface without arrays that only the weights depend on, to save memory."""
+        """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
-        """Return the options, with default values changed for the given cells if necessary."""
+        """Return the options; default values are replaced if they do not suit the cells."""
         return options
 
     def weights(
         self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
     ) -> Weighed:
-        """Return one weight per arc; an arc and its reverse arc have the same weight."""
+        """Return one weight per arc, for regions with the expected radius `radius`.
+
+        An arc and its reverse arc have the same weight, unless the caller gave other weights.
+        """
         return step_weights(surface, options, self.plural)
 
     def sliver_share(
@@ -141,7 +148,8 @@ class Kind:
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
         """Return the cell nearest to each query point, its distance, and the nearest point in it.
 
-        The index of the cell is -1 if all cells are farther than `max_distance`.
+        If all cells are farther than `max_distance`, the index of the cell is -1, the distance is
+        infinite, and the point is NaN.
         """
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
@@ -150,7 +158,7 @@ class Kind:
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
-        """Return a cloud of the points with the ascending indices `chosen`.
+        """Return a cloud of the points with the indices `chosen`.
 
         Raises a MeshError if cells are not points. For cells with corners, use `with_corners`.
         """
@@ -160,11 +168,14 @@ class Kind:
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Make a mesh of the class of `cells`; if `bounds` is given, the arrays are not checked."""
+        """Make a mesh of the class of `cells` from new vertices and corners; see `mesh_like`."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for the cells that `keep` marks, or None to draw `cloud`."""
+        """Return the faces to draw in a picture of the cells, or None to draw `cloud` instead.
+
+        For tetrahedra, `keep` marks the cells to draw. For other cells, `keep` is ignored.
+        """
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
@@ -172,7 +183,10 @@ class Kind:
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return arcs and labels of some of the cells, including all cells at region borders."""
+        """Return the arcs between some of the cells, and the labels of these cells.
+
+        All cells at region borders are among them. Arcs are offsets and neighbors in CSR form.
+        """
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
@@ -331,7 +345,7 @@ def kind_of(cells: object) -> Kind:
 
 
 def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
-    """Convert any mesh or cloud with `as_cells`; return a `CellGraph` unchanged."""
+    """Convert a mesh or cloud of any type with `as_cells`; return a `CellGraph` unchanged."""
     return source if isinstance(source, CellGraph) else as_cells(source)
 
 
@@ -343,7 +357,7 @@ def as_surface(
 
 
 def graph_and_surface(cells: Cells | CellGraph, weld: bool, n_threads: int) -> tuple[Any, Surface]:
-    """Return the graph and the `Surface` of cells, which must be a result of `as_known`."""
+    """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`."""
     kind = kind_of(cells)
     graph, _ = kind.build_graph(cells, weld, n_threads)
     return graph, kind.surface(cells, graph, n_threads)

@@ -1,4 +1,4 @@
-"""Return features that users choose by name: attributes in files, or values of the mesh."""
+"""Return features that users choose by name: properties in files, or values of the mesh."""
 
 from __future__ import annotations
 
@@ -31,13 +31,15 @@ def features_of(
 ) -> FeatureTable | None:
     """Return the features with the given names, one row per cell, or None if there are no names.
 
-    - ``"color"`` is red, green and blue from the file. Without colors, it is ``"texture"``.
+    - ``"color"`` is red, green and blue of the cloud or from the file. If there are no such colors
+      but a texture, it is the same as ``"texture"``.
     - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
-      the standard deviation of these colors.
-    - ``"normals"`` and ``"height"`` (z) are computed from the mesh.
+      the standard deviation of the texel colors in a face.
+    - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
     - Any other name is a property of the faces, points or vertices in the file.
 
-    Raises a MeshError for an unknown name; the message lists all available names.
+    Raises a MeshError if a feature is not available. For an unknown name, the message lists the
+    available names.
     """
     if not names:
         return None
@@ -81,11 +83,11 @@ def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
 
 
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
-    """Return red, green and blue of each cell, 0 to 255, or None if the file has no colors.
+    """Return red, green and blue of each cell, 0 to 255, or None if there are no colors.
 
     Files of point clouds store black for missing colors, so None is also returned if all colors are
-    black. Colors of vertices are averaged over the corners of each cell. The largest stored value
-    determines whether colors are in the range 0 to 1, 0 to 255, or 0 to 65535.
+    black. Colors of vertices are averaged over the corners of each cell. The largest value of all
+    cells determines whether colors range from 0 to 1, from 0 to 255, or from 0 to 65535.
     """
     if not _has_color(cells, attributes):
         return None
@@ -121,7 +123,8 @@ def property_of(
 ) -> npt.NDArray[np.float64] | None:
     """Return the values of a property in the file, one per cell, or None if the file lacks it.
 
-    A property of the vertices of a mesh is averaged over the corners of each cell.
+    A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
+    MeshError if the property has more than one number per cell or vertex.
     """
     table = _properties_of((name,), cells, attributes)
     if table is not None and table.shape[1] != 1:
@@ -132,7 +135,11 @@ def property_of(
 def _properties_of(
     names: Sequence[str], cells: Any, attributes: MeshAttributes | None
 ) -> npt.NDArray[np.float64] | None:
-    """Return the named properties in the file as columns, or None if one of them is missing."""
+    """Return the named properties in the file as columns, one row per cell.
+
+    All properties must belong to faces, or all to vertices or points. Otherwise, or if a property
+    is missing, the result is None.
+    """
     of_faces, of_vertices = _stored(attributes)
     for stored in (of_faces, of_vertices):
         if all(name in stored for name in names):
@@ -143,7 +150,7 @@ def _properties_of(
 
 
 def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
-    """Return the names of all available features."""
+    """Return the names of all available features, except features from the texture."""
     kind = kind_of(cells)
     fields = {name for table in stored for name in table}
     has_color = fields.issuperset(_COLORS) or (kind.are_points and cells.colors is not None)
@@ -175,6 +182,9 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Average the rows of `table` over the vertices of each cell; return rows of points as is."""
+    """Return, for each cell, the mean of the rows of `table` over the vertices of the cell.
+
+    The table of a point cloud is returned unchanged.
+    """
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

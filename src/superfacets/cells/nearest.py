@@ -20,7 +20,7 @@ class NearestFaces(NamedTuple):
     ----------
     faces : ndarray of int32, shape (M,)
         Nearest face to each query point, or -1 if all faces are farther than `max_distance`. If
-        several faces have the same distance, the lowest index is returned.
+        several faces are equally near, the face with the lowest index is returned.
     distances : ndarray of float64, shape (M,)
         Distance to the nearest face, in the unit of the mesh; infinite if the face is -1.
     points : ndarray of float64, shape (M, 3)
@@ -44,20 +44,22 @@ def nearest_faces(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`. Degenerate faces are included. A polygon is replaced by the triangles of
-        ``PolygonMesh.triangulate()``.
+        Same as in `segment`. Degenerate faces are included. A polygon is replaced by its triangles
+        from ``PolygonMesh.triangulate()``.
     points : array_like, shape (M, 3), or PointCloud or cloud-like
         Query points with finite coordinates. M may be 0.
     max_distance : float, optional
-        Maximum distance, >= 0, in the unit of the mesh. The default is no limit.
+        Maximum distance between a query point and its nearest face, >= 0, in the unit of the mesh.
+        By default, there is no limit.
     n_threads : int, optional
-        As for `segment`. The result does not depend on the number of threads.
+        Same as in `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     NearestFaces
-        If the nearest point is on an edge or at a vertex, the result is the face with the lowest
-        index at this point.
+        The nearest face, its distance and the nearest point, for each query point. If the nearest
+        point is on an edge or at a vertex, the face with the lowest index at this point is
+        returned.
 
     Raises
     ------
@@ -65,7 +67,7 @@ def nearest_faces(
         If the mesh is not valid or has no faces, or if the points are not finite or do not have
         shape (M, 3).
     ValueError, TypeError
-        If another parameter is out of range or of the wrong type.
+        If `max_distance` or `n_threads` is out of range or of the wrong type.
 
     Notes
     -----
@@ -87,14 +89,14 @@ def nearest_faces(
 
 
 def checked_distance(max_distance: Any) -> float:
-    """Return `max_distance` as float after a check, or infinity if it is None."""
+    """Return `max_distance` as float; infinity for None. Raise an error if it is not valid."""
     if max_distance is None:
         return math.inf
     return checked_number(max_distance, "max_distance", zero=True)
 
 
 def query_points(points: Any) -> Floats:
-    """Return the positions (M, 3) of query points that are given as an array or as a cloud."""
+    """Return the positions (M, 3) of query points. `points` is an array or a cloud."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

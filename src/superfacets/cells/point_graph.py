@@ -1,4 +1,4 @@
-"""Build graphs of the points of a cloud, with areas around points, normals and arc weights."""
+"""Build graphs of the points of a cloud. Compute areas around points, normals, and arc weights."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ N_AROUND = 12
 """Number of nearest neighbors from which the normal of a point is estimated."""
 
 CUTOFF = 4.0
-"""Maximum length of an arc, as a multiple of the square root of the smaller of the areas around its
-two points. For uniformly random points, only one in ten thousand of the six nearest neighbors is
-farther away than 3.3 times this square root."""
+"""Maximum length of an arc, as a multiple of the square root of an area: the smaller of the areas
+around its two points. For uniformly random points, only one in ten thousand of the six nearest
+neighbors is farther away than 3.3 times this square root."""
 
 OPEN_SHARE = 0.05
 """A cloud is treated as an open surface if the length of its area-weighted mean normal exceeds this
@@ -44,16 +44,17 @@ models, because some estimated normals are wrong."""
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(BaseGraph):
-    """Graph of the points of a cloud, with arcs between near points. Arrays are not checked."""
+    """Graph of the points of a cloud, with arcs between near points. Its arrays are not checked."""
 
     positions: Floats  # (N, 3) position of each point
     measures: Floats  # (N,) area around each point
     normals: Floats  # (N, 3) unit normal of each point; 0 if undefined
     offsets: Longs  # (N + 1,) index of the first arc of each point
-    neighbors: Ints  # (M,) target point of each arc, ascending for each start point
-    order: Ints  # (N,) indices of the points, sorted along a space-filling curve
+    neighbors: Ints  # (M,) target point of each arc; in ascending order for each start point
+    order: Ints  # (N,) indices of the points in the order of a space-filling curve
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
-    points: Ints | None = None  # (N,) index of each point in the cloud; None if unsorted
+    # (N,) index of each point in the cloud; None if the points are in the order of the cloud
+    points: Ints | None = None
     knows_turns: bool = True  # whether normals distinguish concave from convex creases
 
 
@@ -81,7 +82,7 @@ class _FoundPoints(NamedTuple):
     neighbors: Ints  # (M,) target point of each arc
     measures: Floats  # (N,) area around each point
     normals: Floats  # (N, 3) estimated normal of each point; empty if the cloud has normals
-    points: Ints  # (N,) input index of each point in the order of a space-filling curve
+    points: Ints  # (N,) input indices of the points in the order of a space-filling curve
     positions: Floats  # (N, 3) sorted positions; empty if the points are in input order
 
 
@@ -120,7 +121,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is probably open, given the area-weighted sum of its normals.
+    """Return whether a surface is probably open. `normal_sum` is weighted by the areas of points.
 
     On open surfaces, estimated normals may point to the wrong side. For example, they point out of
     a room that was scanned from inside, so its concave edges would be treated as convex.
@@ -144,12 +145,12 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return a `Surface` that does not store normals, which saves a tenth of the memory."""
+    """Return a `Surface` without normals. This saves a tenth of the memory."""
     return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a cloud, given its graph."""
+    """Return the `Surface` of a cloud; `graph` is the graph of this cloud."""
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
@@ -170,32 +171,34 @@ def build_point_graph(
     r"""Return the graph of a cloud, with arcs between near points.
 
     Two points are neighbors if one of them is among the `n_neighbors` nearest points of the other,
-    and if their distance is not too large; see `cutoff`. The graph is symmetric. If points are
-    spread evenly, the components of the graph are the components of the sampled surface. Duplicate
-    points are joined to the lowest point at the same position by arcs of length 0, and the area
-    around the position is divided among them.
+    and if their distance is not too large; see `cutoff`. Each arc has a reverse arc. If points are
+    spread evenly, the components of the graph are the components of the sampled surface. Of several
+    points at the same position, only the point with the lowest index has other neighbors. The
+    duplicates are joined to this point by arcs of length 0, and all of these points get an equal
+    part of the area around their position.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`.
+        Same as in `segment`.
     n_neighbors : int, default 6
         Number of nearest neighbors to which each point has an arc. If points have the same
         distance, points with lower indices are used first.
     cutoff : float, default 4.0
-        Maximum length of an arc, > 0, as a multiple of the square root of the smaller of the areas
-        around its two points. The maximum prevents arcs to outliers and across gaps.
+        Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
+        the areas around its two points. The maximum prevents arcs to outliers and across gaps.
     expected_radius : float, default 0.0
-        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points, from which
-        weights are computed as in `crease_weights`. With 0, weights are distances.
+        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points. Weights
+        are computed from it with the formula of `crease_weights`, where the angle of an arc is
+        estimated from the curvature at its two points. With 0, weights are distances.
     alpha, eta_convex
-        As for `crease_weights`.
+        Same as in `crease_weights`.
     ridges : float, default 0.35
-        Cost of ridges relative to concave edges, >= 0. It has no effect below `eta_convex`. A ridge
-        is a sharp edge between two flat sides that meet at 40 degrees or more. If estimated normals
-        blur an edge over more than the expected radius, the edge is not a ridge.
+        Cost of ridges relative to concave edges, >= 0. A cost below `eta_convex` has no effect. A
+        ridge is a convex edge between two flat sides whose normals differ by 40 degrees or more. If
+        estimated normals blur an edge over more than the expected radius, the edge is not a ridge.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
@@ -203,17 +206,19 @@ def build_point_graph(
         ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
         with n neighbors at distances d. The area is 0 for a point without arcs. The estimate is
         unbiased for uniformly random points, 20% too large on a square grid of points, and too
-        large at the boundary of a surface. ``weights`` are in units of the diagonal. In
-        ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d` over its
-        two points, where a is the area around the point, and d are the lengths of its arcs. The
-        border lengths of all arcs that cross a line sum to about the length of the line. The angle
-        of an arc is the angle between the normals of its points, positive if each point is above
-        the tangent plane of the other. For clouds without normals, `estimate_normals` is used.
+        large at the boundary of a surface. ``weights`` are in units of the diagonal of the bounding
+        box. In ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d`
+        over its two points, where a is the area around a point, and d are the lengths of all arcs
+        of this point. The border lengths of all arcs that cross a line sum to about the length of
+        the line. The angle of an arc is the angle between the normals of its points. To determine
+        its sign, the height of each point above the tangent plane of the other point is computed;
+        the angle is positive if the sum of both heights is positive. For clouds without normals,
+        `estimate_normals` is used.
 
     Raises
     ------
     MeshError
-        If the cloud is not valid.
+        If the cloud is not valid, or if all points are at one position.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
@@ -272,27 +277,28 @@ def estimate_normals(
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`. Normals of the cloud are ignored. Axes of the cloud, if there are any, are
-        used as normals of unknown sign.
+        Same as in `segment`. Normals of the cloud are ignored. Axes of the cloud, if there are any,
+        are used as normals of unknown sign.
     n_neighbors : int, default 12
-        Number of nearest neighbors per normal. More neighbors reduce noise, but also blur edges.
+        Number of nearest neighbors from which each normal is estimated. More neighbors reduce
+        noise, but also blur edges.
     viewpoint : array_like, shape (3,), optional
         Position of the scanner. The normals of each component are flipped so that most of its area
         faces the scanner. The normals of a closed component are flipped only if the scanner is
         inside. For terrain, pass a point far above. The default is to use the viewpoints of the
         cloud, if there are any.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ndarray of float64, shape (N, 3)
-        Unit normals, or zero for a point whose neighbors lie on a line.
+        Unit normal of each point; zero for a point whose neighbors lie on a line.
 
     Raises
     ------
     MeshError
-        If the cloud is not valid.
+        If the cloud is not valid, or if all points are at one position.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 

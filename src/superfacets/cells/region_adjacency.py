@@ -22,18 +22,20 @@ from .kinds import as_surface
 from .surface import Surface
 
 _ROUNDING = 1e-14
-"""Variances of at most this fraction of the largest variance of a region are treated as 0."""
+"""Variances of a region along its principal axes are treated as 0 if they are at most this fraction
+of its largest variance."""
 
 _NO_NORMAL = 1e-12
-"""Sums of area vectors are treated as 0 if their length is at most this fraction of the area."""
+"""The sum of the area vectors of a region is treated as 0 if its length is at most this fraction of
+the area of the region."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
     """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
 
-    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, border
-    lengths, perimeters and open lengths are areas.
+    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra,
+    ``border_lengths``, ``perimeters`` and ``open_lengths`` are areas.
 
     Attributes
     ----------
@@ -46,8 +48,8 @@ class RegionGraph:
         Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
         Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
-        `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, cells of a
-        `CellGraph`, regions without area, and regions that are closed surfaces.
+        `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, for cells of a
+        `CellGraph`, and for regions that have no area or are closed surfaces.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of each region along its three principal axes, in descending order.
         Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
@@ -55,19 +57,20 @@ class RegionGraph:
     bounds : ndarray of float64, shape (K, 2, 3)
         Minimum and maximum corner of the bounding box of each region.
     perimeters : ndarray of float64, shape (K,)
-        Length of the border of each region, including its part of the boundary of an open mesh.
+        Length of the border of each region, including its ``open_lengths``.
     open_lengths : ndarray of float64, shape (K,)
-        Length of the boundary edges of an open mesh in each region; 0 for point clouds.
+        Length of the part of each region's border that is on the boundary of an open mesh; 0 for
+        point clouds.
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
-        Representative cell of each region: the given center, or else the cell nearest to the
-        centroid. If several cells are nearest, the lowest index is used.
+        Representative cell of each region: the center passed to `region_graph`, or else the cell
+        nearest to the centroid. If several cells are equally near, the lowest index is used.
     edge_index : ndarray of int32, shape (2, E)
-        The two regions of each pair of neighbors, with the lower region first. Pairs are sorted,
-        and each pair is listed once; `to_pyg` lists both directions.
+        The two regions of each pair of neighbors, with the lower region first. Pairs are sorted.
+        Each pair is listed once; `to_pyg` lists each pair in both directions.
     border_lengths : ndarray of float64, shape (E,)
-        Length of the common border of each pair.
+        Length of the common border of each pair of neighbors.
     mean_angles : ndarray of float64, shape (E,)
         Mean angle between normals along each border, weighted by length, from 0 (flat) to pi.
     max_angles : ndarray of float64, shape (E,)
@@ -75,9 +78,11 @@ class RegionGraph:
         concave and negative if convex.
     concavities : ndarray of float64, shape (E,)
         Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
-        border is in a concave crease, negative on a convex edge, and 0 where the surface is flat.
+        border is in a concave crease, negative if it is on a convex edge, and 0 if the surface is
+        flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges (or triangles of tetrahedra, or point pairs of clouds) of each border.
+        Number of edges that form each border. For tetrahedra, number of triangles; for point
+        clouds, number of pairs of points.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """
@@ -103,7 +108,8 @@ class RegionGraph:
     ARC_VALUES: ClassVar[tuple[str, ...]] = (
         "border_length", "mean_angle", "max_angle", "concavity", "edge_count",
     )  # fmt: skip
-    """Names of the measures of pairs of neighbors, and columns of ``edge_attr`` in `to_pyg`."""
+    """Names of the measures of pairs of neighbors, in the order of the columns of ``edge_attr`` in
+    the result of `to_pyg`."""
 
     REGION_FEATURES: ClassVar[tuple[str, ...]] = (
         "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
@@ -130,34 +136,37 @@ class RegionGraph:
 
     @property
     def linearity(self) -> Floats:
-        """(s0 - s1) / s0 for the `deviations` s, shape (K,): 1 for a line, NaN for a point.
+        """(s0 - s1) / s0 for the `deviations` s0, s1, s2, shape (K,).
 
-        The sum of `linearity`, `planarity` and `sphericity` is 1. As in superpoint networks, these
-        numbers are computed from standard deviations, not from variances.
+        The value is 1 for a line, and NaN for a point. The sum of `linearity`, `planarity` and
+        `sphericity` is 1. As in superpoint networks, these numbers are computed from standard
+        deviations, not from variances.
         """
         first, second, _ = self.deviations.T
         return _ratio(first - second, first)
 
     @property
     def planarity(self) -> Floats:
-        """(s1 - s2) / s0 for the `deviations` s, shape (K,): 1 for a disk, NaN for a point.
+        """(s1 - s2) / s0 for the `deviations` s0, s1, s2, shape (K,).
 
-        The value of a long flat region is low. To find flat regions, use `curvature`.
+        The value is 1 for a disk, low for a long flat region, and NaN for a point. To find flat
+        regions, use `curvature`.
         """
         first, second, third = self.deviations.T
         return _ratio(second - third, first)
 
     @property
     def sphericity(self) -> Floats:
-        """s2 / s0 for the `deviations` s, shape (K,): 1 for a ball, 0 if flat, NaN for a point.
+        """s2 / s0 for the `deviations` s0, s1, s2, shape (K,).
 
-        This number is also called scattering.
+        The value is 1 for a ball, 0 for a flat region, and NaN for a point. It is also called
+        scattering.
         """
         return _ratio(self.deviations[:, 2], self.deviations[:, 0])
 
     @property
     def curvature(self) -> Floats:
-        """s2 / (s0 + s1 + s2) for the `deviations` s, shape (K,).
+        """s2 / (s0 + s1 + s2) for the `deviations` s0, s1, s2, shape (K,).
 
         The value is 0 for a flat region, 1/3 for a ball, and NaN for a point.
         """
@@ -179,11 +188,14 @@ class RegionGraph:
 
     @property
     def is_open(self) -> Bools:
-        """Whether each region touches the boundary of an open mesh, shape (K,)."""
+        """Whether part of the border of each region is on the boundary of an open mesh, (K,)."""
         return self.open_lengths > 0
 
     def neighbors(self, region: int) -> Ints:
-        """Return the neighboring regions of `region`, 0 to K - 1, in ascending order."""
+        """Return the neighboring regions of `region`, in ascending order.
+
+        Raises an IndexError if `region` is not from 0 to K - 1.
+        """
         if not 0 <= region < self.n_regions:
             raise IndexError(f"region must be 0 to {self.n_regions - 1}, got {region}")
         offsets, targets, _ = self._both_ways
@@ -191,7 +203,10 @@ class RegionGraph:
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
-        """CSR offsets, neighbors and pair indices of a graph with both directions of each pair."""
+        """Graph that contains each pair of neighbors in both directions, in CSR form.
+
+        Returns the offsets (K + 1,), and for each arc the target region and the index of its pair.
+        """
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
         counts = np.bincount(sources, minlength=self.n_regions)
@@ -199,16 +214,19 @@ class RegionGraph:
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
     def arc_values(self, name: str) -> Array:
-        """Return one of the measures in `ARC_VALUES` for each pair of neighbors, shape (E,)."""
+        """Return the measure `name` of each pair of neighbors, shape (E,).
+
+        Raises a ValueError if `name` is not in `ARC_VALUES`.
+        """
         checked_choice(name, "value", self.ARC_VALUES)
         plural = "concavities" if name == "concavity" else f"{name}s"
         values: Array = getattr(self, plural)
         return values
 
     def table(self) -> dict[str, Array]:
-        """Return a dict of columns, keyed by name, where each column has one value per region.
+        """Return a dict of columns, keyed by name. Each column has one value per region.
 
-        The column ``"area"`` is called ``"volume"`` for tetrahedra.
+        For tetrahedra, the column ``"area"`` is called ``"volume"``.
         """
         columns: dict[str, Array] = {
             "region": np.arange(self.n_regions),
@@ -241,8 +259,8 @@ class RegionGraph:
     def to_networkx(self) -> Any:
         """Return a ``networkx.Graph`` of regions, with measures of regions and of borders.
 
-        Nodes are 0 to K - 1. Their attributes are the columns of `table`, and the attributes of
-        edges are `ARC_VALUES`. All values are Python numbers.
+        Nodes are 0 to K - 1. Their attributes are the columns of `table`, except ``"region"``. The
+        attributes of edges are the measures in `ARC_VALUES`. All values are Python numbers.
 
         Raises
         ------
@@ -289,9 +307,9 @@ class RegionGraph:
         -------
         dict of str to ndarray
             - ``edge_index``, (2, 2 E) int64: pairs of neighbors in both directions, sorted.
-            - ``edge_attr``, (2 E, 5) float32: the measures `ARC_VALUES` of each pair.
-            - ``pos``, (K, 3) float32: the centroids.
-            - ``x``, (K, 10) float32: the columns `REGION_FEATURES`, with 0 in place of NaN.
+            - ``edge_attr``, (2 E, 5) float32: the measures in `ARC_VALUES` of each pair.
+            - ``pos``, (K, 3) float32: the centroids of regions.
+            - ``x``, (K, 10) float32: the values in `REGION_FEATURES`, with 0 in place of NaN.
             - ``super_index``, (N,) int64: the region of each cell, or -1 for cells in no region.
 
             Numbers that are too large for float32 become infinite.
@@ -331,13 +349,13 @@ def region_graph(
     Parameters
     ----------
     cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells.
+        Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
-        As for `segment`. The result does not depend on `n_threads`.
+        Same as in `segment`. The result does not depend on `n_threads`.
 
     Returns
     -------
@@ -348,18 +366,20 @@ def region_graph(
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If labels are not one integer >= -1 per cell, or if a label from 0 to K - 1 is missing; if
-        centers are not one cell of each region; or if a graph has no `ArcMeasures`.
+        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if
+        all labels are -1. If centers are not one cell of each region. If `cells` is a `CellGraph`
+        without `ArcMeasures`.
 
     Notes
     -----
-    Time is O(N + M + B log B) for B arcs across borders. Borders to cells in no region are part of
-    the perimeter, but not of `edge_index`. An edge of three or more faces is counted once for each
-    pair of regions at the edge, with the mean of the angles between the faces of this pair.
+    Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
+    is part of the perimeter, but has no entry in ``edge_index``. An edge of three or more faces is
+    counted once for each pair of regions at the edge, with the mean of the angles between the faces
+    of these two regions.
 
     Examples
     --------
-    A square of two triangles is folded along its diagonal to a valley of 90 degrees:
+    A square of two triangles is folded along its diagonal by 90 degrees, to a valley:
 
     >>> from superfacets import Mesh
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
@@ -410,9 +430,10 @@ def region_graph_of(
 
 
 def _deviations(squares: Floats, products: Floats) -> Floats:
-    """Return the square roots of the eigenvalues of covariance matrices, shape (K, 3), descending.
+    """Return the square roots of the eigenvalues of K covariance matrices, shape (K, 3).
 
-    `squares` are the entries xx, yy and zz of each matrix, and `products` are xy, xz and yz.
+    Each row is in descending order. `squares` are the entries xx, yy and zz of each matrix, and
+    `products` are the entries xy, xz and yz.
     """
     xx, yy, zz = squares.T
     xy, xz, yz = products.T

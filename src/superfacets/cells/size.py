@@ -15,25 +15,26 @@ from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 
 DEFAULT_N_SEGMENTS = 150
-"""Number of regions if neither `n_segments` nor `radius` is given. The paper uses this number."""
+"""Number of regions if `segment` is called without `n_segments`, `radius` and seeds. The paper uses
+this number."""
 
 
 class RegionSize(NamedTuple):
     """Expected number and radius of regions."""
 
     n_segments: int
-    """Number k of regions, as given by the caller, or computed from the radius r."""
+    """Number k of regions: set by the caller, or the number of seeds, or computed from r."""
     radius: float
-    """Radius r in the unit of the positions, as given by the caller, or as in `radius_of`."""
+    """Radius r in the unit of the positions: set by the caller, or computed as in `radius_of`."""
 
 
 def region_size(
     options: SizeOptions, measures: Floats, diagonal: float, n_threads: int, dimension: int = 2
 ) -> RegionSize:
-    """Return the expected number and radius of regions for cells with the given measures.
+    """Return the expected number and radius of regions for cells with these measures.
 
-    Regions are modeled as disks if measures are areas, and as balls if measures are volumes. The
-    radius in `options` is a fraction of `diagonal`.
+    Regions are modeled as disks if measures are areas (`dimension` is 2), and as balls if measures
+    are volumes (`dimension` is 3). ``options.radius`` is a fraction of `diagonal`.
     """
     total = _core.sum_of(measures, n_threads)
     return size_of_total(options, len(measures), total, diagonal, dimension)
@@ -42,7 +43,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Return the result of `region_size`, given the number of cells and the sum of all measures."""
+    """Return the result of `region_size` for `n_cells` cells whose measures sum to `total`."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)
@@ -62,7 +63,10 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Return the checked number of regions; for None, the default number, at most `n_cells`."""
+    """Return `n_segments` after checking that it is from 1 to `n_cells`.
+
+    For None, the result is `DEFAULT_N_SEGMENTS` or `n_cells`, whichever is smaller.
+    """
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
@@ -71,7 +75,7 @@ def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces"
 def radius_of(measures: Floats, n_regions: int, n_threads: int, dimension: int = 2) -> float:
     """Return the radius sqrt(A / (pi k)) of a disk with the mean area of k regions.
 
-    In a volume, return the radius of a ball instead, the cube root of 3 V / (4 pi k).
+    If measures are volumes, return the radius of a ball instead: the cube root of 3 V / (4 pi k).
     """
     return _radius_of_total(_core.sum_of(measures, n_threads), n_regions, dimension)
 
@@ -94,13 +98,14 @@ MAX_SHARE = 0.1
 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and 500),
 and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with a maximum
 edge of r / 4 improves (lowers) the compactness by a factor of 1.2 or more. `segment` warns in 26 of
-these cases, including all CAD parts. The largest factor without a warning is 1.4. `segment` also
-warns in 7 of the other 158 cases, where the factors are 1.09 to 1.18."""
+these cases, including all CAD parts. Without a warning, the largest factor is 1.4. `segment` also
+warns in 7 of the remaining 158 cases; the factors of these 7 cases are 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
-"""Recommended maximum edge, as a multiple of the expected radius r. The median compactness (lower
-is better) of 11 CAD parts with 150 regions is 10.7. After subdivision with a maximum edge of r,
-r / 2 and r / 4, it is 8.1, 7.5 and 6.6. If this maximum is halved, the number of faces triples."""
+"""Recommended maximum edge length for `subdivide`, as a multiple of the expected radius r. The
+median compactness (lower is better) of 11 CAD parts with 150 regions is 10.7. After subdivision
+with a maximum edge of r, r / 2 and r / 4, it is 8.1, 7.5 and 6.6. If the maximum edge is halved,
+the number of faces triples."""
 
 
 def sliver_share(
@@ -108,8 +113,9 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    The result is 0 if all faces have area 0. If `longest` (see `FaceShapes.longest`) is not None,
-    blocks of faces without long sides are skipped to save time.
+    `radius` is r, the expected radius of regions. The result is 0 if all faces have area 0. If
+    `longest` (see `FaceShapes.longest`) is not None, blocks of faces without long sides are skipped
+    to save time.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:
@@ -120,14 +126,18 @@ def sliver_share(
 
 
 def sliver_area_for_radius(mesh: FaceMesh, radius: float, n_threads: int) -> float:
-    """Return the total area of the faces longer than 2 r and thinner than r / 2."""
+    """Return the total area of the faces longer than 2 r and thinner than r / 2, for radius r."""
     _, areas, _, longest = measure_shapes(mesh, n_threads)
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
     return sliver_area(mesh, areas, longest, *limits, n_threads)
 
 
 def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:
-    """Return the recommended maximum edge length, given the number or the radius of regions."""
+    """Return the recommended maximum edge length for `subdivide`.
+
+    `n_segments` and `radius` are arguments of `segment`. If both are None, the default number of
+    regions is used.
+    """
     threads = checked_threads(None)
     if radius is not None:
         low, high = mesh.bounds
@@ -137,7 +147,7 @@ def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | Non
 
 
 def sliver_note(share: float, advice: str) -> str | None:
-    """Return a warning if the fraction `share` of area in thin faces is large, or else None."""
+    """Return a warning if `share`, from `sliver_share`, is above `MAX_SHARE`, or else None."""
     if share <= MAX_SHARE:
         return None
     return (

@@ -16,26 +16,29 @@ MIN_CELLS = 1 << 17
 """Minimum number of cells for sorting. Smaller meshes fit into the processor cache anyway."""
 
 MOST_FAR = 1 / 3
-"""Value of `far_steps` above which cells are sorted. Compared with sorted faces, the run time for a
-million faces is 1.7 times as long with shuffled faces, 1.4 times with shuffled pairs of faces, and
-1.3 times with shuffled vertices. Sorting takes 15 % of the run time. Meshes from scanners and from
-subdivision have values below 0.3, so they are not sorted."""
+"""Value of `far_steps` above which cells are sorted. On a mesh of a million faces, the run time is
+1.7 times as long with shuffled faces as with sorted faces, 1.4 times with shuffled pairs of faces,
+and 1.3 times with shuffled vertices. Sorting takes 15 % of the run time. Meshes from scanners and
+from subdivision have values below 0.3, so they are not sorted."""
 
 N_STEPS = 512
 """Number of sampled pairs in `far_steps`. The standard error of its result is then below 0.023."""
 
 
 class SortedCorners(NamedTuple):
-    """Vertices and corners of a mesh, both sorted along a space-filling curve."""
+    """Vertices and cells of a mesh, both sorted along a space-filling curve."""
 
     vertices: Floats  # (V', 3) sorted positions, without duplicates if vertices were welded
-    corners: Ints  # (C,) sorted vertex at each corner, grouped by cell
-    offsets: Longs  # (N + 1,) first corner of each cell; empty if all have the same size
-    order: Ints  # (N,) index of each sorted cell in the input
+    corners: Ints  # (C,) vertex at each corner, as an index in `vertices`, grouped by sorted cell
+    offsets: Longs  # (N + 1,) first corner of each sorted cell; empty if `Corners.size` is not None
+    order: Ints  # (N,) index in the input of each sorted cell
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Return whether consecutive cells or vertices are often far apart; False for small meshes."""
+    """Return whether consecutive cells, or consecutive vertices, are often far apart.
+
+    For meshes with fewer than `MIN_CELLS` cells, the result is False.
+    """
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
@@ -55,8 +58,9 @@ def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: in
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
     """Estimate the fraction, 0 to 1, of pairs of consecutive elements that are far apart.
 
-    A pair is far apart if its distance is more than a quarter of the median distance between two
-    random elements. `positions_of` returns the positions of elements with the given indices.
+    Two elements are far apart if their distance is more than a quarter of the median distance
+    between two random elements. `n` is the number of elements. `positions_of` is a function that
+    returns the positions of elements, given their indices.
     """
     firsts = spread_indices(N_STEPS, n - 1)
     here = positions_of(firsts)

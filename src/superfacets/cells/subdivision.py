@@ -29,11 +29,13 @@ MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
 
 MAX_GROWTH = 4
-"""Default maximum number of new faces per old face, if this allows more than `MAX_FACES` faces."""
+"""Default maximum number of new faces per old face, for meshes for which this maximum allows more
+than `MAX_FACES` new faces."""
 
 RESOLUTION = 1e-12
-"""Minimum of `max_edge`, as a fraction of the largest coordinate. This is 4,500 times the float64
-epsilon. Midpoints of shorter edges have large rounding errors, so bisection might not end."""
+"""Minimum of `max_edge`, as a fraction of the largest absolute coordinate. This is 4,500 times the
+float64 epsilon. Midpoints of shorter edges have large rounding errors, so bisection might not
+end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +48,14 @@ class Subdivision:
         Vertices are the old vertices in their order, followed by midpoints. Faces are the parts of
         old face 0, of old face 1, and so on, with the orientation of the old face.
     sources : ndarray of int32, shape (F,)
-        Index of the old face that contains each new face, in ascending order.
+        Index of the old face that contains each new face. These indices are in ascending order.
     depths : ndarray of uint8, shape (F,)
         Number of bisections that made each new face. The area of a new face is ``2.0**-depth``
-        times the area of its old face or, for polygons, of the triangle that was bisected.
+        times the area of its old face. Polygons are first cut into triangles; for polygons, it is
+        ``2.0**-depth`` times the area of the triangle that contains the new face.
     cut_areas : ndarray of float64, shape (F,), optional
-        If the old mesh has polygons, area of the triangle whose bisection made each new face.
+        If the old mesh has polygons, area of the triangle of the old face that contains each new
+        face. None if the old mesh is a `Mesh`.
     """
 
     mesh: Mesh
@@ -72,14 +76,15 @@ class Subdivision:
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
         """Convert labels of new faces to labels of old faces.
 
-        Each old face gets the label with the largest area in it, or the lowest of these labels if
-        areas are equal. Some labels may not occur in the result. For the opposite direction,
-        ``values[subdivision.sources]`` converts labels or other values of old faces to new faces.
+        Each old face gets the label that covers the largest area of the face. If several labels
+        cover equal areas, the lowest of these labels wins. Some labels may not occur in the result.
+        For the opposite direction, ``values[subdivision.sources]`` converts labels or other values
+        of old faces to new faces.
 
         Parameters
         ----------
         labels : array_like of integers, shape (F,)
-            Label of each new face, which may be any integer.
+            Label of each new face. Labels may be any integers.
 
         Returns
         -------
@@ -126,41 +131,42 @@ def subdivide(
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
     Use `subdivide` for meshes that have long and thin triangles, because regions of these triangles
-    cannot be compact. CAD programs make them for flat faces and cylinders.
+    cannot be compact. CAD programs make long and thin triangles for flat faces and cylinders.
 
     An edge that is too long is bisected at its midpoint in all faces at the edge. Therefore there
-    are no T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. The
-    choice of edges depends only on positions, so seams of duplicate vertices get no gaps. The
+    are no T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. Which
+    edges are bisected depends only on positions, so seams of duplicate vertices get no gaps. The
     angles of new faces are at least half the smallest angle of the old face, and the areas of new
     faces sum to the area of the old face. Boundary edges and degenerate faces are also bisected.
-    The result does not depend on the number of threads. Subdividing the result again changes
-    nothing.
+    The result does not depend on the number of threads. Subdividing the result again with the same
+    `max_edge` changes nothing.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`. Polygons are triangulated first.
+        Same as in `segment`. Polygons are triangulated first.
     max_edge : float
         Maximum edge length in the unit of the vertices, > 0, and at least 1e-12 times the largest
-        coordinate. With infinity, the mesh does not change.
+        absolute coordinate. With infinity, no edge is bisected.
     max_faces : int, optional
         Maximum number of new faces. The default is ten million, or four times the number of old
         faces if this is more than ten million.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     Subdivision
-        The new mesh, with the old face of each new face, and `labels_back` for labels.
+        The new mesh, and the old face of each new face. Its method `labels_back` converts labels of
+        new faces to labels of old faces.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid or has no faces.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type, or if there would be more than
-        `max_faces` faces, which is checked before memory is allocated.
+        `max_faces` faces. The number of faces is checked before memory for them is allocated.
 
     Notes
     -----
@@ -195,7 +201,7 @@ def subdivide(
         vertices, faces, sources, depths = _core.subdivide(
             surface.vertices, triangles, length, min(most, MAX_CELLS), threads
         )
-    except ValueError:  # raised by `_core`
+    except ValueError:  # `_core` raises this error for too many faces
         raise ValueError(
             f"max_edge={length:g} would make more than {counted(most, 'face')}: use a larger"
             " max_edge or, in Python, a larger max_faces"

@@ -13,7 +13,7 @@ from .._validate import exact_array
 
 
 def positive_total(areas: Floats) -> float:
-    """Return the sum of the areas of cells; raise a ValueError if the sum is 0."""
+    """Return the sum of the areas of cells; raise a ValueError if the sum is not positive."""
     total = float(areas.sum())
     if not total > 0:
         raise ValueError("the total area must be positive, but all cells have area 0")
@@ -38,9 +38,9 @@ def weighted_majority(
 ) -> Majority:
     """Return, for each group, the label with the largest sum of weights among its members.
 
-    `groups`, `labels` (>= -1) and `weights` (finite and >= 0) have one entry per member. The label
-    -1 is treated like any other label. If sums are equal, the lowest label wins. Time is linear in
-    the number of groups and members.
+    `groups`, `labels` (>= -1) and `weights` (finite and >= 0) have one entry per member: its group,
+    its label and its weight. The label -1 is treated like any other label. If several labels have
+    equal sums, the lowest of these labels wins. Time is linear in the number of groups and members.
 
     Examples
     --------

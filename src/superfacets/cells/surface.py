@@ -1,4 +1,4 @@
-"""Define `Surface`, which computes lengths and angles of arcs between cells of any kind."""
+"""Define `Surface`: a class that computes lengths and angles of arcs between cells of any kind."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph, FoundArcs, surface_of_faces
 
 VOLUME_NOISE = 1e-12
-"""Volumes of at most this fraction of the cubed diagonal of the bounding box are treated as 0."""
+"""The enclosed volume of a mesh is treated as 0 if it is at most this fraction of the cube of the
+diagonal of the bounding box."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """Cells of any kind, and arcs between cells, whose lengths and angles are computed on demand.
+    """Cells of any kind, and arcs between cells. Lengths and angles of arcs are computed on demand.
 
-    Weights of arcs, the clean-up of regions, metrics and exports are computed from this class.
+    The weights of arcs, the clean-up of regions, metrics and exports use this class.
     """
 
     handle: _core.Surface  # object of `_core` that computes lengths and angles of arcs
@@ -33,13 +34,16 @@ class Surface(CsrArcs):
     weight_unit: float  # length that a weight of 1 corresponds to, in the unit of the positions
     n_threads: int
     mesh: FaceMesh | None = None  # mesh whose faces are the cells, or None for other cells
-    weights: Floats | None = None  # (M,) weight of each arc; None if a formula computes weights
-    volume: float = 0.0  # enclosed volume; 0 if the mesh is open or the volume is unknown
+    # (M,) weight of each arc; None for faces and points, because formulas compute their weights
+    weights: Floats | None = None
+    # Volume that a mesh of faces encloses; 0 if the mesh is open or inconsistently oriented, or if
+    # the volume is not known
+    volume: float = 0.0
     dimension: int = 2  # 2 if measures are areas, 3 if measures are volumes
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
-        """Make the surface of a mesh; raise a ValueError if `graph` was built from another mesh."""
+        """Make the surface of a mesh; raise a ValueError if `graph` does not fit the mesh."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
         handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
@@ -50,7 +54,10 @@ class Surface(CsrArcs):
     def of_part_of_faces(
         cls, mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
     ) -> Surface:
-        """Make the surface of a part of a mesh; `is_inside_out` describes the whole mesh."""
+        """Make the surface of a part of a mesh.
+
+        `is_inside_out` is the result of the function `is_inside_out` for the whole mesh.
+        """
         handle = _face_handle(mesh, graph, is_inside_out, n_threads)
         return cls._of_handle(handle, mesh, graph, n_threads)
 
@@ -103,14 +110,14 @@ class Surface(CsrArcs):
         return self.handle.cells(self.n_threads)
 
     def extra_pieces(self, labels: Ints, n_regions: int) -> int:
-        """Return the number of connected pieces of all regions, minus the number of regions."""
+        """Return the number of connected components of all regions, minus the number of regions."""
         return _core.find_components(*self.arcs, labels)[1] - n_regions
 
 
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the `_core` surface of a mesh; raise a ValueError if `graph` is of another mesh."""
+    """Make the `_core` surface of a mesh; raise a ValueError if `graph` does not fit the mesh."""
     _check_of_mesh(mesh, graph)
     return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
 
@@ -133,29 +140,29 @@ def _face_handle(
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
-    """Return lengths and angles of the arcs of a face graph, to make a `CellGraph` from them.
+    """Return the lengths and angles of the arcs of a face graph, for example for a `CellGraph`.
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
     graph : FaceGraph
         The graph of the same mesh, from `build_face_graph`.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ArcMeasures
         ``border_lengths`` are the lengths of edges. ``step_lengths`` are the distances from
         centroid to centroid through the midpoint of the edge (equation 1 of the paper). ``angles``
-        are in radians, positive for concave edges. ``open_lengths`` are, for each face, the total
-        lengths of its boundary edges.
+        are in radians, positive for concave edges. ``sides`` are the same as in the graph.
+        ``open_lengths`` is, for each face, the total length of its boundary edges.
 
     Raises
     ------
     ValueError
-        If the graph was built from another mesh.
+        If the graph does not fit the mesh, because it was built from another mesh.
 
     Examples
     --------
@@ -173,7 +180,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
-    """Return whether the mesh is closed and its normals point inward (its volume is negative)."""
+    """Return whether a mesh is closed and its normals point inward, so its volume is negative."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
     return is_negative(volume, graph.diagonal)
 
@@ -194,8 +201,9 @@ def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
         return 0.0
     positions, measures = graph.positions, graph.measures
     # If faces are inconsistently oriented, the volume depends on the origin. The centroid is used
-    # as origin, so that the volume does not change under rigid motion. einsum is used instead of
-    # measures @ positions, because idle BLAS threads would slow down the following computations.
+    # as origin, so that the volume does not change under rigid motion. `einsum` is used instead of
+    # ``measures @ positions``, because the matrix product would start BLAS threads, and their
+    # waiting would slow down the following computations.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()

@@ -1,4 +1,4 @@
-"""Build the graph of the tetrahedra of a mesh, with arcs between tets that share a triangle."""
+"""Build the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .surface import Surface
 
 
 class TriangleCounts(NamedTuple):
-    """Numbers of triangles of a tetrahedral mesh, where a shared triangle is counted once."""
+    """Numbers of triangles of a tetrahedral mesh. A shared triangle is counted once."""
 
     triangles: int
     """Number of all triangles."""
@@ -47,9 +47,9 @@ class TetGraph(BaseGraph):
         Minimum and maximum corner of the bounding box of all vertices of tetrahedra.
     arc_measures : ArcMeasures
         ``border_lengths`` are the areas of shared triangles. ``step_lengths`` are the distances
-        from centroid to centroid through the centroid of the shared triangle. ``sides`` are the
-        corners, 0 to 3, opposite to the shared triangle. ``open_lengths`` are, for each
-        tetrahedron, the total areas of its boundary triangles.
+        from centroid to centroid through the centroid of the shared triangle. ``angles`` are None.
+        ``sides`` are the corners, 0 to 3, opposite to the shared triangle. ``open_lengths`` is, for
+        each tetrahedron, the total area of its boundary triangles.
     triangle_counts : TriangleCounts
         Numbers of all, boundary and non-manifold triangles.
     """
@@ -65,7 +65,11 @@ class TetGraph(BaseGraph):
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
-        """Return a `CellGraph` with one weight per arc, by default step length / diagonal."""
+        """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0.
+
+        By default, the weight of an arc is its step length, divided by the diagonal of the bounding
+        box.
+        """
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights
@@ -76,26 +80,26 @@ class TetGraph(BaseGraph):
 
 
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
-    """Return the graph of a tetrahedral mesh, where arcs join tetrahedra that share a triangle.
+    """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
 
     All pairs of tetrahedra that share a triangle are neighbors. A tetrahedron and its duplicate
-    share four triangles, so they have four arcs in each direction. Triangles with a repeated vertex
-    are ignored. Time and memory are linear in the number of tetrahedra and arcs.
+    share four triangles, so they are joined by four arcs in each direction. Triangles with a
+    repeated vertex are ignored. Time and memory are linear in the number of tetrahedra and arcs.
 
     Parameters
     ----------
     mesh : TetMesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Raises
     ------
     MeshError
-        If the mesh has no tetrahedra, or if there are more than 16 arcs per tetrahedron on average
-        and more than 2**24 arcs in total.
+        If the mesh is not valid or has no tetrahedra, or if there are more than 16 arcs per
+        tetrahedron on average and more than 2**24 arcs in total.
 
     Examples
     --------
@@ -129,7 +133,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a tetrahedral mesh, given its graph."""
+    """Return the `Surface` of a tetrahedral mesh; `graph` is the graph of this mesh."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

@@ -23,8 +23,8 @@ LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
 """Lookup table from 8-bit sRGB values to linear light, from 0 to 65,535."""
 
 BLEED = 2
-"""Number of texels by which region ids extend beyond the borders of texture charts, because viewers
-also read these texels when they interpolate at the borders."""
+"""Number of texels by which region ids extend beyond the borders of texture charts. When viewers
+interpolate at these borders, they also read texels outside of the charts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,11 @@ class FaceTexels:
     Attributes
     ----------
     linear : ndarray of float64, shape (F, 3)
-        Mean red, green and blue of each face in linear light, from 0 to 1.
+        Mean red, green and blue of each face in linear light, from 0 to 1. The mean of the texels
+        is multiplied by the color of the material.
     spread : ndarray of float64, shape (F,)
         Standard deviation of the texel colors in each face in linear light, from 0 to 1; 0 if the
-        color does not come from an image.
+        color does not come from an image. The color of the material has no effect.
     is_textured : ndarray of bool, shape (F,)
         Whether the color of each face comes from an image.
     """
@@ -48,7 +49,10 @@ class FaceTexels:
 
     @property
     def oklab(self) -> Floats:
-        """Mean color of each face in OKLab, (F, 3), where distances match perceived differences."""
+        """Mean color of each face in OKLab, (F, 3).
+
+        In OKLab, distances between colors match perceived differences.
+        """
         return oklab_of_linear(self.linear)
 
     @property
@@ -62,20 +66,21 @@ def texture_colors(
 ) -> FaceTexels:
     """Return the color of each face: the mean of the texels that the face covers.
 
-    Small faces that contain no texel center are sampled between texels. In faces with more than
-    16,384 texels, only every n-th row and column is sampled. Coordinates outside [0, 1] repeat,
-    clamp or mirror the image, as specified by the material. Faces without an image have the color
-    of their material, and faces without a material are white. Faces whose coordinates are missing,
-    not finite or larger than 2**20 are treated like faces without an image.
+    Small faces that contain no texel center are sampled between texels. In triangles with more than
+    16,384 texels, only every n-th row and column of texels is sampled. Texture coordinates outside
+    [0, 1] repeat, clamp or mirror the image, as specified by the material. The mean is multiplied
+    by the color of the material. Faces without an image have the color of their material, and faces
+    without a material are white. Faces whose texture coordinates are missing, not finite or larger
+    than 2**20 in magnitude are treated like faces without an image.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     texture : Texture, optional
         Texture from `read_attributes`. If `mesh` is a path, the default is the texture of the file.
     n_threads : int, optional
-        As for `segment`. The colors do not depend on the number of threads.
+        Same as in `segment`. The colors do not depend on the number of threads.
 
     Returns
     -------
@@ -84,10 +89,11 @@ def texture_colors(
     Raises
     ------
     MeshError
-        If there is no texture, if the numbers of faces or corners of the texture and of the mesh
-        differ, or if an image is missing, damaged or too large.
+        If the mesh is not valid, if there is no texture, if the texture and the mesh have different
+        numbers of faces or corners, or if an image is missing, damaged or too large.
     MissingExtraError
-        If Pillow is not installed. The extra ``texture`` installs Pillow.
+        If the texture has images and Pillow is not installed. The extra ``texture`` installs
+        Pillow.
 
     Notes
     -----
@@ -127,7 +133,7 @@ def check_texture(texture: Texture, mesh: FaceMesh) -> None:
 
 
 def face_texels(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
-    """Return the color of each face of a mesh, given a checked texture."""
+    """Return the color of each face of a mesh; the texture must be checked by `check_texture`."""
     triangles, sources = corner_triangles(mesh)
     faces = np.arange(mesh.n_faces, dtype=np.int32) if sources is None else sources
     factors = np.array([material.color for material in texture.materials] + [(1.0, 1.0, 1.0)])
@@ -154,7 +160,10 @@ _Sampled = tuple[TextureImage, tuple[str, str]]
 
 
 def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
-    """Return the indices of materials, grouped by image, so that each image is decoded once."""
+    """Return the indices of materials, grouped by their image and its wrap modes.
+
+    The image of each group is decoded once.
+    """
     numbers: dict[_Sampled, list[int]] = {}
     for number, material in enumerate(texture.materials):
         if material.image is not None:
@@ -165,7 +174,11 @@ def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
 def _texels_under(
     sampled: _Sampled, texture: Texture, corners: Ints, n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Return the mean and the standard deviation of the texels of an image in each triangle."""
+    """Return the mean and the standard deviation of the texels in each triangle, in linear light.
+
+    `corners` are indices of the texture coordinates at the corners of the triangles, (T, 3). Both
+    results are NaN where texture coordinates are not valid.
+    """
     image, wrap = sampled
     pixels = image.pixels()
     height, width = pixels.shape[:2]
@@ -189,7 +202,9 @@ def _means_by_face(
 ) -> tuple[Floats, Floats, Bools]:
     """Combine the colors of triangles into the mean color of each face, weighted by area.
 
-    Returns the mean and standard deviation of each face, and whether each face has any triangle.
+    `faces` is the face of each triangle. Returns the mean and the standard deviation of each face,
+    and whether the face has at least one triangle. Without triangles, the mean and the standard
+    deviation are 0.
     """
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
@@ -209,7 +224,9 @@ def ids_in_layout(
 ) -> Ints:  # fmt: skip
     """Draw the labels of the faces that `is_here` marks into an image, shape (height, width).
 
-    Texels outside these faces are -1, except that labels extend outward by `BLEED` texels.
+    Labels extend beyond the faces by `BLEED` texels. All other texels are -1, and so are texels in
+    faces with the label -1. `size` is the width and height of the image, and `wrap` are the wrap
+    modes of the two texture coordinates.
     """
     width, height = size
     triangles, sources = corner_triangles(mesh)
@@ -229,8 +246,9 @@ def subdivided_texture(
 ) -> Texture | None:
     """Return a texture for `parts`, a mesh whose triangles are parts of the triangles of `mesh`.
 
-    `sources` is the triangle of `mesh` that contains each triangle of `parts`. Texture coordinates
-    are interpolated. Returns None if `mesh` is not a triangle mesh.
+    `texture` is the texture of `mesh`. `sources` is the triangle of `mesh` that contains each
+    triangle of `parts`. Texture coordinates are interpolated. Returns None if `mesh` is not a
+    `Mesh`.
     """
     corners = corners_of(mesh)
     if corners.size != 3:

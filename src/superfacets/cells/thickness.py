@@ -38,34 +38,36 @@ def shape_diameter(
     r"""Return the thickness of the solid below each face, for example to tell fingers from a palm.
 
     Rays start at the centroid of a face, in a cone of half-angle 60 degrees about the inward
-    normal. A ray is valid if it hits its first face from inside. The lengths of valid rays within
-    one standard deviation of the median are averaged, with weights 1 / (angle + 0.2). The logarithm
-    of the mean length s is then smoothed along the surface by solving :math:`(A + t^2 L)\,x = A
-    \log s`, with areas A and the Laplacian L of the face graph. Arcs have the conductance
-    :math:`\sqrt{A_i + A_j} / g`, where g is the distance between centroids.
+    normal. A ray ends at the first face that it hits. It is valid if it hits this face from inside
+    the solid. A face has a thickness only if at least a quarter of its rays are valid. The
+    thickness s is a weighted mean of the lengths of valid rays that are within one standard
+    deviation of the median length. If there are no such lengths, s is the median length. The weight
+    of a ray is 1 / (angle + 0.2), with its angle to the inward normal in radians. The logarithm of
+    s is then smoothed along the surface by solving :math:`(A + t^2 L)\,x = A \log s`, with areas A
+    and the Laplacian L of the face graph. Arcs have the conductance :math:`\sqrt{A_i + A_j} / g`,
+    where g is the distance between centroids.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, or mesh-like
-        As for `segment`. The normals of a closed mesh may point inward. In an open mesh, a face has
-        a thickness only if at least a quarter of its rays are valid.
+        Same as in `segment`. The mesh may be open. The normals of a closed mesh may point inward.
     smoothing : float, default 0.01
         Smoothing length t, >= 0, as a fraction of the diagonal of the bounding box. With 0, the
         thickness is not smoothed.
     n_rays : int, default 30
         Number of rays per face, from 1 to 10,000.
     weld : bool, default True
-        As for `segment`. The thickness is smoothed across welded edges.
+        Same as in `segment`. The thickness is smoothed across welded edges.
     n_threads : int, optional
-        As for `segment`. The result does not depend on the number of threads.
+        Same as in `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     ndarray of float64, shape (N,)
-        Thickness below each face, > 0, in the unit of the vertices. With smoothing, faces without
-        valid rays get values from their neighbors; without smoothing, they are NaN. All values are
-        NaN in components in which no face has a thickness, such as single sheets and most triangle
-        soup. The run time is about a microsecond per ray.
+        Thickness below each face, > 0, in the unit of the vertices. With smoothing, faces without a
+        thickness get values from their neighbors; without smoothing, their values are NaN. With
+        smoothing, too, all values are NaN in components in which no face has a thickness, such as
+        single sheets and most triangle soup. For tetrahedra and points, all values are NaN.
 
     Raises
     ------
@@ -73,6 +75,10 @@ def shape_diameter(
         If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    The run time is about a microsecond per ray.
 
     References
     ----------
@@ -115,7 +121,7 @@ def rays_from(
     n_rays: int,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness below each given face, or NaN if too few rays of the face are valid."""
+    """Return the thickness below each face in `faces`; NaN if too few of its rays are valid."""
     triangles, _ = cut_into_triangles(mesh)
     outward = area_vectors(mesh, n_threads)[faces]
     sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
@@ -141,9 +147,11 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return smoothed logarithms of `thickness`, or NaN for components without finite thickness.
+    """Return the logarithms of `thickness`, smoothed along the surface.
 
-    The result depends neither on the number of threads nor on the C library.
+    `length` is the smoothing length, in the unit of the vertices. Faces with thickness NaN get
+    values from their neighbors. The result is NaN in components without any finite thickness. The
+    result depends neither on the number of threads nor on the C library.
     """
     is_known = np.isfinite(thickness)
     logs = _core.logarithms(np.where(is_known, thickness, 1.0))

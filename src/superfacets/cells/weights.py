@@ -1,4 +1,4 @@
-"""Compute the weights of arcs from the distance and the angle between the two faces of each arc."""
+"""Compute the weight of each arc from the distance and the angle between its two cells."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from .face_graph import FaceGraph
 from .surface import Surface, face_surface
 
 SOLID = 0.3
-"""Minimum roundness y (defined in `crease_weights`) of a shape that is not treated as hollow."""
+"""Shapes with at least this roundness y (defined in `crease_weights`) are not treated as hollow."""
 
 HOLLOW = 0.15
-"""Maximum roundness y (defined in `crease_weights`) of a shape that is treated as fully hollow."""
+"""Closed shapes with at most this roundness y (see `SOLID`) are treated as fully hollow."""
 
 MOST_EVENED = 0.25
-"""Cost of smooth convex edges on fully hollow shapes, relative to concave edges."""
+"""Cost of smooth convex edges on fully hollow shapes, relative to sharp concave edges."""
 
 STEPS = 1 << 16
-"""`evened_share` rounds its result to multiples of MOST_EVENED / STEPS, so that small rounding
-errors in sums do not change it."""
+"""Number of steps between 0 and `MOST_EVENED`. `evened_share` rounds its result to one of these
+steps, so that small rounding errors in sums do not change the result."""
 
 TURN_BITS = 31
 """`EdgeSums.turn` is an integer in units of about diagonal / 2**TURN_BITS."""
@@ -38,8 +38,8 @@ TURN_BITS = 31
 def evened_share(turn: int, volume: float, area: float, diagonal: float) -> float:
     """Return the relative cost of smooth convex edges, called s in `crease_weights`.
 
-    The cost is 0 for solid shapes, and up to `MOST_EVENED` for hollow shapes. `turn` is
-    `EdgeSums.turn`, and `volume` is the enclosed volume, or 0 for an open mesh.
+    The cost is 0 for solid shapes and open meshes, and up to `MOST_EVENED` for hollow shapes.
+    `turn` is `EdgeSums.turn`. `volume` is the enclosed volume, or 0 for an open mesh.
     """
     if not volume or not area:
         return 0.0
@@ -50,29 +50,31 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
 
 
 UNKNOWN_TURN = 0.5
-"""Cost of convex creases, relative to concave creases, for point clouds on which the two cannot be
-distinguished. In a synthetic room without normals, 1.5 % of the points are in a region that mainly
-covers another wall. With a cost of 0, the fraction is 8.5 %, and with a cost of 1, it is 1.4 %."""
+"""Cost of convex creases, relative to concave creases, for point clouds on which convex and concave
+creases cannot be distinguished. In a synthetic room without normals, 1.5 % of the points are in a
+region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %, and with a cost of
+1, it is 1.4 %."""
 
 NO_NORMALS = np.empty((0, 3))
-"""Empty array of normals, which makes `_core` compute the normals."""
+"""Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
+itself."""
 
 MOST_SOFT = 2
-"""Maximum ratio of soft edges (10.4 to 40 degrees) to sharp edges of a machine part. In the
-benchmark, the ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have
-sharp edges."""
+"""Maximum ratio `EdgeSums.n_soft` / `EdgeSums.n_sharp` of a machine part. In the benchmark, the
+ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have sharp edges."""
 
 MACHINE_PART_FACTOR = 2.0
 """Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
 2 % of the ridges are not borders of regions."""
 
 CREASE_LIMIT_TURN = 59 / 180
-"""Minimum angle, divided by pi, of the ridges of machine parts that coarse cells must not cross. If
-coarse cells crossed ridges, sides narrower than a coarse cell would get no region. The limit is
-59 degrees, so that it includes the edges of a hexagonal prism, which have 60 degrees."""
+"""Minimum angle, divided by pi, of ridges that coarse cells must not cross on machine parts. If a
+coarse cell crossed a ridge, a side of the part that is narrower than the coarse cell would get no
+region of its own. The limit is 59 degrees, so that the ridges of a hexagonal prism (60 degrees) are
+included."""
 
 ALL_COUNT = np.empty(0, np.uint8)
-"""Value of the argument `counted` of `weights_and_sums` to include the edges of all faces."""
+"""Value of the argument `counted` of `weights_and_sums` for sums over the edges of all faces."""
 
 
 WeightName = Literal["parts", "creases", "superfacets", "stk02"]
@@ -81,7 +83,8 @@ Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer
 """Weights given by the caller, one per arc."""
 
 CellArrays = tuple[Floats, Floats, Floats]
-"""Positions (N, 3), areas (N,), and unit normals (N, 3) or `NO_NORMALS`, of all faces."""
+"""Three arrays: positions of all cells (N, 3), their areas (N,), and their unit normals (N, 3). The
+last array may be `NO_NORMALS`."""
 
 
 class EdgeFactors(NamedTuple):
@@ -89,7 +92,7 @@ class EdgeFactors(NamedTuple):
 
     alpha: float  # cost of a concave edge with angle pi, as a multiple of `crease_length`
     eta_convex: float  # cost of convex edges, relative to concave edges
-    crease_length: float  # length that multiplies all costs; 0 to use the length of each edge
+    crease_length: float  # length to which costs are proportional; 0 to use each edge's own length
     ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
     is_straight: bool = False  # whether distances are straight lines from centroid to centroid
     evened: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
@@ -100,28 +103,30 @@ class EdgeFactors(NamedTuple):
     def of_radius(
         cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
     ) -> EdgeFactors:
-        """Return factors with `radius` as crease length. If `radius` is 0, alpha becomes 0."""
+        """Return factors with `radius` as `crease_length`. If `radius` is 0, `alpha` becomes 0."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
     def for_core(self, diagonal: float) -> _core.EdgeFactors:
-        """Convert the factors to a `_core` object; `diagonal` is d in `superfacet_weights`."""
+        """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
         return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
 
     def of_machine_part(self) -> EdgeFactors:
-        """Return the factors for machine parts, on which all sharp convex edges are ridges."""
+        """Return the factors for machine parts: all sharp convex edges are ridges and cost more."""
         return self._replace(all_sharp=True, ridges=MACHINE_PART_FACTOR * self.ridges)
 
 
 class EdgeSums(NamedTuple):
-    """Sums over the edges of a mesh, or of a part of a mesh.
+    """Sums over the edges of a mesh, or of a part of a mesh. Boundary edges are not included.
 
-    The three counts are 0 if ridges have the same cost as other convex edges.
+    The three counts are 0 unless ridges cost more than other convex edges.
     """
 
-    turn: int  # sum of length times signed angle of smooth edges, in the unit of `TURN_BITS`
+    # sum of length times angle of all edges except ridges, in the unit that `TURN_BITS` defines;
+    # angles of concave edges are negative
+    turn: int
     n_edges: int  # number of edges
-    n_soft: int  # number of edges with an angle of 10.4 to 40 degrees
-    n_sharp: int  # number of convex edges with an angle above 40 degrees
+    n_soft: int  # number of edges with an angle from 10.4 to less than 40 degrees
+    n_sharp: int  # number of convex edges with an angle of at least 40 degrees
 
     @classmethod
     def total(cls, parts: Iterable[EdgeSums]) -> EdgeSums:
@@ -130,7 +135,11 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether at least half of the edges are flat, and a third of all other edges are sharp."""
+        """Whether the mesh looks like a machine part.
+
+        This is the case if there are sharp edges, at most `MOST_SOFT` times as many soft edges, and
+        if both together are at most half of all edges.
+        """
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
@@ -142,7 +151,7 @@ class Weighed(NamedTuple):
     """Weights of all arcs of a graph."""
 
     weights: npt.ArrayLike  # (M,) weight of each arc
-    of_machine_part: bool = False  # whether `EdgeFactors.of_machine_part` was used
+    of_machine_part: bool = False  # whether the factors of `EdgeFactors.of_machine_part` were used
 
 
 def superfacet_weights(
@@ -163,18 +172,18 @@ def superfacet_weights(
     where theta is the angle between the normals, eta is 1 on a concave edge and `eta_convex` on a
     convex edge, and d is the diagonal of the bounding box. To classify an edge, the signed height
     of each centroid above the plane of the other face is computed. The edge is concave if the sum
-    of both heights is positive. The weights do not change under rigid motion and uniform scaling.
-    Time is linear in the number of arcs.
+    of both heights is positive, and convex otherwise. With the default `crease_length`, the weights
+    do not change under rigid motion and uniform scaling. Time is linear in the number of arcs.
 
-    If two neighbors are inconsistently oriented, the normal of one face is flipped for their arc:
-    the normal of the smaller face or, if the areas are equal, of the face with the higher index. If
-    a mesh is closed and its normals point inward, concave and convex are swapped. If a face has no
-    normal, theta is 0.
+    If two neighbors are inconsistently oriented, the normal of one face is flipped when the weight
+    of their arc is computed: the normal of the smaller face or, if the areas are equal, of the face
+    with the higher index. If a mesh is closed and its normals point inward, concave and convex are
+    swapped. If one of the faces has no normal, theta is 0.
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
     graph : FaceGraph
         The graph of the same mesh, from `build_face_graph`.
     alpha : float, default 200.0
@@ -182,24 +191,26 @@ def superfacet_weights(
     eta_convex : float, default 0.2
         Cost of convex edges relative to concave edges, >= 0.
     crease_length : float, optional
-        Length that replaces \|e\|, > 0, in the unit of the vertices. By default, \|e\| is the
-        length of each edge, as in the paper. Creases then cost less in finer meshes, although
-        distances do not change. If all edges use the same length, such as the radius of a region,
-        the cost does not depend on the resolution, and `alpha` can be smaller.
+        Length that replaces \|e\| for all edges, > 0, in the unit of the vertices. By default,
+        \|e\| is the length of the edge, as in the paper. Creases then cost less in finer meshes,
+        although distances do not change. With the same length for all edges, such as the radius of
+        a region, the cost does not depend on the resolution, and `alpha` can be smaller.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ndarray of float64, shape (M,)
-        Weight of each arc in units of d, finite and >= 0. Both arcs of a pair have the same weight.
-        theta is from 0 (a flat edge) to pi radians (a surface that folds back on itself).
+        Weight of each arc in units of d, finite and >= 0. An arc and its reverse arc have the same
+        weight. theta is from 0 (a flat edge) to pi radians (a surface that folds back on itself).
 
     Raises
     ------
-    ValueError
-        If `alpha` or `eta_convex` is negative or not finite, or if the graph was built from another
-        mesh.
+    MeshError
+        If the mesh is not valid or has no faces.
+    ValueError, TypeError
+        If a number is out of range, not finite or of the wrong type, or if the graph does not fit
+        the mesh, because it was built from another mesh.
 
     References
     ----------
@@ -246,29 +257,31 @@ def crease_weights(
     The expected radius r of a region replaces the length of the edge in `superfacet_weights`. When
     a mesh is refined, its edges get shorter, so costs that are proportional to edge lengths
     decrease relative to distances. With r, a path whose angles sum to theta costs the same on fine
-    and coarse meshes. All other rules are as for `superfacet_weights`.
+    and coarse meshes. All other rules are the same as in `superfacet_weights`.
 
-    Convex edges have no cost by default, except ridges, which are sharp edges of machine parts. A
-    ridge is a convex edge with an angle of at least 40 degrees, and all other edges of its two
-    faces have less than 0.3 times this angle. As an exception, for box corners, each triangle may
-    have a second edge of at least 40 degrees, if the smaller of the two angles is at least 0.7
-    times the larger angle. A ridge must also continue: at each end, it meets another ridge or the
+    By default, convex edges have no cost, except ridges: the sharp edges of machine parts. A ridge
+    is a convex edge with an angle of at least 40 degrees that satisfies two rules. First, all other
+    edges of its two faces have less than 0.3 times this angle. As an exception, for box corners, a
+    triangle may have one other edge of at least 40 degrees, and a polygon any number of them, if
+    the smaller angle is at least 0.7 times the larger angle. Second, the ridge continues: at each
+    end, it meets another edge that satisfies the first rule, an edge of three or more faces, or the
     boundary of an open mesh.
 
-    On hollow shapes, such as a cup or a ring, smooth edges (of less than 40 degrees) have other
-    costs, because the surface is about as concave as convex. If only concave edges had a cost, the
-    whole inside would be a crease and the outside would have no crease. Let V be the volume of a
-    closed mesh, A its area, and M its total mean curvature. M is half the sum of length times angle
-    over all edges except ridges, where angles of concave edges are negative. The roundness
+    On hollow shapes, such as a cup or a ring, the costs of smooth edges (of less than 40 degrees)
+    are changed, because the surface is about as concave as convex. If only concave edges had a
+    cost, all smooth edges on the inside would have a cost, and none on the outside. Let V be the
+    volume of a closed mesh, A its area, and M its total mean curvature. M is half the sum of length
+    times angle over all edges except ridges; angles of concave edges are negative. The roundness
     :math:`y = 3 V M / A^2` is 1 for a ball, less for any other convex body, 3/4 for a long rod,
     below 0.2 for cups, and about 0 or less for rings. If y is less than 0.3, smooth convex edges
-    have the relative cost s = min(2 - y / 0.15, 1) / 4, and smooth concave edges have the relative
-    cost 1 - s. Open and inconsistently oriented meshes are never treated as hollow.
+    have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`, if this is larger), and
+    smooth concave edges have the relative cost 1 - s. Open and inconsistently oriented meshes are
+    never treated as hollow.
 
     Parameters
     ----------
     mesh, graph, n_threads
-        As for `superfacet_weights`.
+        Same as in `superfacet_weights`.
     expected_radius : float
         Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the vertices. In a
         `Segmentation`, it is ``params["expected_radius"]``. With 0, weights are distances.
@@ -277,19 +290,23 @@ def crease_weights(
     eta_convex : float, default 0.0
         Cost of convex edges relative to concave edges, >= 0.
     ridges : float, default 0.35
-        Cost of ridges relative to concave edges, >= 0. It has no effect below `eta_convex`.
+        Cost of ridges relative to concave edges, >= 0. A cost below `eta_convex` has no effect.
     hollows : bool, default True
-        Whether smooth edges have other costs on hollow shapes.
+        Whether the costs of smooth edges are changed on hollow shapes.
 
     Returns
     -------
     ndarray of float64, shape (M,)
-        Weight of each arc in units of d, finite and >= 0. Both arcs of a pair have the same weight.
+        Weight of each arc in units of d, finite and >= 0. An arc and its reverse arc have the same
+        weight.
 
     Raises
     ------
-    ValueError
-        If a number is negative or not finite, or if the graph was built from another mesh.
+    MeshError
+        If the mesh is not valid or has no faces.
+    ValueError, TypeError
+        If a number is negative, not finite or of the wrong type, or if the graph does not fit the
+        mesh, because it was built from another mesh.
 
     Examples
     --------
@@ -332,31 +349,34 @@ def stk02_weights(
     .. math:: w_{ij} = (1 - \alpha) (|c_i - m| + |m - c_j|) + \alpha (1 - (n_i \cdot n_j)^2)
 
     Lengths are in the unit of the vertices, so regions change when the mesh is scaled or refined.
-    Concave and convex edges have the same weight. The paper of Simari et al. compares its weights
-    with this formula. Time is linear in the number of arcs.
+    Concave and convex edges with the same angle have the same weight. The paper of Simari et al.
+    compares its weights with this formula. Time is linear in the number of arcs.
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
     graph : FaceGraph
         The graph of the same mesh, from `build_face_graph`.
     alpha : float, default 0.5
         Weight of the angular term, from 0 (only distances) to 1 (only angles).
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ndarray of float64, shape (M,)
-        Weight of each arc, finite and >= 0. Both arcs of a pair have the same weight. The angular
-        term is 0 on a flat edge, 1 if the faces meet at a right angle, and 0 if a face has no
-        normal.
+        Weight of each arc, finite and >= 0. An arc and its reverse arc have the same weight. The
+        angular term (without its factor `alpha`) is 0 on a flat edge, 1 if the faces meet at a
+        right angle, and 0 if one of the faces has no normal.
 
     Raises
     ------
-    ValueError
-        If `alpha` is not in [0, 1], or if the graph was built from another mesh.
+    MeshError
+        If the mesh is not valid or has no faces.
+    ValueError, TypeError
+        If `alpha` is not a number from 0 to 1, or if the graph does not fit the mesh, because it
+        was built from another mesh.
 
     References
     ----------
@@ -392,14 +412,16 @@ class Weight:
     defaults: Mapping[str, float]
     """Default values of parameters, keyed by the names of arguments of `segment`."""
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
-    """Function that computes weights from a surface, cells, expected radius and parameters."""
+    """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
+    expected radius of regions, and the parameters of the formula, keyed by name."""
     fractions: tuple[str, ...] = ()
     """Names of the parameters that must be from 0 to 1. All other parameters must be >= 0."""
     has_parts: bool = False
     """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
     has_other_unit: bool = False
-    """Whether the weights have another unit than ``"creases"``. In this case, the clean-up of
-    regions recomputes the costs of borders, and cells without angles cannot use the formula."""
+    """Whether the weights have another unit than ``"creases"``. If so, the clean-up of regions does
+    not use these weights but recomputes the costs of borders, and the formula is not available for
+    cells without angles."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
@@ -447,7 +469,7 @@ class WeightOptions:
 
     params: dict[str, Any]  # name and parameters of the formula, as in `Segmentation.params`
     given: npt.ArrayLike | None  # (M,) weights given by the caller, or None to use a formula
-    usual: frozenset[str] = frozenset()  # names of parameters that have their default values
+    usual: frozenset[str] = frozenset()  # names of parameters that the caller did not set
     slack: float = 0.0  # see `EdgeFactors.slack`
 
     @classmethod
@@ -474,7 +496,8 @@ class WeightOptions:
     def counting_both_turns(self) -> WeightOptions:
         """Return options for clouds on which convex and concave creases cannot be distinguished.
 
-        The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has chosen it.
+        The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has set
+        `eta_convex`, or the formula has no such parameter.
         """
         if "eta_convex" not in self.usual:
             return self
@@ -497,11 +520,11 @@ class WeightOptions:
         return self.weight is not None and self.weight.has_other_unit
 
     def crease_cost(self, radius: float) -> float:
-        """Return the length that a concave crease with angle pi adds to an arc."""
+        """Return the length that a concave crease with angle pi adds to an arc, for this radius."""
         return float(self.params["alpha"]) * radius
 
     def crease_limit(self, radius: float) -> float:
-        """Return the minimum crease cost of arcs of machine parts that coarse cells never cross."""
+        """Return the minimum crease cost of arcs that coarse cells of machine parts never cross."""
         ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
         return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
 
@@ -513,9 +536,10 @@ def arc_weights(
     options: WeightOptions,
     normals: Floats | None = None,
 ) -> Weighed:
-    """Return one weight per arc of a mesh or cloud, for regions with the given expected radius.
+    """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
 
-    `normals` are unit normals of the faces, or None to let `_core` compute the normals.
+    `faces` provides the positions and measures of the cells. The cells may also be points.
+    `normals` are the unit normals of faces, or None to let `_core` compute the normals.
     """
     if options.given is not None:
         return Weighed(options.given)
@@ -526,7 +550,12 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
-    """Return weights given by the caller, or else distances; `plural` names cells in messages."""
+    """Return the weights that the caller gave or, if there are none, the weights of `surface`.
+
+    The weights of `surface` are distances, or the weights of a `CellGraph`. `plural` is the noun
+    for the cells in messages. Raises a ValueError if the options ask for a formula that needs
+    angles.
+    """
     if options.given is not None:
         return Weighed(options.given)
     if options.has_other_unit:
@@ -547,7 +576,7 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Return one weight per arc: equations 1 to 3 of the paper, with the given factors."""
+    """Return one weight per arc, computed with equations 1 to 3 of the paper and these factors."""
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
@@ -565,8 +594,8 @@ def creases_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return weights ``"creases"`` or ``"parts"`` for a part of a mesh, and sums over its edges.
 
-    `shape` is `EdgeFactors.evened` of the whole mesh, and whether the mesh is a machine part. See
-    `weights_and_sums` for `counted`.
+    `shape` is a pair: the value of `EdgeFactors.evened` for the whole mesh, and whether the whole
+    mesh is a machine part. `counted` is the same as in `weights_and_sums`.
     """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     factors = _crease_factors(radius, {**options.params, "slack": options.slack})
@@ -581,8 +610,9 @@ def weights_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
-    Sums include the edges of faces with a nonzero entry in `counted`, shape (N,). If `counted` is
-    `ALL_COUNT` or None, all edges are included. For None, `EdgeSums.turn` is not computed but 0.
+    An edge is included in the sums if the lower of its two faces has a nonzero entry in `counted`,
+    shape (N,). If `counted` is `ALL_COUNT` or None, all edges are included. For None,
+    `EdgeSums.turn` is not computed, and is 0.
     """
     handle, n_threads = surface.handle, surface.n_threads
     costs, wants_turn = factors.for_core(surface.diagonal), counted is not None
@@ -596,10 +626,11 @@ def weights_and_sums(
 
 
 def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:
-    """Return the result of `weights_of`, but adapt costs to hollow shapes and machine parts.
+    """Return the result of `weights_of`, with costs adapted to hollow shapes and machine parts.
 
     On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. If
-    `factors.is_straight`, all sharp convex edges of machine parts are ridges.
+    `factors.is_straight` is true, all sharp convex edges of machine parts are ridges. The weights
+    of point clouds are not adapted.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return Weighed(weights_of(surface, cells, factors))

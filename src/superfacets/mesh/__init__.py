@@ -1,1 +1,1 @@
-"""Classes for meshes and point clouds, which check their arrays when they are made."""
+"""Classes for meshes and point clouds, with arrays that are checked when an object is made."""

@@ -10,7 +10,7 @@ from .._validate import restored
 
 
 class Cells:
-    """Base class of meshes and point clouds, which consist of cells: faces, tetrahedra or points.
+    """Base class of meshes and point clouds. Their cells are faces, tetrahedra or points.
 
     To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and
     register the dataclass with `cells.kinds.register`.
@@ -31,7 +31,7 @@ class Cells:
 
 
 class CellsOfVertices(Cells):
-    """Base class of meshes, whose cells (faces or tetrahedra) have vertices as corners."""
+    """Base class of meshes: the corners of their cells (faces or tetrahedra) are vertices."""
 
     vertices: Floats
 

@@ -24,14 +24,17 @@ from .weld import lowest_vertices
 Denoise = int | Literal["auto"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
-"""Number of sampled faces. If the first N_FIRST samples show no noise, no more are measured."""
+"""Number of sampled faces, and number of samples that are measured first. If the first samples show
+no noise, the remaining samples are not measured."""
 
 LEAST_SAMPLES = 32
-"""Minimum number of samples with finite heights. Meshes with fewer of them are not smoothed."""
+"""Minimum number of samples at which `near` and `agreement` of `Roughness` are finite. Meshes with
+fewer of these samples are not smoothed."""
 
 NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
-"""Minimum noise, in edge lengths, at which irregular meshes and regular grids are smoothed. Noise
-of 0.005 edge lengths makes regions on a plane of equal squares 1.3 times as long as wide."""
+"""Minimum noise, in edge lengths, at which meshes are smoothed: for irregular meshes, and for
+regular grids. On a plane of equal squares, noise of 0.005 edge lengths makes regions 1.3 times as
+long as wide."""
 
 SMOOTH_BELOW = 0.7
 """A mesh is treated as smooth if the noise estimated from the first samples is below this fraction
@@ -46,9 +49,10 @@ MOST_AGREEMENT = 0.5
 higher for coarse shapes without noise."""
 
 FOLD_PER_NOISE = 2.4
-"""Minimum ratio of the angle between neighboring faces, in radians, to the noise, in edge lengths.
-The ratio is 2.4 to 3.3 on noisy models. It gives an upper bound of the noise, because noise bends
-all edges: a mesh with many flat edges, such as a subdivided mesh, has little noise."""
+"""Minimum ratio of the angle between neighboring faces (in radians) to the noise (in edge lengths).
+The ratio is 2.4 to 3.3 on noisy models. Noise bends all edges. Therefore the angles of the flattest
+edges, divided by this ratio, are an upper bound of the noise: a mesh with many flat edges, such as
+a subdivided mesh, has little noise."""
 
 QUARTER_OF_NORMAL = 0.3186
 """First quartile of the absolute values of standard normal numbers."""
@@ -69,7 +73,7 @@ MOST_AUTO_STEPS = 100
 
 LEAST_EVEN = 0.98
 """A mesh is a regular grid if at least this fraction of its inner vertices belong to an even number
-of faces. The median fraction of the benchmark models is 0.7."""
+of faces. The median of this fraction over the benchmark models is 0.7."""
 
 STEPS_WITH_SLACK = 10
 """Number of smoothing steps below which `slack_of` returns 0."""
@@ -116,7 +120,8 @@ def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
     Small random angles remain at the edges after `n_steps` smoothing steps. On regular grids, these
-    angles would stretch regions along the diagonal. For other meshes, the result is 0.
+    angles would stretch regions along the diagonal. The result is 0 for other meshes, and for fewer
+    than `STEPS_WITH_SLACK` steps.
     """
     degrees = max(LEAST_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
@@ -125,12 +130,14 @@ def slack_of(n_steps: int, *, is_regular: bool) -> float:
 class Roughness(NamedTuple):
     """Roughness at sampled faces and at their first corners, measured by `_core.measure_roughness`.
 
-    `near` and `far` are heights of the first corner above a fitted surface. For `near`, the surface
-    is fitted to the first and second ring of vertices around the corner, and for `far`, only to the
-    second ring (see ``roughness.hpp``). `fold` is the angle between the planes of the face and of
-    its first neighbor. `agreement` is the fraction of pairs of neighboring faces whose centers are
-    on the same side of the face. `n_faces` is the number of faces around the first corner, or 0 if
-    the corner is on the boundary.
+    All arrays have one entry per sampled face. `near` and `far` are absolute heights of the first
+    corner above a fitted surface, in edge lengths. For `near`, the surface is fitted to the first
+    and second ring of vertices around the corner, and for `far`, only to the second ring (see
+    ``roughness.hpp``). `fold` is the angle between the planes of the face and of its first
+    neighbor. `agreement` is a fraction of all pairs of neighbors of the face: the pairs whose
+    centers are on the same side of the face. `near`, `far`, `fold` and `agreement` are NaN where
+    they are undefined. `n_faces` is the number of faces around the first corner, or 0 if the corner
+    is on the boundary.
     """
 
     near: Floats
@@ -141,7 +148,7 @@ class Roughness(NamedTuple):
 
     @classmethod
     def of(cls, mesh: FaceMesh, arcs: Any, faces: Ints, n_threads: int) -> Roughness:
-        """Measure the roughness at `faces`, where `arcs` is the graph of all faces of the mesh."""
+        """Measure the roughness at `faces`; `arcs` is the graph of all faces of the mesh."""
         lists = corners_of(mesh).lists
         return cls(
             *_core.measure_roughness(
@@ -153,8 +160,8 @@ class Roughness(NamedTuple):
     def of_mesh(cls, mesh: FaceMesh, arcs: Any, order: Ints | None, n_threads: int) -> Roughness:
         """Measure the roughness at the sampled faces of a mesh.
 
-        If faces were sorted, `order` is the index of each face before sorting. If the first samples
-        show that the mesh is smooth, the other samples are not measured.
+        If faces were sorted, `order` is the index of each face before sorting. If the first
+        `N_FIRST` samples show that the mesh is smooth, only these samples are measured.
         """
         faces = sampled_faces(mesh.n_faces)
         if order is not None:
@@ -171,7 +178,8 @@ class Roughness(NamedTuple):
     def joined(cls, parts: list[Roughness], samples: Longs) -> Roughness:
         """Combine the roughness of several parts of a mesh, with the same result as `of_mesh`.
 
-        `samples` is the index in `sampled_faces` of each row of the concatenated parts.
+        `samples` has one entry per sampled face, in the order of the concatenated parts: the index
+        of this face in the result of `sampled_faces`.
         """
         order = np.argsort(samples)
         columns: Any = [np.concatenate(some)[order] for some in zip(*parts, strict=True)]
@@ -191,7 +199,11 @@ class Roughness(NamedTuple):
 
     @property
     def noise(self) -> float:
-        """Estimate of the standard deviation of the noise, in edge lengths."""
+        """Estimate of the standard deviation of the noise, in edge lengths.
+
+        The estimate is 0 if there are fewer than `LEAST_SAMPLES` usable samples, or if the
+        roughness comes from the shape; see `MOST_AGREEMENT` and `DETAIL_RATIO`.
+        """
         is_known = np.isfinite(self.near) & np.isfinite(self.agreement)
         if np.count_nonzero(is_known) < LEAST_SAMPLES:
             return 0.0
@@ -224,7 +236,10 @@ class Roughness(NamedTuple):
 
 
 def _scale_of(heights: Floats) -> float:
-    """Estimate the standard deviation of normally distributed heights, given absolute heights."""
+    """Estimate the standard deviation of normally distributed heights from their absolute values.
+
+    The result is 0 if there are no heights.
+    """
     low = np.sort(heights)[: math.ceil(LOW_PART * len(heights))]
     return float(low.mean()) / LOW_MEAN_OF_NORMAL if len(low) else 0.0
 

@@ -20,7 +20,7 @@ AnyMesh: TypeAlias = FaceMesh | TetMesh
 
 
 class VertexGraph(NamedTuple):
-    """Graph of the vertices of a mesh, in CSR form, with arcs in both directions of each edge."""
+    """Graph of the vertices of a mesh, in CSR form. Each edge of the mesh has two opposite arcs."""
 
     offsets: Longs  # (V + 1,) index of the first arc of each vertex
     neighbors: Ints  # (A,) vertex at the end of each arc
@@ -32,7 +32,7 @@ class Corners:
     """Vertices at the corners of all cells (faces or tetrahedra) of a mesh, grouped by cell."""
 
     vertices: Ints  # (C,) vertex of each corner
-    size: int | None  # number of corners of every cell; None if the number differs between cells
+    size: int | None  # number of corners of every cell; None for a `PolygonMesh`
     offsets: Longs | None = None  # (N + 1,) first corner of each cell; None if `size` is not None
 
     @property
@@ -44,17 +44,17 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, (N,), or one number if it is equal for all cells."""
+        """Number of corners of each cell, (N,), or one number for all cells if `size` is given."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
     def lists(self) -> tuple[Ints, Longs, int]:
-        """Arguments for `_core`: vertices, offsets (empty instead of None), size (0 for None)."""
+        """Arguments for `_core`: vertices, offsets (empty if None), and size (0 if None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
         return self.vertices, offsets, self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the vertices at the corners of the given cells, and the offset of each cell."""
+        """Return the vertices at the corners of `cells`, and the CSR offsets of these cells."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -83,7 +83,11 @@ def corners_of(mesh: AnyMesh) -> Corners:
 def mesh_like(
     mesh: AnyMesh, vertices: Floats, corners: Ints, offsets: Longs, bounds: Floats | None = None
 ) -> AnyMesh:
-    """Make a mesh of the same class as `mesh`; if `bounds` is given, the arrays are not checked."""
+    """Make a mesh of the same class as `mesh` from new vertices and corners.
+
+    `offsets` is the first corner of each cell, and is only used for a `PolygonMesh`. If `bounds`,
+    the bounding box of the new mesh, is not None, the arrays are not checked.
+    """
     arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
@@ -122,7 +126,10 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Do the same as `cut_into_triangles`, but return indices of corners instead of vertices."""
+    """Do the same as `cut_into_triangles`, but return indices of corners instead of vertices.
+
+    These are indices in ``corners_of(mesh).vertices``.
+    """
     corners = corners_of(mesh)
     indices = np.arange(len(corners.vertices), dtype=np.int32)
     if corners.offsets is None:
@@ -133,7 +140,11 @@ def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Return the start and end vertex of sides of faces, (n, 2); side s starts at corner s."""
+    """Return the start and end vertex of each of n sides, (n, 2).
+
+    `faces` is the face of each side, and `sides` is the number of the side in its face. Side s
+    starts at corner s.
+    """
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
     starts, nexts = mesh.offsets[faces], sides + 1
@@ -142,7 +153,7 @@ def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
 
 
 def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
-    """Return whether two meshes have the same vertices and faces."""
+    """Return whether two meshes have the same class, vertices and faces."""
     if one is other:
         return True
     is_alike = type(one) is type(other) and np.array_equal(one.vertices, other.vertices)
@@ -163,8 +174,9 @@ def measure_shapes(
 ) -> tuple[Floats, Floats, Floats | None, Floats | None]:
     """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
-    Undefined normals are 0. The fourth result is the squared length of the longest side in each
-    block of consecutive faces, as divided by `_core`. For polygons, the last two results are None.
+    Undefined normals are 0. `_core` divides the faces into blocks of consecutive faces. The fourth
+    result is the squared length of the longest side in each block. For polygons, the third and the
+    fourth result are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
@@ -205,8 +217,10 @@ def sliver_area(
 ) -> float:
     """Return the total area of faces with length > `min_length` and height < `max_height`.
 
-    The length is the longest side, and the height is measured above this side. `longest` is the
-    last result of `measure_shapes`.
+    The length of a triangle is its longest side, and its height is measured above this side. The
+    length of a face of a `PolygonMesh` is its longest side or, if longer, its longest diagonal from
+    corner 0. Faces with four or more corners are treated as rectangles with this length and with
+    the area of the face. `longest` is the fourth result of `measure_shapes`.
     """
     limits = (min_length, max_height, n_threads)
     if isinstance(mesh, Mesh):
@@ -216,9 +230,10 @@ def sliver_area(
 
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
-    """Return the graph of vertices, in which vertices that share an edge are connected.
+    """Return the graph of vertices, with arcs between vertices that share an edge.
 
-    Arcs join only representatives. `representative` is the lowest vertex at the same position.
+    `representative` is, for each vertex, the lowest vertex at the same position. In the graph, it
+    replaces all vertices at its position. Vertices that are not representatives have no arcs.
     """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):
@@ -230,8 +245,9 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
     """Return the mean of the unit normals of the faces around each vertex, shape (V, 3).
 
-    The means are not normalized. For each vertex, `representative` is the lowest vertex at the same
-    position; the means of all other vertices are 0. All means are 0 in a mesh of tetrahedra.
+    The means are not normalized. `representative` is, for each vertex, the lowest vertex at the
+    same position. It gets the mean over all faces at its position. The result is 0 for vertices
+    that are not representatives, and for all vertices of a mesh of tetrahedra.
     """
     if isinstance(mesh, TetMesh):
         return np.zeros_like(mesh.vertices)
@@ -253,7 +269,8 @@ def spread_indices(n_samples: int, n: int) -> Longs:
 
 
 MAX_STEPS = 8
-"""Maximum number of equal parts per side of a triangle, because 64 samples suffice for a label."""
+"""Maximum number of equal parts into which `sample_surface` divides each side of a triangle. Eight
+parts make 64 samples per triangle, which suffice for a label."""
 
 
 class Samples(NamedTuple):
@@ -267,8 +284,8 @@ class Samples(NamedTuple):
 def sample_surface(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     """Return about `n_samples` points, spread evenly over the surface, at least one per face.
 
-    Each triangle is cut into n^2 equal triangles, where n is 1 to `MAX_STEPS`. The samples are the
-    centroids of these small triangles.
+    Each triangle is cut into n^2 equal triangles. The number n, from 1 to `MAX_STEPS`, depends on
+    the area of the triangle. The samples are the centroids of the small triangles.
 
     Examples
     --------

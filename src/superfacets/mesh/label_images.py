@@ -14,14 +14,15 @@ NO_MASK = 0
 """Id of pixels outside all masks."""
 
 Overlap = Literal["smallest", "largest"]
-"""Whether pixels in several overlapping masks belong to the smallest or to the largest of them."""
+"""Whether a pixel in several masks gets the id of the smallest or of the largest of these masks."""
 
 
 def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
     """Return the mask id of each pixel, shape (height, width); 0 outside all masks.
 
-    `masks` and `overlap` are as for `lift`, and `size` is the width and height of the image in
-    pixels. Raises a MeshError if the masks are not valid.
+    `masks` are the masks of one image, in any form that `lift` accepts. `overlap` is the same as in
+    `lift`, and `size` is the width and height of the image in pixels. Raises a MeshError if the
+    masks are not valid.
     """
     array = _as_array(masks, size)
     if array.dtype == bool and array.ndim == 3:
@@ -43,7 +44,8 @@ def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
 def flattened(stack: Bools, overlap: Overlap) -> Ints:
     """Merge n bool masks, shape (n, height, width), into one image of mask ids from 1 to n.
 
-    Pixels outside all masks are 0. If overlapping masks have the same size, the first mask is used.
+    Pixels outside all masks are 0. `overlap` decides which mask is used where masks overlap. If
+    overlapping masks have the same number of pixels, the first mask is used.
     """
     ids = np.zeros(stack.shape[1:], np.int32)
     sizes = np.count_nonzero(stack, axis=(1, 2))
@@ -54,7 +56,10 @@ def flattened(stack: Bools, overlap: Overlap) -> Ints:
 
 
 def _as_array(masks: Any, size: tuple[int, int]) -> Array:
-    """Convert masks to one array; a mask may also be a dict that has the key ``"segmentation"``."""
+    """Convert masks to one array. In a list, a mask may be a dict with the key ``"segmentation"``.
+
+    An empty list becomes a bool image that is False everywhere.
+    """
     if not isinstance(masks, (list, tuple)):
         return np.asarray(masks)
     planes = [one["segmentation"] if isinstance(one, Mapping) else one for one in masks]

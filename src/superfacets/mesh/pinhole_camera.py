@@ -1,4 +1,4 @@
-"""Pinhole cameras, which describe how images of a mesh were taken."""
+"""Define pinhole cameras: the pose and the projection with which an image of a mesh was taken."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class PinholeCamera:
         OpenCV, COLMAP and ScanNet); the last column is the position of the camera. Invert
         world-to-camera matrices with ``np.linalg.inv`` first.
     intrinsics : array_like, shape (4,), (3, 3) or (4, 4)
-        Focal lengths and principal point in pixels, (fx, fy, cx, cy), or the camera matrix. The
-        center of the first pixel is at (0.5, 0.5), as in COLMAP.
+        Focal lengths and principal point in pixels, (fx, fy, cx, cy), or a camera matrix without
+        skew. The center of the first pixel is at (0.5, 0.5), as in COLMAP.
     size : (int, int)
         Width and height of the image in pixels.
     name : str, default ""
-        Name of the image, which is used in messages.
+        Name of the image in messages.
 
     Attributes
     ----------
@@ -42,7 +42,8 @@ class PinholeCamera:
     ------
     ValueError, TypeError
         If an array has the wrong shape or is not finite, if the pose is not a rotation and a
-        translation, or if focal lengths or sizes are not positive.
+        translation, if the camera matrix has skew, if focal lengths are not positive, or if width
+        or height is not from 1 to 65,536.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Point clouds, which check and store arrays of positions, normals and colors."""
+"""Point clouds, stored as checked arrays: positions, and optional values such as normals."""
 
 from __future__ import annotations
 
@@ -34,11 +34,12 @@ class PointCloud(Cells):
         memory map), so do not change the array while the cloud is in use.
     normals : array_like, shape (N, 3), optional
         Normal vectors that point outward from a solid, or upward from the ground. Stored as float64
-        with length 1. A zero vector means that a point has no normal. Without normals, `segment`
-        estimates normals; see `estimate_normals`.
+        with length 1. A zero vector means that a point has no normal. If all vectors are zero,
+        ``normals`` becomes None. Without normals, `segment` estimates normals; see
+        `estimate_normals`.
     colors : array_like, shape (N, 3) or (N, 4), optional
-        Red, green and blue, as floats from 0 to 1 or as unsigned integers (uint8: 0 to 255).
-        Stored as float32 from 0 to 1. A fourth column is ignored.
+        Red, green and blue, as floats from 0 to 1 or as unsigned integers over the full range of
+        their type (uint8: 0 to 255). Stored as float32 from 0 to 1. A fourth column is ignored.
     axes : array_like, shape (N, 3), optional
         Normals of unknown sign, such as the shortest axes of Gaussian splats. A zero vector means
         that a point has no axis. If ``normals`` is None, `segment` estimates normals from the axes
@@ -51,12 +52,12 @@ class PointCloud(Cells):
     Attributes
     ----------
     bounds : ndarray of float64, shape (2, 3)
-        Minimum and maximum corner of the bounding box.
+        Minimum and maximum corner of the bounding box of all points.
 
     Raises
     ------
     MeshError
-        If an array is not valid. The message names the first wrong entry.
+        If an array is not valid; the message names the first invalid entry.
 
     Examples
     --------
@@ -90,7 +91,7 @@ class PointCloud(Cells):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of points."""
+        """Number of cells. The cells of a cloud are its points."""
         return len(self.points)
 
     @property
@@ -99,7 +100,7 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return a cloud of the points with the indices `chosen`, including their attributes."""
+        """Return a cloud of the points with the indices `chosen`, with all their values."""
         arrays = [self.points, self.normals, self.colors, self.axes, self.viewpoints]
         return PointCloud(
             *(rows if rows is None or rows.ndim == 1 else rows[chosen] for rows in arrays)  # type: ignore[arg-type]

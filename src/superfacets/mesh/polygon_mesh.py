@@ -25,7 +25,8 @@ class Triangulation(NamedTuple):
         Triangles on the same vertices. A polygon of n corners becomes n - 2 triangles with the same
         orientation. Triangles are in the order of the polygons.
     sources : ndarray of int32, shape (T,)
-        Polygon of each triangle; ``labels[sources]`` are the labels of the triangles.
+        Polygon that contains each triangle. If ``labels`` are labels of the polygons,
+        ``labels[sources]`` are labels of the triangles.
     """
 
     mesh: Mesh
@@ -43,7 +44,7 @@ class PolygonMesh(CellsOfVertices):
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        As for `Mesh`.
+        Same as in `Mesh`.
     offsets : array_like of integers, shape (F + 1,)
         The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``. Each face has three or
         more corners, and F is at least 1. Copied to a read-only int64 array.
@@ -59,8 +60,8 @@ class PolygonMesh(CellsOfVertices):
     Raises
     ------
     MeshError
-        If an array is not valid (the message names the first wrong entry), if a face has fewer than
-        three corners, if there are no faces, or if all faces are at one point.
+        If an array is not valid (the message names the first invalid entry), if a face has fewer
+        than three corners, if there are no faces, or if all faces are at one point.
 
     Examples
     --------
@@ -85,7 +86,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def of_faces(cls, vertices: npt.ArrayLike, faces: Sequence[Any] | npt.ArrayLike) -> PolygonMesh:
-        """Make a mesh from faces, which are lists of vertices or rows of an array.
+        """Make a mesh from `faces`: lists of vertices, or an array with one face per row.
 
         Examples
         --------
@@ -97,7 +98,7 @@ class PolygonMesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh from new arrays, which are not copied because no other code uses them."""
+        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
@@ -107,7 +108,7 @@ class PolygonMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of faces."""
+        """Number of cells. The cells of this mesh are its faces."""
         return len(self.offsets) - 1
 
     @property
@@ -121,7 +122,10 @@ class PolygonMesh(CellsOfVertices):
         return np.diff(self.offsets)
 
     def face(self, i: int) -> Ints:
-        """Return the vertices at the corners of face i, where i is from 0 to F - 1."""
+        """Return the vertices at the corners of face i.
+
+        Raises an IndexError if i is not from 0 to F - 1.
+        """
         if not 0 <= i < self.n_faces:
             raise IndexError(f"the face index must be 0 to {self.n_faces - 1}, got {i}")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
@@ -130,7 +134,8 @@ class PolygonMesh(CellsOfVertices):
         """Cut the faces into triangles, without adding vertices.
 
         Convex faces are cut into a fan around their first corner, and other faces by ear clipping.
-        Use this method for programs and file formats that need triangles.
+        Faces with more than 4,096 corners are always cut into a fan. Use this method for programs
+        and file formats that need triangles.
 
         Examples
         --------

@@ -17,7 +17,7 @@ from .triangle_mesh import Mesh
 from .weld import lowest_vertices
 
 # Row i lists the three corners opposite to corner i of a tetrahedron. The three corners are
-# counterclockwise seen from outside if `signed_volumes` of the tetrahedron is positive.
+# counterclockwise seen from outside if the signed volume of the tetrahedron is positive.
 _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
@@ -29,7 +29,8 @@ class TetBoundary(NamedTuple):
     mesh : Mesh
         Triangles on the same vertices, counterclockwise seen from outside.
     sources : ndarray of int32, shape (F,)
-        Tetrahedron of each triangle; ``labels[sources]`` are the labels of the triangles.
+        Tetrahedron of each triangle. If ``labels`` are labels of the tetrahedra,
+        ``labels[sources]`` are labels of the triangles.
     """
 
     mesh: Mesh
@@ -46,7 +47,7 @@ class TetMesh(CellsOfVertices):
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        As for `Mesh`.
+        Same as in `Mesh`.
     tets : array_like of integers, shape (N, 4)
         Vertex indices from 0 to V - 1, copied to a read-only int32 array. N is at least 1.
 
@@ -58,7 +59,7 @@ class TetMesh(CellsOfVertices):
     Raises
     ------
     MeshError
-        If an array is not valid (the message names the first wrong entry), if there are no
+        If an array is not valid (the message names the first invalid entry), if there are no
         tetrahedra, or if all tetrahedra are at one point.
 
     Examples
@@ -78,7 +79,7 @@ class TetMesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of tetrahedra."""
+        """Number of cells. The cells of this mesh are its tetrahedra."""
         return len(self.tets)
 
     @property
@@ -87,21 +88,22 @@ class TetMesh(CellsOfVertices):
         return len(self.tets)
 
     def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
-        """Return the boundary: all triangles that belong to exactly one tetrahedron.
+        """Return the boundary: all triangles that belong to exactly one of the kept tetrahedra.
 
         Parameters
         ----------
         keep : array_like of bool, shape (N,), optional
-            True for tetrahedra whose boundary is returned. By default, all tetrahedra are used. For
-            a cross section, use for example ``positions[:, 0] < 0.5``.
+            Whether each tetrahedron is kept. By default, all tetrahedra are kept. For a cross
+            section, use for example ``positions[:, 0] < 0.5``, where ``positions`` are the
+            centroids of the tetrahedra.
         weld : bool, default True
             Whether vertices at exactly the same position are treated as one vertex.
 
         Raises
         ------
         MeshError
-            If no triangle belongs to exactly one tetrahedron, for example because every tetrahedron
-            has a duplicate.
+            If no triangle belongs to exactly one kept tetrahedron, for example because every
+            tetrahedron has a duplicate, or because no tetrahedron is kept.
         ValueError, TypeError
             If `keep` is not an array with one bool per tetrahedron.
         """

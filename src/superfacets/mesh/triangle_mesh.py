@@ -36,7 +36,7 @@ class Mesh(CellsOfVertices):
     Raises
     ------
     MeshError
-        If an array is not valid (the message names the first wrong entry), if there are no faces,
+        If an array is not valid (the message names the first invalid entry), if there are no faces,
         or if all faces are at one point.
 
     Examples
@@ -56,7 +56,7 @@ class Mesh(CellsOfVertices):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh from new arrays, which are not copied because no other code uses them."""
+        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
@@ -64,7 +64,7 @@ class Mesh(CellsOfVertices):
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, which is the number of faces."""
+        """Number of cells. The cells of this mesh are its faces."""
         return len(self.faces)
 
     @property
@@ -90,9 +90,10 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     Returns
     -------
     vertices : ndarray of float64, shape (V + E, 3)
-        The given vertices, followed by the midpoint of each edge.
+        The vertices of the input, followed by the midpoint of each edge.
     faces : ndarray of int32, shape (4 F, 3)
-        Face f is split into faces 4 f to 4 f + 2 at its corners, and face 4 f + 3 at its center.
+        Face f becomes four faces: 4 f, 4 f + 1 and 4 f + 2 at its corners, and 4 f + 3 in the
+        middle.
 
     Examples
     --------

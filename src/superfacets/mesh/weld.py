@@ -1,4 +1,4 @@
-"""Welding, which treats vertices at the same position as one vertex."""
+"""Weld vertices: treat all vertices at the same position as one vertex."""
 
 from __future__ import annotations
 
