@@ -353,6 +353,7 @@ class FacingSums(NamedTuple):
 
     @classmethod
     def zeros(cls, n_components: int) -> FacingSums:
+        """Return sums of 0 for each component."""
         areas, facing, angles = np.zeros((3, n_components))
         return cls(areas, np.zeros((n_components, 3)), facing, angles)
 
@@ -360,7 +361,7 @@ class FacingSums(NamedTuple):
         self, components: Array, viewpoints: npt.ArrayLike, positions: Floats, normals: Floats,
         measures: Floats,
     ) -> None:  # fmt: skip
-        """Add points, given the component of each; one viewpoint, or one per point, shape (N, 3)."""
+        """Add points, given the component of each, and one viewpoint or one per point (N, 3)."""
         toward = np.asarray(viewpoints) - positions
         farthest = np.abs(toward).max(axis=1, keepdims=True)
         np.divide(toward, farthest, out=toward, where=farthest > 0)  # avoids overflow of squares

@@ -149,7 +149,9 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
     ):
         raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
     if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
-        raise ValueError(f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces")
+        raise ValueError(
+            f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces"
+        )
     color = new_class(class_id)["color"] if color is None else color
     if not isinstance(color, str) or not _COLOR.fullmatch(color.lower()):
         raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
