@@ -63,7 +63,8 @@ a border. With larger offsets, regions extend around their neighbors into other 
 With a value of 1, the undersegmentation error is 0.01 higher."""
 
 RESCUES = 10
-"""Maximum number of additional rounds at the end. They move centers that lie in other regions."""
+"""Maximum number of additional rounds after ROUNDS or ROUNDS_ON_ALL. An additional round only moves
+centers that lie in another region."""
 
 ISLAND = 0.5
 """A component that has one region after the loop, and is smaller than this fraction of the mean
