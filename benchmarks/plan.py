@@ -22,7 +22,7 @@ SAMPLES = ("bear5k", "bear60k", "bear60k-x4", "bear60k-x16", "sphere-x65536", "b
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
 HALTED = ("bunny", "hand-x4", "hand-x16")
-"""Meshes for the comparison of halted with exact expansions."""
+"""Names of the meshes for the comparison of halted and exact expansions."""
 
 RACED = ("defaults", "plain", "10 iterations")
 """Names of the settings for the comparison with rivals."""

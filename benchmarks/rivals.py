@@ -35,7 +35,7 @@ class Rival(NamedTuple):
 
     name: str
     module: str
-    elements: str  # what has labels: "faces", "vertices" or "pixels"
+    elements: str  # name of the labeled elements: "faces", "vertices" or "pixels"
     settings: str
     prepare: Callable[[Arrays], Any]  # makes the input from the mesh; not timed
     run: Callable[[Any, int], Outcome]

@@ -1,4 +1,4 @@
-"""Measurements that have a target, which is set by a rival or by the speed of the machine."""
+"""Measurements that have a target, and compare superfacets with rivals or with the machine."""
 
 from __future__ import annotations
 

@@ -58,9 +58,10 @@ GAIN = 0.35
 of the mean path length from a center to the border of its region."""
 
 MOST_OFFSET = 0.5
-"""Maximum difference of an offset from the median offset, as a fraction of the mean path length to
-a border. With larger offsets, regions extend around their neighbors into other parts of the shape.
-With a value of 1, the undersegmentation error is 0.01 higher."""
+"""Maximum difference of an offset from the median offset, as a fraction of the mean path length
+from a center to the border of its region. With larger offsets, regions extend around their
+neighbors into other parts of the shape. With a value of 1, the undersegmentation error is 0.01
+higher."""
 
 RESCUES = 10
 """Maximum number of additional rounds after ROUNDS or ROUNDS_ON_ALL. An additional round only moves

@@ -1,6 +1,6 @@
 """Stage 4a of the algorithm: label each cell with the center that has the shortest path to it.
 
-The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
+The loop of `segment` does not use this module. It calls `_core.Clustering`; see `loop.py`.
 """
 
 from __future__ import annotations

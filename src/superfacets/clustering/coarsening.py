@@ -233,14 +233,15 @@ def _coarser(
     """Build successively coarser graphs, and return them from the finest to the coarsest.
 
     `sizes` are possible numbers of cells per coarse cell on the finest coarse level, in order of
-    preference. `enough` is the minimum number of coarse cells on this level and on coarser levels.
+    preference. `enough` contains two minimum numbers of coarse cells: on the finest coarse level,
+    and on each coarser level.
     """
     coarse: list[CoarseCells] = []
     n_enough, n_next = enough
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
         larger = _coarse_cells(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
-            break  # most cells have no neighbors, as in triangle soup
+            break  # most cells have no neighbors with which they can be grouped
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
         if n_seeded < ENOUGH_OF_SEEDED * n_enough:
             break  # most cells are in small components, which get no seeds

@@ -20,8 +20,8 @@ from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
-"""Maximum fraction of all centers that are relocated, for each round of relocation. One center may
-always be relocated."""
+"""Maximum fraction of all centers that are relocated, for each round of relocation. Relocated
+centers move into regions with long paths. One center may always be relocated."""
 
 ITERATIONS_PER_ROUND = 8
 """Maximum number of iterations of the loop after each round of relocation."""

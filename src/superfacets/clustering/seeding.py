@@ -49,9 +49,10 @@ def place_seeds(
         - ``"farthest"``: Like ``"geodesic"``, but with Euclidean distances. There are exactly k
           seeds, and time is O((N + k) log N) in practice.
         - ``"curve"``: Divide the Morton curve through all cells into 0.6 k parts, and use the
-          middle cell of each part as a seed. Place the other seeds as ``"geodesic"`` does. Parts
-          have equal weights; the weight of a cell is its measure times the square root of its mean
-          ratio of arc length to distance. There are exactly k seeds. Time is O(N + k log N).
+          middle cell of each part as a seed. Place the remaining 0.4 k seeds as ``"geodesic"``
+          does. All parts have about the same weight. The weight of a cell is its measure times the
+          square root of the ratio of the total length of its arcs to the total distance of its
+          neighbors. There are exactly k seeds. Time is O(N + k log N).
         - ``"flood"``: Visit cells in the order of their path length from the central cell. A cell
           that no region has reached becomes the seed of a new region. This region expands to a
           distance of 2 r. In each further component, start from the cell with the lowest index. The

@@ -1,6 +1,6 @@
 """Stage 4b of the algorithm: move each center to the cell nearest to the centroid of its region.
 
-The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
+The loop of `segment` does not use this module. It calls `_core.Clustering`; see `loop.py`.
 """
 
 from __future__ import annotations

@@ -208,9 +208,9 @@ def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
 
 
 def _show(stage: _Stage, background: tuple[int, int, int], *, shadows: bool) -> None:
-    """Switch between the scene with lights and colors, and ambient occlusion on a white surface.
+    """Prepare the next image, which shows the scene with lights and colors.
 
-    If `shadows` is True, the next image shows only ambient occlusion.
+    If `shadows` is True, the next image shows ambient occlusion on a white surface instead.
     """
     stage.renderer.SetBackground(*(channel / 255 for channel in background))
     stage.renderer.SetUseSSAO(shadows)

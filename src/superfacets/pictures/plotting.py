@@ -168,7 +168,7 @@ def plot(
     ValueError, TypeError
         If another argument is invalid.
     MissingExtraError
-        If VTK or Pillow is not installed. Both are installed with PyVista.
+        If VTK or Pillow is not installed. PyVista installs these two packages.
     RenderError
         If VTK cannot be loaded, if this machine has no OpenGL, or if imageio-ffmpeg is missing for
         an .mp4 file. The message says what to install.
