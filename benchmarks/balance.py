@@ -23,12 +23,19 @@ Labels = npt.NDArray[np.int32]
 
 
 def _metis(imbalance: float) -> Callable[[sf.Mesh, int], Labels]:
-    """METIS with crease weights, and this maximum excess of a part's area over the mean area."""
+    """Return a function that runs METIS with crease weights.
+
+    `imbalance` is the maximum excess of the area of a region over the mean area, as a fraction.
+    """
     return lambda mesh, k: metis_partition(mesh, k, imbalance=imbalance, n_threads=1).labels
 
 
 def _pyacvd(mesh: sf.Mesh, k: int) -> Labels:
-    """Cluster vertices; each face gets the label of most of its vertices, or of the first one."""
+    """Cluster vertices with pyacvd, and return the label of each face.
+
+    A face gets the most frequent label of its vertices, or the label of its first vertex if all
+    three labels differ.
+    """
     of_vertices = run_pyacvd(Arrays(mesh.vertices, mesh.faces), k).labels.astype(np.int32)
     first, second, third = of_vertices[mesh.faces].T
     labels = np.where(second == third, second, first)
@@ -46,7 +53,7 @@ METHODS: dict[str, Callable[[sf.Mesh, int], Labels]] = {
 
 
 class Row(NamedTuple):
-    """Means over models."""
+    """Results of one method for one number of regions: means over all models."""
 
     k: int
     method: str
@@ -61,7 +68,11 @@ class Row(NamedTuple):
 def measure_balance(
     folder: Path, ks: Sequence[int], every: int, say: Callable[[str], None]
 ) -> list[Row]:
-    """Measure all methods on every n-th model of the Princeton benchmark, on one thread."""
+    """Measure all methods on the models of the Princeton benchmark in `folder`, on one thread.
+
+    Only every n-th model is used, where n is `every`. Returns a row for each number of regions in
+    `ks` and each method.
+    """
     benchmark = Benchmark(folder)
     models = [benchmark.load(number) for number in sorted(benchmark.numbers)[::every]]
     rows = []

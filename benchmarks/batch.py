@@ -29,8 +29,8 @@ try:
 except ChildProcessError:
     sys.exit(result)
 """
-"""Program that runs a command, and waits for all processes of the command. These processes become
-its children, so that their processor time is counted."""
+"""Python program that runs a command, and waits for all processes of the command. These processes
+become children of the program, so that their processor time is counted."""
 
 
 def measure_batch(
@@ -39,8 +39,9 @@ def measure_batch(
     """Return a row for each number of workers: seconds, processor time, speedup over the first row.
 
     Runs alternate between the numbers of workers, and must all write the same bytes. The processor
-    time is the sum over all processes of a command; other programs affect it less than the wall
-    time. With `n_files`, the batch consists of `n_files` copies of the files.
+    time is the sum over all processes of a command. Other programs on the machine affect it less
+    than the wall time. The batch consists of all files in `folder`, or of `n_files` copies of these
+    files.
     """
     with tempfile.TemporaryDirectory() as scratch:
         if n_files is not None:
@@ -91,7 +92,7 @@ def _spent() -> float:
 
 
 def _results(folder: Path) -> dict[str, bytes]:
-    """Content of all label files, keyed by path relative to the folder."""
+    """Return the content of all label files in a folder, keyed by path relative to the folder."""
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*.npy")}
 
 

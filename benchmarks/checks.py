@@ -20,7 +20,7 @@ PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth":
 """Keywords for the paper's weights and seeds, without smoothing."""
 
 EXPECTED = Path(__file__).with_name("expected.json")
-"""Hashes of meshes and labels; ``python -m benchmarks expect`` writes them."""
+"""File with hashes of meshes and labels; ``python -m benchmarks expect`` writes it."""
 
 Expected = dict[str, Any]
 
@@ -51,21 +51,23 @@ def save_expected(expected: Expected, path: Path = EXPECTED) -> None:
 def check_labels(
     expected: Expected, mesh: str, arrays: Arrays, run: str, result: sf.Segmentation
 ) -> str:
-    """Return how the labels were checked: by the stored hash, or by invariants and one thread.
+    """Check labels, and return how they were checked.
 
-    If the mesh has the stored hash, its labels must have the stored hash. Otherwise the labels are
-    checked by invariants, and compared with the labels of one thread: subdivided meshes depend on
-    numpy's random numbers, and sample meshes depend on its linear algebra.
+    If the mesh has the stored hash, its labels must have the stored hash. If the mesh has another
+    hash, or if no hash is stored, the labels are checked by invariants, and compared with the
+    labels of one thread. Meshes may have other hashes on other machines, because subdivided meshes
+    depend on numpy's random numbers, and sample meshes depend on its linear algebra.
 
     Parameters
     ----------
     expected : dict
         From `load_expected`.
     mesh, run : str
-        Name of the mesh; name of the run, which consists of number of regions and settings.
+        Name of the mesh, and name of the run from `runs.run_name`.
     arrays : Arrays
         The mesh.
     result : Segmentation
+        Result of the run, which has the labels.
 
     Raises
     ------
@@ -97,8 +99,8 @@ def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
 def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     """Raise an error unless labels are int32, and each of K connected regions contains its center.
 
-    K is the requested number, plus at most one for each further component of the mesh. With halted
-    expansions, regions may be disconnected, and there may be more regions.
+    K must be the requested number of regions, plus at most one for each component of the mesh after
+    the first. With `radius_factor`, regions may be disconnected, and there may be more regions.
     """
     labels, n_segments = result.labels, result.n_segments
     require(labels.shape == (len(arrays.faces),), "there is not one label per face")
@@ -136,7 +138,7 @@ def n_pieces(
 
 
 def check_against_reference(n_segments: int = 20) -> None:
-    """Raise an error unless `superfacets.reference` gives the same labels on a small mesh."""
+    """Raise an error unless `superfacets.reference` gives the same labels for a small mesh."""
     mesh = sf.sample_mesh(3_000)
     arcs = reference.build_face_graph(mesh)
     weights = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2)

@@ -1,4 +1,4 @@
-"""Times of interleaved jobs: a slow minute of the machine affects all jobs equally."""
+"""Measure the times of interleaved jobs, so that a slow minute affects all jobs equally."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Sample(NamedTuple):
 
     seconds: float
     cpu_seconds: float  # processor time of all threads
-    fact: Any  # value that `accept` returned for the job's result
+    fact: Any  # value that `accept` (see `interleaved`) returned for the result of the job
 
 
 def interleaved(
@@ -25,11 +25,11 @@ def interleaved(
     repeats: int,
     accept: Callable[[Key, Any], Any],
 ) -> dict[Key, list[Sample]]:
-    """Run all jobs once as warm-up, then `repeats` rounds; return the samples of each job.
+    """Run all jobs once as a warm-up, then in `repeats` rounds; return the samples of each job.
 
-    Garbage is collected before each job, and not during a job. After each run, also in the warm-up,
-    `accept(key, result)` is called. It raises an error if the result is wrong; otherwise it returns
-    the facts to keep, and the result is dropped.
+    The warm-up gives no samples. Garbage is collected before each job, and not during a job. After
+    each run, including the warm-up, `accept(key, result)` is called. It must raise an error if the
+    result is wrong. Its return value is kept in the sample, and the result is dropped.
     """
     samples: dict[Key, list[Sample]] = {key: [] for key in jobs}
     keys = list(jobs)
@@ -60,5 +60,5 @@ def median(values: list[float]) -> float:
 
 
 def summary(values: list[float]) -> dict[str, float]:
-    """Return the median and the range of seconds, as fields of a row of results."""
+    """Return the median, minimum and maximum of times in seconds, as fields of a row of results."""
     return {"seconds": median(values), "fastest": min(values), "slowest": max(values)}

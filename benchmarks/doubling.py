@@ -3,8 +3,9 @@
     python -m benchmarks doubling
     python -m benchmarks doubling --shapes star,dust --smallest 64000
 
-Each row is one job on one shape, at sizes that double. The exponent is the slope of a line through
-the logarithms of times and sizes: 1 means linear, 2 means quadratic.
+Each job runs on each shape in several sizes, each twice as large as the previous size. The exponent
+is the slope of a line through the logarithms of times and sizes: 1 means linear growth, and 2 means
+quadratic growth.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ import superfacets as sf
 from superfacets.study.table_writer import markdown_table
 
 LIMIT = 1.2
-"""Maximum exponent that is accepted as linear. Sorting and trees add a logarithm, and arrays larger
-than the cache add some tenths."""
+"""Maximum exponent that is accepted as linear. Sorting and trees take O(n log n), and arrays larger
+than the cache add some tenths to the exponent."""
 
 N_COPIES = 1000  # number of distinct positions in the cloud `copies`
 
@@ -34,7 +35,7 @@ Job = Callable[[Cells], object]
 
 
 def flat_grid(n: int) -> sf.Mesh:
-    """Return a square of right triangles: nearly all distances are equal."""
+    """Return a square grid of about n right triangles. Very many distances are equal."""
     side = round(math.sqrt(n / 2))
     vertices = np.moveaxis(np.mgrid[: side + 1, : side + 1, :1], 0, -1).reshape(-1, 3)
     numbers = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
@@ -51,7 +52,7 @@ def star(n: int) -> sf.Mesh:
 
 
 def coin(n: int) -> sf.PolygonMesh:
-    """Return a closed prism: two polygons of n - 2 corners and a quad at each of their edges."""
+    """Return a closed prism of n faces: two polygons of n - 2 corners, joined by n - 2 quads."""
     m = n - 2
     rim = np.arange(m)
     quads = np.stack([rim, np.roll(rim, -1), m + np.roll(rim, -1), m + rim], axis=1)
@@ -70,7 +71,7 @@ def dust(n: int) -> sf.Mesh:
 
 
 def one_place(n: int) -> sf.PointCloud:
-    """Return n - 1 points at one position, and one other point, so that the cloud has an extent."""
+    """Return n - 1 points at one position, and a point elsewhere that gives the cloud an extent."""
     positions = np.zeros((n, 3))
     positions[-1] = 1.0
     return sf.PointCloud(positions)
@@ -107,7 +108,7 @@ SHAPES: dict[str, Callable[[int], Cells]] = {
 
 
 def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
-    """Segment on one thread into `share` * N regions of N cells; by default, 150 regions."""
+    """Segment N cells into `share` * N regions, on one thread; by default, into 150 regions."""
     n_segments = None if share is None else max(1, int(share * cells.n_cells))
     return sf.segment(cells, n_segments, n_threads=1, **options)
 
@@ -161,8 +162,9 @@ SHAPES_OF: dict[str, tuple[str, ...]] = {
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
 }
-"""Shapes for jobs that need faces or vertices. `shape_diameter` of dust is not linear, because a
-ray passes all triangles in a row of the lattice."""
+"""Names of the shapes on which a job runs, for jobs that need faces or vertices. All other jobs run
+on all shapes. `shape_diameter` does not run on dust, because its time is not linear: a ray passes
+all triangles in a row of the lattice."""
 
 
 @dataclass(frozen=True)
@@ -176,19 +178,22 @@ class Growth:
 
     @property
     def exponent(self) -> float:
-        """Slope of the logarithm of time over the logarithm of size."""
+        """Result of the function `exponent` for these sizes and times."""
         return exponent(self.sizes, self.seconds)
 
 
 def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
-    """Return the p of seconds ~ size^p, by least squares of logarithms."""
+    """Return the exponent p in seconds = c * size^p, by a least squares fit of the logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
 
 
 def measure_doubling(
     shapes: Sequence[str], jobs: Sequence[str], sizes: Sequence[int], repeats: int
 ) -> Iterator[Growth]:
-    """Run each job on each shape at these sizes; yield the shortest CPU times."""
+    """Run each job on each shape in all sizes, except where `SHAPES_OF` leaves a shape out.
+
+    Yields the shortest of `repeats` CPU times for each size.
+    """
     for shape in shapes:
         inputs = [SHAPES[shape](size) for size in sizes]
         for job in jobs:
@@ -210,7 +215,7 @@ def _cpu_time(job: Callable[[], object], repeats: int) -> float:
 
 
 def doubling_table(results: Sequence[Growth]) -> str:
-    """Return the exponents as a table in Markdown, with a column for each shape."""
+    """Return the exponents as a table in Markdown: a row for each job, a column for each shape."""
     shapes = list(dict.fromkeys(growth.shape for growth in results))
     found = {(growth.job, growth.shape): growth for growth in results}
     rows = []

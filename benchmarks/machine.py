@@ -1,4 +1,4 @@
-"""Facts about the machine that affect times; none of them identifies the machine."""
+"""Facts about the machine that affect times. No fact identifies the machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-ima
 
 
 def thread_counts() -> list[int]:
-    """Return 1, 2 and the number of cores, ascending; only 1 if there is one core."""
+    """Return 1, 2 and the number of cores, in ascending order and without repetitions."""
     cores = usable_cores()
     return sorted({1, min(2, cores), cores})
 
@@ -63,7 +63,7 @@ def _memory_gib() -> float | None:
 
 
 def _compiler() -> str | None:
-    """Return the compiler version in the binary of the core, if there is one."""
+    """Return the compiler version in the binary of the core, or None if there is no version."""
     from superfacets import _core
 
     content = Path(_core.__file__).read_bytes()

@@ -1,7 +1,7 @@
-"""Peak memory of `superfacets.segment` above its input, in a fresh process.
+"""Peak memory of `superfacets.segment`, without its input, in a fresh process.
 
-``python -m benchmarks.memory FOLDER K`` is that process. It reads ``vertices.npy`` and
-``faces.npy`` in the folder, and prints one line of JSON.
+The fresh process is ``python -m benchmarks.memory FOLDER K``. It reads ``vertices.npy`` and
+``faces.npy`` in the folder, segments the mesh into K regions, and prints one line of JSON.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
-    """Return a row with the peak memory in bytes per face, above the memory with the arrays loaded.
+    """Return a row of results with the peak memory in bytes per face.
 
-    The peak includes the result. The peak excludes the input, and threads and buffers that remain
-    from an earlier run on a smaller mesh. Without faces, the vertices are a point cloud.
+    The peak includes the result. It does not include the input, and the threads and buffers that
+    remain from an earlier run on a smaller mesh. If there are no faces, the vertices are segmented
+    as a point cloud.
     """
     n_faces = len(arrays.faces) or len(arrays.vertices)
     with tempfile.TemporaryDirectory() as folder:
@@ -51,7 +52,10 @@ def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
 
 
 def _probe(folder: Path, n_segments: int) -> dict[str, Any]:
-    """Segment the arrays in the folder; return the increase of the peak, and a hash of labels."""
+    """Segment the arrays in the folder; return the peak memory minus the memory before, in bytes.
+
+    Also returns a hash of the labels.
+    """
     sf.segment(sf.sample_mesh(5_000), 50)
     vertices, faces = np.load(folder / "vertices.npy"), np.load(folder / "faces.npy")
     gc.collect()
@@ -66,12 +70,15 @@ def _forget_peak() -> int:
     try:
         Path("/proc/self/clear_refs").write_text("5")
     except OSError:
-        return _resident_bytes("VmHWM")  # the peak so far, which is mostly the input
+        return _resident_bytes("VmHWM")  # peak memory until now, which is mostly the input
     return _resident_bytes("VmRSS")
 
 
 def _resident_bytes(field: str) -> int:
-    """Return VmRSS (current memory) or VmHWM (peak memory) in bytes."""
+    """Return VmRSS (current memory) or VmHWM (peak memory) in bytes.
+
+    On systems without /proc, the result is the peak memory for both fields.
+    """
     status = Path("/proc/self/status")
     if status.exists():
         found = re.search(rf"{field}:\s+(\d+) kB", status.read_text())

@@ -1,9 +1,10 @@
 """Meshes of the benchmark: files, the sample bear, and finer meshes made from them.
 
-A name is a base and, optionally, the factor by which its faces are multiplied: ``bunny``,
-``hand-x64``, ``bear60k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the
-data folder, ``bear5k`` or ``bear60k`` (`superfacets.sample_mesh`), or ``sphere`` (an icosahedron
-whose subdivisions are projected onto a sphere).
+A name consists of a base and, optionally, of the factor by which subdivision multiplies the number
+of faces: ``bunny``, ``hand-x64``, ``bear60k-x4``, ``sphere-x65536``. A base is the name, without
+its ending, of a file in the folder ``meshes`` of the data folder; or ``bear5k`` or ``bear60k``
+(`superfacets.sample_mesh`); or ``sphere``, an icosahedron whose subdivisions are projected onto a
+sphere.
 """
 
 from __future__ import annotations
@@ -40,14 +41,17 @@ class Arrays(NamedTuple):
 
 
 def find_data(given: Path | None = None) -> Path | None:
-    """Return `given`, SUPERFACETS_DATA or ../shared/data; None if it has no folder ``meshes``."""
+    """Return the data folder: `given` or, if it is None, SUPERFACETS_DATA or ../shared/data.
+
+    Returns None if the data folder does not contain a folder ``meshes``.
+    """
     beside = Path(__file__).resolve().parents[2] / "shared" / "data"
     folder = given or Path(os.environ.get("SUPERFACETS_DATA", beside))
     return folder if (folder / "meshes").is_dir() else None
 
 
 def split_name(name: str) -> tuple[str, int]:
-    """Return the base of a mesh, and the number of subdivisions.
+    """Return the base in the name of a mesh, and the number of subdivisions.
 
     Examples
     --------
@@ -95,7 +99,7 @@ def _base(base: str, data: Path | None) -> Arrays:
 
 
 def file_of(base: str, data: Path | None) -> Path:
-    """Return the file of a mesh in the data folder; a ValueError if there is none."""
+    """Return the path of a mesh in the data folder; raise a ValueError if there is none."""
     files = sorted((data / "meshes").glob(f"{base}.*")) if data else []
     if not files:
         raise ValueError(f"there is no mesh {base!r} in the data folder; see --data")
@@ -110,7 +114,8 @@ def subdivide(arrays: Arrays) -> Arrays:
 def perturb(arrays: Arrays) -> Arrays:
     """Shift each vertex by random, reproducible offsets of at most `NOISE` mean edge lengths.
 
-    The mean is rounded to a power of two, because its last bits depend on numpy's summation.
+    The mean edge length is rounded to a power of two, because its last bits depend on the order in
+    which numpy adds numbers.
     """
     vertices, faces = arrays
     starts, ends = vertices[faces], vertices[np.roll(faces, -1, axis=1)]

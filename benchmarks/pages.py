@@ -1,12 +1,12 @@
-"""Costs of a page of ``superfacets.view`` in a browser: sizes, memory, and times.
+"""Size, memory and times of a page of ``superfacets.view`` in a browser.
 
     python -m benchmarks page scan.ply
     python -m benchmarks page bear60k-x16 --segments 2000
     python -m benchmarks page 2000000    # a torus with knobs, of this number of faces
 
-Playwright and Chromium are needed. Without a graphics card, Chromium draws in software, so frames
-per second depend on the processor. Milliseconds of scripts, draw calls and bytes do not depend on
-the speed of drawing.
+Playwright and Chromium are needed. Without a graphics card, Chromium draws in software, so that the
+number of frames per second depends on the processor. The milliseconds of scripts, the number of
+draw calls and the bytes do not depend on the speed of drawing.
 """
 
 from __future__ import annotations
@@ -29,9 +29,11 @@ OPTIONS = [
 SIZE: Any = {"width": 1280, "height": 800}
 
 START_MS = 300_000
-"""Time limit in milliseconds. Opening a page of millions of faces takes long on a busy machine."""
+"""Time limit in milliseconds for opening a page. On a busy machine, opening a page with millions of
+faces takes long."""
 
-# Turns the view like a drag, one step per frame, and waits until each frame is drawn.
+# JavaScript that turns the view as if the user dragged it, by one step per frame. The script waits
+# until each frame is drawn.
 ORBIT = """async ([frames, isFine]) => {
     const { drawing } = superfacets;
     const drawn = () => drawing.gpu.read(0, 0, 1, 1);
@@ -88,7 +90,7 @@ FACTS = """() => {
 
 
 def knobby_torus(n_faces: int) -> sf.Mesh:
-    """Return a torus with knobs: a closed grid of quads cut in two, at least `n_faces` faces."""
+    """Return a torus with knobs: a closed grid of at least `n_faces` triangles."""
     n = max(3, int(np.ceil(np.sqrt(n_faces / 2))))
     u, v = np.meshgrid(*[np.arange(n) * (2 * np.pi / n)] * 2, indexing="ij")
     radii = 0.4 + 0.05 * np.sin(12 * u) * np.sin(5 * v)
@@ -102,7 +104,7 @@ def knobby_torus(n_faces: int) -> sf.Mesh:
 
 
 def measure_page(mesh: sf.Mesh | sf.PolygonMesh, n_segments: int, frames: int) -> dict[str, Any]:
-    """Return sizes, memory and times of the page of a mesh with this number of regions.
+    """Return the sizes, memory and times of the page of a mesh with `n_segments` regions.
 
     Raises
     ------

@@ -17,12 +17,12 @@ Key = tuple[int, int]  # number of regions, threads
 
 
 def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[dict[str, Any]]:
-    """Return a row for each number of regions and threads: one full pass from the first seeds.
+    """Return a row for each of `keys`, with the time of one pass.
 
-    The time of a pass is ``timings["classify"]`` of `segment_graph` with one iteration: from
-    centers to labels of all faces, without results of an earlier pass. It includes the allocation
-    of the result. It excludes the seeds, the update, and the sorted copy of the graph, which is
-    made once for all passes.
+    A pass is one classification of all faces from the seeds, without the result of an earlier
+    classification. Its time is ``timings["classify"]`` of `segment_graph` with one iteration. The
+    time includes the allocation of the result. It does not include the placement of seeds, the
+    update of centers, and the making of the sorted graph.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)

@@ -1,4 +1,4 @@
-"""The plan: meshes, numbers of regions, settings and numbers of threads."""
+"""Define the plan of a benchmark: meshes, numbers of regions, settings and numbers of threads."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ CATALOG = (
 and a sphere of 1.31 million faces for the comparison with rivals."""
 
 SAMPLES = ("bear5k", "bear60k", "bear60k-x4", "bear60k-x16", "sphere-x65536", "bear60k-x64")
-"""Meshes for runs without a folder of data."""
+"""Names of the meshes for runs without a data folder."""
 
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
 HALTED = ("bunny", "hand-x4", "hand-x16")
-"""Meshes for the comparison of halted with exact expansions."""
+"""Names of the meshes for the comparison of halted and exact expansions."""
 
 RACED = ("defaults", "plain", "10 iterations")
 """Names of the settings for the comparison with rivals."""
 
 MANY = ("hand-x16", 100_000)
-"""A mesh, and a number of regions that is typical for superpoint networks."""
+"""Name of a mesh, and a number of regions that is typical for superpoint networks."""
 
 N_SEGMENTS = (150, 2_000)
 K_SERIES = (50, 150, 500, 2_000, 8_000)
@@ -38,20 +38,20 @@ QUICK_FACES = 500_000
 
 @dataclass(frozen=True)
 class Plan:
-    """Runs of the benchmark."""
+    """The runs of a benchmark."""
 
     meshes: dict[str, int]
-    """Names of the meshes and their numbers of faces, in the order of the runs."""
+    """Number of faces of each mesh, keyed by the name of the mesh, in the order of the runs."""
     data: Path | None
     races: tuple[tuple[str, int], ...]
     """Meshes and numbers of regions for the comparison with rivals."""
     wanted_repeats: int | None
-    """Number of counted runs that the user has given. The default is 5, or 3 for large meshes and
-    for `is_quick`."""
+    """Number of counted runs per case from the command line, or None for the default: 5, or 3 for
+    large meshes and if `is_quick` is True."""
     is_quick: bool
 
     def repeats(self, mesh: str) -> int:
-        """Return the number of counted runs of a mesh."""
+        """Return the number of counted runs per case for a mesh."""
         if self.wanted_repeats is not None:
             return self.wanted_repeats
         return 3 if self.is_quick or self.meshes[mesh] >= LARGE else 5
@@ -94,7 +94,7 @@ class Plan:
         return cases
 
     def _mesh_of_k_series(self) -> str:
-        """Return the largest mesh with fewer than 1.2 million faces."""
+        """Return the largest mesh with fewer than 1.2 million faces, or the largest mesh of all."""
         return max(
             self.meshes, key=lambda mesh: (self.meshes[mesh] < 1.2 * LARGE, self.meshes[mesh])
         )
@@ -108,7 +108,11 @@ def make_plan(
     quick: bool = False,
     data: Path | None = None,
 ) -> Plan:
-    """Return the plan for the named meshes, or for the catalog, without meshes that are too large.
+    """Return the plan for the given names of meshes, without meshes that are too large.
+
+    By default, the meshes are `CATALOG`, or `SAMPLES` if there is no data folder. A mesh is too
+    large if it has more than `max_faces` faces. If `quick` is True, the default of `max_faces` is
+    `QUICK_FACES`; otherwise there is no limit.
 
     Raises
     ------

@@ -28,9 +28,10 @@ def race_for_labels(
 ) -> list[dict[str, Any]]:
     """Return a row for superfacets with each of its settings, and for each installed rival.
 
-    Each run starts from arrays and ends with labels; the images for SLIC are prepared before.
-    ``ratio`` is the time divided by the time of superfacets with defaults. For runs with 10
-    iterations, such as SLIC, it is the time divided by superfacets with 10 iterations.
+    Each run starts with arrays and ends with labels. The images for SLIC are made before the runs.
+    ``ratio`` is the time divided by the time of superfacets with defaults. For settings with 10
+    iterations, such as those of SLIC, ``ratio`` is the time divided by the time of superfacets with
+    10 iterations.
     """
     checked: dict[Key, npt.NDArray[np.int32]] = {}
 
@@ -100,14 +101,14 @@ def race_for_one_pass(
 ) -> list[dict[str, Any]]:
     """Return rows for `superfacets.classify`, on all threads and on one, and for SciPy's Dijkstra.
 
-    All use the same graph and the same centers, and the distances must agree.
+    All runs have the same graph and the same centers, and must find the same distances.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)
     graph = faces.with_weights(sf.superfacet_weights(surface, faces))
     first = sf.classify(graph, sf.place_seeds(graph, n_segments, init="farthest"))
-    # Weights are rounded to multiples of a unit, with errors of half a unit. The sum of these
-    # errors along a path is far less than this accuracy.
+    # superfacets rounds weights to multiples of a unit, with errors of up to half a unit. The sum
+    # of these errors along a path is far less than this accuracy.
     accuracy = 1e-4 * float(first.distances.max())
 
     def accept(key: Key, result: sf.Classification | ScipyOutcome) -> None:

@@ -1,4 +1,4 @@
-"""Tables in Markdown from results: seconds for the terminal, ratios for the documentation."""
+"""Make tables in Markdown from results: seconds for the terminal, ratios for the documentation."""
 
 from __future__ import annotations
 
@@ -11,23 +11,26 @@ from superfacets.study.table_writer import EMPTY, markdown_table
 Results = dict[str, Any]
 Row = dict[str, Any]
 Column = tuple[str, Callable[[Row], str]]
-"""Title, and the function that makes a cell from a row of results."""
+"""Title of a column, and the function that makes the text of its cell from a row of results."""
 
 
 def _number(value: float | None) -> str:
-    """Return three significant digits, or all digits before the point; "-" for None."""
+    """Return a number as text, with three significant digits; "-" for None.
+
+    Numbers of 100 or more are rounded to integers.
+    """
     if value is None:
         return "-"
     return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
 def _column(key: str, form: Callable[[Any], str] = str, title: str | None = None) -> Column:
-    """Return the column of a field, whose title is the name of the field by default."""
+    """Return the column for the field `key` of a row. The default title is `key`."""
     return title or key, lambda row: form(row[key])
 
 
 def _stages(rows: list[Row]) -> list[Column]:
-    """Return a column for each stage that occurs."""
+    """Return a column for each stage that occurs in any of the rows."""
 
     def seconds_of(name: str) -> Column:
         return name, lambda row: _number(row["stages"].get(name))
@@ -61,7 +64,7 @@ TIMES_OURS = _column("ratio", _number, "times ours")
 
 def _runs(results: Results) -> str:
     rows = results["runs"]
-    # Numbers of iterations on all levels, the coarsest level first.
+    # Number of iterations on each level, from the coarsest to the finest.
     iterations = _column("levels", lambda levels: " + ".join(str(n) for _, n in levels))
     columns = (SETTINGS, THREADS, ("iterations", iterations[1]), *SECONDS, *_stages(rows))
     return _table(rows, *PLACE, *columns, _column("checked", title="checked by"))
@@ -190,16 +193,16 @@ EMPTY_RESULTS: Results = {
 
 
 def render(results: Results) -> str:
-    """Return all tables that have rows in the results, with absolute times."""
+    """Return all tables for which `results` has rows. Times are in seconds."""
     parts = [(title, make(EMPTY_RESULTS | results)) for title, make in TABLES.items()]
     return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts if text != EMPTY)
 
 
 def fill(document: str, results: Results) -> str:
-    """Return the document with new tables between its marks.
+    """Return the document with new tables in the places that are marked for tables.
 
-    A table is between ``<!-- table: NAME -->`` and ``<!-- end -->``; names are the keys of
-    `DOC_TABLES`. A table without rows in the results is not changed.
+    A place begins with ``<!-- table: NAME -->`` and ends with ``<!-- end -->``, where NAME is a key
+    of `DOC_TABLES`. A table for which `results` has no rows is not changed.
 
     Raises
     ------

@@ -1,6 +1,7 @@
-"""Alternatives to superfacets with their best settings; each returns labels and seconds by part.
+"""Run alternatives to superfacets with their best settings.
 
-Only the benchmark needs these packages. Each package is imported where it is used.
+Each function returns labels, and the seconds of each part of its run. Only the benchmark needs the
+packages of the rivals. Each package is imported where it is used.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .meshes import SEED, Arrays
 
 
 class Outcome(NamedTuple):
-    """Labels of the rival's elements, and the seconds of each part of the run."""
+    """Labels of faces, vertices or pixels, and the seconds of each part of the run."""
 
     labels: npt.NDArray[Any]
     seconds: dict[str, float]
@@ -34,14 +35,14 @@ class Rival(NamedTuple):
 
     name: str
     module: str
-    elements: str  # name of the labeled elements
+    elements: str  # name of the labeled elements: "faces", "vertices" or "pixels"
     settings: str
     prepare: Callable[[Arrays], Any]  # makes the input from the mesh; not timed
     run: Callable[[Any, int], Outcome]
 
 
 def is_installed(module: str) -> bool:
-    """Return whether the module of a rival can be imported."""
+    """Return whether a module is installed."""
     return importlib.util.find_spec(module) is not None
 
 
@@ -53,9 +54,9 @@ def _part(seconds: dict[str, float], name: str) -> Iterator[None]:
 
 
 def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
-    """Partition the dual graph with METIS into contiguous parts, with equal arc weights.
+    """Divide the graph of faces into connected parts with METIS; all arcs have the same weight.
 
-    METIS ignores the option for contiguous parts if the graph is disconnected.
+    METIS ignores the option for connected parts if the graph is disconnected.
     """
     import pymetis
 
@@ -63,16 +64,18 @@ def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
     with _part(seconds, "graph"):
         adjacency = pymetis.CSRAdjacency(*face_adjacency(arrays))
     with _part(seconds, "partition"):
-        options = pymetis.Options(contig=True)  # equals `contiguous=True`, without its warning
+        # `contiguous=True` has the same effect, but causes a warning.
+        options = pymetis.Options(contig=True)
         parts = pymetis.part_graph(n_segments, adjacency, options=options).vertex_part
         labels = np.asarray(parts, dtype=np.int32)
     return Outcome(labels, seconds)
 
 
 def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return offsets and neighbors of faces that share an edge, computed with a single sort.
+    """Return the offsets and neighbors of the face graph in CSR form, computed with a single sort.
 
-    An edge must have at most two faces. pymetis uses int64 arrays without a copy.
+    An edge must have at most two faces. The arrays are int64, because pymetis does not copy int64
+    arrays.
     """
     corners = arrays.faces.astype(np.int64)
     following = np.roll(corners, -1, axis=1)
@@ -96,7 +99,7 @@ def run_pyacvd(arrays: Arrays, n_segments: int) -> Outcome:
 
 
 def run_pyacvd_fast(arrays: Arrays, n_segments: int) -> Outcome:
-    """Cluster the vertices with pyacvd's faster method, whose regions are less even in size."""
+    """Cluster the vertices with the faster method of pyacvd, whose regions differ more in size."""
     return _cluster_vertices(arrays, lambda clustering: clustering.fast_cluster(n_segments))
 
 
@@ -118,7 +121,7 @@ def _cluster_vertices(arrays: Arrays, cluster: Callable[[Any], npt.NDArray[Any]]
 
 
 def gray_image(n_pixels: int) -> npt.NDArray[np.float32]:
-    """Return a smooth image with reproducible noise, of about, and at most, `n_pixels` pixels."""
+    """Return a smooth image with reproducible noise, of at most, and about, `n_pixels` pixels."""
     height = math.isqrt(n_pixels)
     width = n_pixels // height
     y, x = np.meshgrid(np.linspace(0, 9, height), np.linspace(0, 9, width), indexing="ij")
@@ -131,7 +134,7 @@ def _image_of_mesh_size(arrays: Arrays) -> npt.NDArray[np.float32]:
 
 
 def run_slic(image: npt.NDArray[np.float32], n_segments: int, *, connect: bool) -> Outcome:
-    """Segment a gray float32 image, the fastest kind, with 10 iterations of SLIC."""
+    """Segment an image with 10 iterations of SLIC, which is fastest for gray float32 images."""
     from skimage.segmentation import slic
 
     seconds: dict[str, float] = {}
@@ -149,7 +152,7 @@ run_slic_loose = functools.partial(run_slic, connect=False)
 
 
 class ScipyOutcome(NamedTuple):
-    """Distances to the nearest center, the index of that center, and seconds by part."""
+    """Distance of each cell to its nearest center, this center, and the seconds of each part."""
 
     distances: npt.NDArray[np.float64]
     centers: npt.NDArray[np.int32]
@@ -157,7 +160,10 @@ class ScipyOutcome(NamedTuple):
 
 
 def run_scipy(graph: sf.CellGraph, centers: npt.NDArray[np.int32]) -> ScipyOutcome:
-    """Run SciPy's Dijkstra from all centers once; the graph has each arc in both directions."""
+    """Run SciPy's Dijkstra once, from all centers simultaneously.
+
+    The graph must have each arc in both directions.
+    """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 

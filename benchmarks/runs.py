@@ -44,7 +44,7 @@ def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected)
     The labels of the warm-up are checked. All later runs, on any number of threads, must give the
     same labels.
     """
-    known: dict[str, tuple[str, str]] = {}  # hash of the labels of each run, and how it was checked
+    known: dict[str, tuple[str, str]] = {}  # by name of run: hash of the labels, how it was checked
 
     def accept(case: Case, result: sf.Segmentation) -> tuple[sf.Segmentation, str]:
         run = run_name(case.n_segments, case.settings)
@@ -88,7 +88,7 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
 def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> list[Row]:
     """Return rows for a mesh as it is, with shuffled faces, and with shuffled faces and vertices.
 
-    Labels are checked by invariants, and must be the same in all runs of one order.
+    Labels are checked by invariants. All runs with the same order must give the same labels.
     """
     orders = {
         "as it is": arrays,
@@ -116,13 +116,19 @@ def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> 
 
 
 def _over(samples: list[Sample], first: list[Sample], clock: str) -> float:
-    """Return the ratio of the medians of two lists of samples, by wall or processor time."""
+    """Return the median of `samples` divided by the median of `first`.
+
+    `clock` is "seconds" for the wall time, or "cpu_seconds" for the processor time.
+    """
     one, other = (median([getattr(s, clock) for s in taken]) for taken in (samples, first))
     return one / other
 
 
 def speedups(rows: list[Row]) -> list[Row]:
-    """Return a row with the speedup of each run that was also measured on one thread."""
+    """Return a row with the speedup over one thread, for each run on several threads.
+
+    Runs that were not also measured on one thread are left out.
+    """
     alone = {_without_threads(row): row for row in rows if row["threads"] == 1}
     return [
         {name: row[name] for name in ("mesh", "faces", "k", "settings", "threads")}

@@ -1,4 +1,4 @@
-"""Sections of the benchmark. They run mesh by mesh, so that each mesh is built only once."""
+"""Measure the sections of the benchmark, mesh by mesh, so that each mesh is built only once."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from .plan import N_SEGMENTS, Plan
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
 MEMORABLE_FACES = 50_000
-"""Minimum number of faces for measuring memory. A run on a smaller mesh may use only memory that
-the allocator has retained."""
+"""Minimum number of faces of meshes for which memory is measured. A run on a smaller mesh may use
+only memory that the allocator has kept from an earlier run."""
 
 Results = dict[str, Any]
 Say = Callable[[str], None]
 
 
 def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) -> Results:
-    """Return the rows of all sections.
+    """Return the rows of the given sections, and facts about the machine.
 
     Raises
     ------
     WrongLabelsError
-        If labels of superfacets are wrong; then no times are returned.
+        If labels of superfacets are wrong. No times are returned in this case.
     """
     check_against_reference()
     say("labels of a small mesh equal the labels of superfacets.reference")
@@ -57,7 +57,7 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
 def _measure_mesh(
     plan: Plan, mesh: str, sections: frozenset[str], expected: Expected, results: Results
 ) -> None:
-    """Add the rows of one mesh."""
+    """Add the rows of one mesh to `results`."""
     arrays = build(mesh, plan.data)
     repeats = plan.repeats(mesh)
     if cases := plan.cases(mesh, sections):
@@ -83,7 +83,7 @@ def _measure_passes(plan: Plan, mesh: str, arrays: Arrays) -> list[dict[str, Any
 
 
 def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
-    """Measure the peak memory, and check that the labels equal the labels in this process."""
+    """Measure the peak memory in a fresh process, whose labels must equal those of this process."""
     row = memory.measure(mesh, arrays, N_SEGMENTS[0])
     labels = sf.segment(arrays, N_SEGMENTS[0]).labels
     require(row.pop("labels") == hash_labels(labels), f"{mesh}: labels of another process differ")
@@ -91,7 +91,7 @@ def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
 
 
 def _measure_processes(plan: Plan) -> Results:
-    """Time imports and the command, on the bunny or, without a data folder, on the sample mesh."""
+    """Time imports and the command. The command segments the bunny or, without data, the bear."""
     repeats = plan.wanted_repeats or 11
     results = {"imports": processes.measure_imports(repeats)}
     if plan.data:

@@ -1,4 +1,4 @@
-"""Measurements that have a target: defaults, compared with a rival or a bound of the machine."""
+"""Measurements that have a target, and compare superfacets with rivals or with the machine."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ Row = dict[str, Any]
 
 
 class Meshes(NamedTuple):
-    """Names of the meshes."""
+    """Names of the meshes that are measured."""
 
     ladder: tuple[str, ...] = ("bear60k", "bear60k-x4", "bear60k-x16")
-    """A surface at several resolutions; the last mesh is also used shuffled and as a cloud."""
+    """The same surface at several resolutions. The last mesh is also measured with shuffled faces,
+    and as a cloud."""
     small: str = "bunny"
     even: str = "sphere-x65536"
     many: str = "hand-x16"
@@ -36,15 +37,15 @@ class Meshes(NamedTuple):
 FEW, SOME, MANY = 150, 2_000, 100_000  # numbers of regions
 
 SMALL_FACES = 100_000
-"""Meshes with fewer faces get two additional runs, because their times vary more."""
+"""Meshes with fewer faces than this get two additional runs, because their times vary more."""
 
 
 def measure(
     meshes: Meshes, data: Path | None, repeats: int, expected: Expected, say: Callable[[str], None]
 ) -> dict[str, Any]:
-    """Return the rows of this table as ``targets``, and rows of the tables of runs and rivals.
+    """Return the rows with targets, the rows of the runs, and the rows of the rivals.
 
-    Labels of all runs are checked as in the other sections.
+    The keys are ``targets``, ``runs`` and ``label_races``. The labels of all runs are checked.
     """
     bench = _Bench(data, repeats, expected, _memory_speeds(), [], [], [])
     say(meshes.small)
@@ -65,7 +66,7 @@ def measure(
 
 
 class _Bench(NamedTuple):
-    """Input of all measurements, and the rows measured so far."""
+    """Input of all measurements, and the rows that have been measured until now."""
 
     data: Path | None
     repeats: int
@@ -76,11 +77,14 @@ class _Bench(NamedTuple):
     races: list[Row]
 
     def add(self, what: str, now: float, unit: str, target: float | None, floor: float = 0) -> None:
-        """Add a row; `floor` is the bound of the machine in the same unit, or 0."""
+        """Add a row with a target.
+
+        `floor` is a lower bound that the machine sets, in the same unit, or 0 if there is none.
+        """
         self.rows.append({"what": what, "now": now, "unit": unit, "target": target, "floor": floor})
 
     def timed(self, arrays: Arrays, name: str, k: int, settings: tuple[str, ...]) -> list[float]:
-        """Return the seconds of interleaved runs, one number for each of the settings."""
+        """Return the median seconds for each of the settings, measured in interleaved runs."""
         cases = [runs.Case(name, k, setting, usable_cores()) for setting in settings]
         repeats = self.repeats + 2 if len(arrays.faces) < SMALL_FACES else self.repeats
         found = runs.measure(arrays, cases, repeats, self.expected)
@@ -88,9 +92,9 @@ class _Bench(NamedTuple):
         return [row["seconds"] for row in found]
 
     def peak_and_floor(self, arrays: Arrays, name: str, k: int) -> tuple[float, float]:
-        """Return the peak memory in bytes per cell, and the bound of the machine in seconds.
+        """Return the peak memory in bytes per cell, and a lower bound of the time in seconds.
 
-        The bound is the time to write new memory of this size, and to read it once.
+        The bound is the time in which the machine writes new memory of this size and reads it once.
         """
         row = memory.measure(name, arrays, k)
         n_bytes = row["bytes_per_face"] * row["faces"]
@@ -140,7 +144,7 @@ def _against_creases(bench: _Bench, name: str) -> None:
 
 
 def _other_inputs(bench: _Bench, name: str) -> None:
-    """Add the rows of one thread, of shuffled faces, and of a cloud with as many points."""
+    """Add rows for one thread, for shuffled faces, and for a cloud with one point per face."""
     arrays = build(name, bench.data)
     shuffled, _ = runs.measure_orders(name, arrays, FEW, bench.repeats)[1:]
     bench.add("shuffled faces over sorted ones", shuffled["ratio"], "x", 1.25)
@@ -169,7 +173,8 @@ def _against_rivals(bench: _Bench, name: str, rival: str, target: float) -> None
     k = min(SOME, len(arrays.faces) // 4)
     rows = races.race_for_labels(name, arrays, k, bench.repeats, bench.expected)
     bench.races.extend(rows)
-    for row in [row for row in rows if row["who"] == rival][:1]:  # the first has the best settings
+    # The first row of a rival has its best settings.
+    for row in [row for row in rows if row["who"] == rival][:1]:
         place = f"{len(arrays.faces):,} faces, k = {k:,}"
         bench.add(f"{rival} over ours, {place}", row["ratio"], "x (more is better)", target)
 

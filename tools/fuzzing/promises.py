@@ -32,7 +32,10 @@ def refusals() -> Iterator[None]:
 
 @contextlib.contextmanager
 def short_messages(path: Path, *kinds: type[Exception]) -> Iterator[None]:
-    """Suppress errors of these kinds if the message is one short line."""
+    """Suppress errors of these kinds if the message is one short line.
+
+    If the message is not one short line, an AssertionError is raised instead.
+    """
     try:
         yield
     except kinds as error:
@@ -57,7 +60,7 @@ def check_result(result: Any, graph: Any) -> None:
 
 
 def check_number(result: Any, graph: Any, n_segments: int) -> None:
-    """Check that there are k regions, plus at most one for each further component."""
+    """Check that there are `n_segments` regions, plus at most one for each further component."""
     n_components = shapes.count_pieces(graph, np.zeros(graph.n_cells, int))
     assert n_segments <= result.n_segments <= n_segments + n_components - 1
 

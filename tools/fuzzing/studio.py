@@ -41,7 +41,7 @@ def check_work_file(rng: np.random.Generator, folder: Path) -> None:
 
 @functools.cache
 def _whole_work() -> tuple[bytes, bytes]:
-    """Content of a mesh file, and of a work file for it."""
+    """Return the content of a mesh file, and the content of its work file."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         path = Path(folder, "cube.ply")
         sf.write_mesh(path, shapes.bumpy_sheet(4))
@@ -54,7 +54,10 @@ def _whole_work() -> tuple[bytes, bytes]:
 
 
 def _odd(work: bytes, source: random.Random) -> bytes:
-    """A work file with correct checksums, one odd value, and some lines missing or repeated."""
+    """Return a work file with correct checksums and one odd value.
+
+    One line of the file may be missing or repeated.
+    """
     lines = [json.loads(line) for line in work.splitlines()]
     number = source.randrange(len(lines))
     line = lines[number]

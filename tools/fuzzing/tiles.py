@@ -37,6 +37,6 @@ def check_tiles(rng: np.random.Generator, folder: Path) -> None:
 
 
 def _with_holes(mesh: sf.Mesh, rng: np.random.Generator) -> sf.Mesh:
-    """The mesh in random order, with some faces removed."""
+    """Return the mesh with its faces in random order, and with some faces removed."""
     kept = rng.permutation(mesh.n_faces)[: int(mesh.n_faces * rng.uniform(0.5, 1))]
     return sf.Mesh(mesh.vertices, mesh.faces[kept])

@@ -1,4 +1,4 @@
-"""The generator of the sample mesh: a plush bear, as a union of ellipsoids.
+"""Generate the sample mesh: a plush bear, as a union of ellipsoids.
 
 ``python -m tools.sample_bear`` writes the files that `superfacets.sample_mesh` reads. The generator
 marks the points of a grid that are inside the ellipsoids, and makes a surface net from the border
@@ -37,15 +37,16 @@ beside the ears."""
 _FACES_PER_SPACING = 36.8
 
 _ROUNDS = 2
-"""Number of rounds of placing seams and spreading vertices. The first seams are wrong by up to one
-quad."""
+"""Number of rounds of placing seams and spreading vertices. The seams of the first round may be one
+quad away from the crease."""
 
 
 def make_bear(n_faces: int) -> tuple[FloatArray, npt.NDArray[np.int32]]:
     """Return vertices and faces of a bear with about `n_faces` faces, within 10 percent.
 
     The surface is closed, manifold, connected, of genus 0, and oriented outward. It is the boundary
-    of the union of the ellipsoids. Vertices are on the ellipsoids: along a crease, on both at once.
+    of the union of the ellipsoids. All vertices are on ellipsoids, and vertices along a crease are
+    on both ellipsoids that meet there.
     With at least 12,000 faces, less than one face in 2,000 has an angle under 5 degrees, and almost
     no face is folded. With fewer faces, eyes and nose are too small for the grid. No face has area
     0.

@@ -1,4 +1,4 @@
-"""The bear, as a union of ellipsoids."""
+"""Define the bear, as a union of ellipsoids."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ class Solid:
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-# The bear sits and faces +z; y is up. The bear is slightly asymmetric, so that distances differ.
-# Surfaces cross at angles of at least 45 degrees, because shallower creases give poor meshes.
+# The bear sits and faces +z; y is up. The bear is slightly asymmetric, so that distances on its
+# left and right side differ. Surfaces of solids cross at angles of at least 45 degrees, because
+# shallower creases give poor meshes.
 SOLIDS = (
     Solid("body", (0.0, 0.0, 0.0), (0.60, 0.70, 0.52), (-6, 0, 0)),
     Solid("head", (0.04, 0.98, 0.10), (0.55, 0.47, 0.46), (4, 8, -5)),
@@ -58,14 +59,20 @@ class _Ellipsoids:
     reach: FloatArray  # half of the side lengths of each solid's bounding box, shape (S, 3)
 
     def levels(self, solid: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Value, (N,), and gradient, (N, 3), of a function that is 0 on the surface of a solid."""
+        """Return the values, (N,), and gradients, (N, 3), of a function at `points`.
+
+        The function is 0 on the surface of the solid, negative inside, and positive outside.
+        """
         local = (points - self.centers[solid]) @ self.frames[solid].T
         radius = np.sqrt(np.einsum("ij,ij->i", local, local))
         np.maximum(radius, 1e-9, out=radius)  # the gradient is undefined at the center
         return radius - 1.0, (local @ self.frames[solid]) / radius[:, None]
 
     def nearest(self, points: FloatArray) -> npt.NDArray[np.int32]:
-        """Index of the solid with the smallest signed distance to each point, to first order."""
+        """Return the solid with the smallest signed distance to each point, as an index, (N,).
+
+        Distances are approximated to first order.
+        """
         blocks = [self._nearest_in_block(block) for block in cut_into_blocks(points)]
         return np.concatenate(blocks)
 
@@ -83,7 +90,7 @@ class _Ellipsoids:
 
 @cache
 def ellipsoids() -> _Ellipsoids:
-    """Return the solids of the table as arrays."""
+    """Return `SOLIDS` as arrays."""
     rotations = np.array([_rotation(*np.radians(solid.turn)) for solid in SOLIDS])
     radii = np.array([solid.radii for solid in SOLIDS])
     return _Ellipsoids(
@@ -99,7 +106,7 @@ def cut_into_blocks(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
 
 
 def _rotation(about_x: float, about_y: float, about_z: float) -> FloatArray:
-    """Rotation matrix for rotations about x, then y, then z, in radians."""
+    """Return the matrix of a rotation about x, then y, then z, by angles in radians."""
     matrix = np.eye(3)
     for axis, angle in enumerate((about_x, about_y, about_z)):
         second, third = (axis + 1) % 3, (axis + 2) % 3

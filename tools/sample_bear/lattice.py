@@ -1,4 +1,4 @@
-"""Grid points inside the bear; the surface around these points is manifold."""
+"""Find the grid points inside the bear, such that the surface around these points is manifold."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ IndexArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Lattice:
-    """A regular grid, and whether each point is inside; the two outer layers are outside."""
+    """A regular grid, with a mark for each point inside the bear.
+
+    The points of the two outermost layers on each side are not inside.
+    """
 
     inside: npt.NDArray[np.bool_]  # whether each point is inside, shape (Z, Y, X), contiguous
     origin: FloatArray  # position x, y, z of the first point, shape (3,)
@@ -24,12 +27,12 @@ class Lattice:
 
     @property
     def strides(self) -> tuple[int, int, int]:
-        """Differences of the flat index for a step along x, y and z."""
+        """Change of the flat index for a step along x, y and z."""
         _, n_y, n_x = self.inside.shape
         return 1, n_x, n_x * n_y
 
     def positions(self, flat: IndexArray) -> FloatArray:
-        """Positions, (N, 3), of grid points given by their flat index."""
+        """Return the positions of grid points with the flat indices `flat`, (N, 3)."""
         z, y, x = np.unravel_index(flat, self.inside.shape)
         return self.origin + self.spacing * np.stack([x, y, z], axis=1)
 
@@ -40,8 +43,8 @@ def fill_lattice(spacing: float) -> Lattice:
     origin = (solids.centers - solids.reach).min(axis=0) - 2 * spacing
     extent = (solids.centers + solids.reach).max(axis=0) - origin
     n_x, n_y, n_z = np.ceil(extent / spacing).astype(int) + 3
-    # Differences along x of the number of solids around each point. The prefix sum along x gives
-    # the numbers.
+    # Change, from one point to the next along x, of the number of solids that contain the point.
+    # The prefix sum along x is the number of solids.
     steps = np.zeros((n_z, n_y, n_x), dtype=np.int8)
     for solid in range(len(solids.centers)):
         z, y, first, last = _rows_inside(solid, origin, spacing)
@@ -54,7 +57,10 @@ def fill_lattice(spacing: float) -> Lattice:
 def _rows_inside(
     solid: int, origin: FloatArray, spacing: float
 ) -> tuple[IndexArray, IndexArray, IndexArray, IndexArray]:
-    """Grid rows that cross a solid, and ranges of inside points: z, y, first x, last x + 1."""
+    """Return the grid rows along x that cross a solid, and the range of inside points in each row.
+
+    The four arrays are z, y, first x, and last x + 1, as grid indices.
+    """
     # A point of a row is inside if a x^2 + 2 b x + c <= 0, where x is relative to the center.
     solids = ellipsoids()
     center, frame, reach = solids.centers[solid], solids.frames[solid], solids.reach[solid]
@@ -77,15 +83,18 @@ def _rows_inside(
 
 
 def crossed_edges(lattice: Lattice) -> list[IndexArray]:
-    """Edges of the grid that cross the surface, for x, y and z: flat indices of lower ends."""
+    """Return the edges of the grid that cross the surface, in one array for each of x, y and z.
+
+    An edge is identified by the flat index of its lower end.
+    """
     flat = lattice.inside.ravel()
     return [np.flatnonzero(flat[step:] != flat[:-step]) for step in lattice.strides]
 
 
 def cells_around(lattice: Lattice, axis: int, edges: IndexArray) -> IndexArray:
-    """Cells around each edge, (E, 4), counterclockwise as seen from its upper end.
+    """Return the cells around each edge, (E, 4), counterclockwise as seen from its upper end.
 
-    A cell is identified by its lowest corner.
+    A cell is identified by the flat index of its lowest corner.
     """
     second = lattice.strides[(axis + 1) % 3]
     third = lattice.strides[(axis + 2) % 3]
@@ -93,7 +102,7 @@ def cells_around(lattice: Lattice, axis: int, edges: IndexArray) -> IndexArray:
 
 
 def without_pinches(lattice: Lattice) -> Lattice:
-    """Return the lattice with points added such that the surface around the inside is manifold.
+    """Return the lattice with more points inside, so that the surface around them is manifold.
 
     The surface is manifold if the inside is well-composed (Latecki, Eckhardt and Rosenfeld 1995):
     no face of a cell has exactly two inside corners, on a diagonal; and no cell has two opposite
@@ -120,7 +129,10 @@ def without_pinches(lattice: Lattice) -> Lattice:
 
 @cache
 def _well_composed_codes() -> npt.NDArray[np.uint8]:
-    """Well-composed code for each code of the inside corners; bit 4 z + 2 y + x is (x, y, z)."""
+    """Return, for each code of a cell, the code after adding points that make it well-composed.
+
+    Bit 4 z + 2 y + x of a code is set if the corner (x, y, z) of the cell is inside.
+    """
     codes = np.arange(256)
     wanted = codes.copy()
     for axis, side in itertools.product(range(3), (0, 1)):

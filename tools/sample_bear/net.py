@@ -1,4 +1,4 @@
-"""The surface net of a lattice, and movements of its vertices onto the solids."""
+"""Make the surface net of a lattice, and move its vertices onto the solids."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from .bear import FloatArray, cut_into_blocks, ellipsoids
 from .lattice import IndexArray, Lattice, cells_around, crossed_edges
 from .quads import QuadSurface, solids_of_vertices
 
-_RELAX_STEPS = 6  # smoothing steps per round, which remove slivers; more steps change little
+# Number of smoothing steps per call of `relax`. These steps remove slivers; further steps would
+# change little.
+_RELAX_STEPS = 6
 
 
 def surface_net(lattice: Lattice) -> QuadSurface:
-    """Surface with a vertex in each crossed cell, and a quad across each crossed edge."""
+    """Return a surface with a vertex in each crossed cell, and a quad across each crossed edge."""
     inside = lattice.inside.ravel()
     quads, middles = [], []
     for axis, edges in enumerate(crossed_edges(lattice)):
@@ -56,7 +58,7 @@ def relax(surface: QuadSurface, spacing: float) -> QuadSurface:
 
 
 def _groups(solids_of_vertex: IndexArray) -> list[tuple[list[int], IndexArray]]:
-    """Vertices grouped by the solids that they must be on."""
+    """Return the vertices grouped by the solids that they must be on: (solids, vertices) pairs."""
     masks, group = np.unique(solids_of_vertex, return_inverse=True)
     order = np.argsort(group, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(group))[:-1])
@@ -82,7 +84,11 @@ def _project(
 
 
 def _newton_step(points: FloatArray, solids: list[int], longest: float) -> FloatArray:
-    """Newton step to subtract, (N, 3), of minimum length, and of length at most `longest`."""
+    """Return the Newton steps to subtract from points, (N, 3).
+
+    Of all possible steps of a point, the shortest is used. If it is longer than `longest`, it is
+    scaled to this length.
+    """
     levels = [ellipsoids().levels(solid, points) for solid in solids]
     values = np.stack([value for value, _ in levels], axis=1)
     gradients = np.stack([gradient for _, gradient in levels], axis=1)
@@ -98,6 +104,6 @@ def _newton_step(points: FloatArray, solids: list[int], longest: float) -> Float
 
 
 def _sum_at(targets: IndexArray, rows: FloatArray, n_targets: int) -> FloatArray:
-    """Sum of the rows, (N, 3), for each target."""
+    """Return the sum of the rows with the same target, for each target, (n_targets, 3)."""
     sums = [np.bincount(targets, weights=column, minlength=n_targets) for column in rows.T]
     return np.stack(sums, axis=1)

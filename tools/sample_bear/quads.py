@@ -1,4 +1,4 @@
-"""Closed surfaces of quads, and their triangles."""
+"""Define closed surfaces of quads, and cut the quads into triangles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ class QuadSurface:
 
 
 def solids_of_vertices(surface: QuadSurface) -> IndexArray:
-    """Owners of the quads around each vertex, as bits, (V,): the vertex must be on these solids."""
+    """Return the solids that each vertex must be on, (V,): the owners of the quads around it.
+
+    Solids are stored as bits.
+    """
     solids = np.zeros(len(surface.points), dtype=np.int64)
     bits = np.int64(1) << surface.owners
     for corner in range(4):
@@ -31,15 +34,16 @@ def solids_of_vertices(surface: QuadSurface) -> IndexArray:
 
 
 def is_on_seam(solids_of_vertex: IndexArray) -> npt.NDArray[np.bool_]:
-    """Whether each vertex is on several solids, so that several bits are set."""
+    """Return whether each vertex must be on several solids, so that several bits are set."""
     return np.asarray(solids_of_vertex & (solids_of_vertex - 1) != 0)
 
 
 def split_quads(surface: QuadSurface) -> npt.NDArray[np.int32]:
-    """Triangles, (2 Q, 3): each quad is cut along the diagonal that gives rounder triangles.
+    """Return triangles, (2 Q, 3): each quad is cut along the diagonal that gives rounder triangles.
 
-    A diagonal bridges a crease if its vertices have no common solid, or if it cuts off a triangle
-    with all corners on a crease. Such a diagonal is chosen only if both diagonals bridge a crease.
+    A diagonal bridges a crease if its two ends have no common solid, or if it cuts off a triangle
+    with all corners on creases. Such a diagonal is chosen only if both diagonals of a quad bridge a
+    crease.
     """
     quads = surface.quads
     solids = solids_of_vertices(surface)
@@ -55,7 +59,10 @@ def split_quads(surface: QuadSurface) -> npt.NDArray[np.int32]:
 
 
 def _roundness(corners: FloatArray) -> FloatArray:
-    """Roundness of triangles (..., 3, 3): 4 sqrt(3) area / sum of squared sides, 0 to 1."""
+    """Return the roundness of triangles, (..., 3, 3), from 0 (flat) to 1 (equilateral).
+
+    The roundness is 4 sqrt(3) area / (sum of squared side lengths).
+    """
     sides = np.roll(corners, -1, axis=-2) - corners
     doubled_area = np.linalg.norm(np.cross(sides[..., 0, :], sides[..., 1, :]), axis=-1)
     return np.asarray(2 * math.sqrt(3) * doubled_area / (sides**2).sum(axis=(-2, -1)))

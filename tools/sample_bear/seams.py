@@ -1,4 +1,4 @@
-"""The solid of each quad; the seams between solids are smooth."""
+"""Assign each quad to a solid, so that the seams between solids are smooth."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from .quads import QuadSurface, is_on_seam, solids_of_vertices
 def place_seams(surface: QuadSurface) -> QuadSurface:
     """Assign each quad to the nearest solid, then smooth the seams between solids.
 
-    Vertices on a seam are later moved onto the crease. A quad with all corners on seams would then
-    be flat, and a spur of two quads would fold over. Therefore quads that are outvoted by their
-    neighbors change their solid, one at a time around a vertex. Only quads that are outvoted at the
-    start, and flat quads, may change; otherwise small parts would disappear. A few rounds suffice,
-    except for creases that the grid cannot resolve.
+    Vertices on a seam are later moved onto the crease between the two solids. A quad with all
+    corners on seams would then be flat, and a spur of two quads would fold over. Therefore quads
+    that are outvoted by their neighbors change their solid. In each round, at most one quad around
+    a vertex changes. Only flat quads, and quads that are outvoted in the first round, may change;
+    otherwise small solids would disappear. A few rounds suffice, except for creases that the grid
+    cannot resolve.
     """
     middles = surface.points[surface.quads].mean(axis=1)
     owners = ellipsoids().nearest(middles).astype(np.int64)
@@ -40,10 +41,12 @@ def place_seams(surface: QuadSurface) -> QuadSurface:
 def _vote(
     quads: IndexArray, owners: IndexArray, on_seam: npt.NDArray[np.bool_]
 ) -> tuple[IndexArray, IndexArray]:
-    """Strongest other solid around each quad, (Q,), and its votes minus the votes of its solid.
+    """Return rivals and margins of all quads, (Q,) each.
 
-    Each quad votes at each of its corners, so neighbors across a side have two votes. A quad does
-    not vote for itself. The margin is -1 away from seams.
+    The rival is the solid, other than the solid of the quad, with the most votes around the quad.
+    The margin is the votes of the rival minus the votes of the solid of the quad; it is -1 away
+    from seams. Each quad votes for its solid at each of its corners, so that neighbors across a
+    side have two votes. A quad does not vote for itself.
     """
     n_solids = len(ellipsoids().centers)
     ballots = (quads * n_solids + owners[:, None]).ravel()
@@ -59,7 +62,7 @@ def _vote(
 
 
 def _lowest_around(quads: IndexArray, n_vertices: int) -> npt.NDArray[np.bool_]:
-    """Whether each quad is the first of the list among the quads at each of its corners."""
+    """Return whether each quad comes before all other quads at its four corners in `quads`."""
     first = np.full(n_vertices, len(quads))
     rank = np.arange(len(quads))
     np.minimum.at(first, quads.ravel(), np.repeat(rank, 4))

@@ -1,4 +1,5 @@
 """Stages 3 and 4 of `segment`: place seeds, and run the loop of classification and update.
 
-`parts` belongs to stage 2: it adds costs between parts of a shape to the arcs of all graphs.
+The module `parts` belongs to stage 2: it makes arcs longer that lead from one part of a shape to
+another, such as from a finger to the palm of a hand.
 """

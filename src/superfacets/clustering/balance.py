@@ -1,10 +1,10 @@
 """Balance the sizes of regions, by adding an offset for each center to the lengths of its paths.
 
-After the loop, centers of regions that are too small move into regions that are too large. In each
-of the following rounds, centers move to the centroids of their regions. The offset of a region
-increases if the region is larger than its target size, and decreases if it is smaller. Regions stay
-connected, and their borders stay in creases. Later, `regions.region_sizes` moves single cells until
-regions have exactly their target sizes.
+After the loop, centers of regions that are too small move into regions that are too large. Further
+rounds follow. In each round, every center moves to the centroid of its region. The offset of a
+center increases if its region is larger than the target size, and decreases if its region is
+smaller. Regions stay connected, and their borders stay in creases. Later, `regions.region_sizes`
+moves single cells until regions have exactly their target sizes.
 """
 
 from __future__ import annotations
@@ -32,17 +32,20 @@ from .seeding import CORE_ISLANDS
 Offsets: TypeAlias = npt.NDArray[np.uint64]
 
 JUMP_ROUNDS = 6
-"""Maximum number of rounds in which centers move from small regions into large regions."""
+"""Maximum number of rounds in which centers move from regions that are too small into regions that
+are too large."""
 
 ITERATIONS_PER_JUMP = 4
-"""Number of iterations of the clustering loop after each round in which centers move."""
+"""Number of iterations of the clustering loop after each of the JUMP_ROUNDS."""
 
 MOST_JUMPING = 0.15
-"""Maximum fraction of a component's centers that move per round; one center may always move."""
+"""Maximum fraction of the centers of a component that move in one of the JUMP_ROUNDS. One center
+per component may always move."""
 
 SMALL, LARGE = 0.6, 1.5
-"""Centers move from regions smaller than SMALL times the mean size into regions larger than LARGE
-times the mean size."""
+"""In the JUMP_ROUNDS, centers move from regions smaller than SMALL times the mean size into regions
+larger than LARGE times the mean size. If `BalanceOptions.strength` is below 1, SMALL is multiplied
+by it, and LARGE is divided by it."""
 
 ROUNDS = 20
 """Number of rounds in which offsets change. With 40 rounds, the sizes are not more equal."""
@@ -55,19 +58,23 @@ GAIN = 0.35
 of the mean path length from a center to the border of its region."""
 
 MOST_OFFSET = 0.5
-"""Maximum difference of an offset from the median offset, as a fraction of the mean path length to
-a border. With larger offsets, regions extend around their neighbors into other parts of the shape.
-With a value of 1, the undersegmentation error is 0.01 higher."""
+"""Maximum difference of an offset from the median offset, as a fraction of the mean path length
+from a center to the border of its region. With larger offsets, regions extend around their
+neighbors into other parts of the shape. With a value of 1, the undersegmentation error is 0.01
+higher."""
 
 RESCUES = 10
-"""Maximum number of final rounds, which move centers whose cells are in other regions."""
+"""Maximum number of additional rounds after ROUNDS or ROUNDS_ON_ALL. An additional round only moves
+centers that lie in another region."""
 
 ISLAND = 0.5
-"""A component smaller than this fraction of the mean size of a region always has one region."""
+"""A component that has one region after the loop, and is smaller than this fraction of the mean
+size of a region, keeps exactly one region."""
 
 
 MAX_TOTAL = 1e150
-"""Maximum sum of the sizes of all cells. With the minimum 1 / MAX_TOTAL, ratios stay finite."""
+"""Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL. Between these limits, ratios
+of sizes are finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +90,12 @@ class SizeRules:
         cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None,
         measures: Floats,
     ) -> SizeRules | None:  # fmt: skip
-        """Return the rules for the cells inside the mask, or None if sizes are not restricted.
+        """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
-        `measures` are the areas or volumes of the cells before the mesh is smoothed.
+        `measures` are the areas or volumes of the cells before the mesh is smoothed. `cut` has the
+        cells inside the mask, or is None for all cells. `order` is the index in the input of each
+        cell, or None if cells are in input order. Raises a MeshError if the sum of all sizes is 0,
+        or is out of the range given by `MAX_TOTAL`.
         """
         if not options.is_used:
             return None
@@ -110,7 +120,10 @@ class SizeRules:
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return `size`, where `n_segments` follows from `cells_per_region` if this is given."""
+        """Return `size`, with `n_segments` computed from `cells_per_region`.
+
+        If `cells_per_region` is None, `size` is returned unchanged.
+        """
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -145,7 +158,10 @@ class SizeRules:
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the target number of regions of each component, given the current numbers."""
+        """Return the target number of regions of each component; `found` is the current number.
+
+        Raises a MeshError if the maximum size requires more regions than there are.
+        """
         totals = sums_by_label(self.components, self.sizes, len(found))
         if self.options.cells_per_region is not None:
             return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
@@ -168,7 +184,10 @@ class SizeRules:
         return counts
 
     def goals(self, found: Floats, components: Ints) -> Floats:
-        """Return the target size of each region, given the current sizes and the components."""
+        """Return the target size of each region, (K,).
+
+        `found` is the current size of each region, and `components` is its component.
+        """
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
         if self.options.cells_per_region is not None:
@@ -182,9 +201,9 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Divide n regions among components in proportion to `totals`, with the Sainte-Lague method.
+    """Divide n regions among components, in proportion to `totals`, by the Sainte-Lague method.
 
-    Each component gets `least` to `most` regions, but at least one.
+    Returns the number of regions of each component: from `least` to `most`, but at least one.
     """
     counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
     rest = n - int(counts.sum())
@@ -200,9 +219,10 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return the target number of cells of each region: usually `per_region`.
+    """Return the target number of cells of each region.
 
-    The target of the smallest region of each component is the number of remaining cells.
+    The target is `per_region`, except for the smallest region of each component. This region gets
+    the remaining cells of the component.
     """
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
@@ -217,9 +237,10 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Move the target sizes of each component toward their mean until all are within bounds.
+    """Move the target sizes in each component toward their mean until all are within `bounds`.
 
-    If the mean is out of bounds, all target sizes of the component become the mean.
+    `means` is, for each region, the mean target size in its component. If the mean is out of
+    bounds, all target sizes in the component become the mean.
     """
     low, high = bounds
     spread = goals - means
@@ -233,23 +254,33 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """Balances the sizes of regions on each level (all cells or coarse cells) of the loop."""
+    """Balances the sizes of regions after the loop has run on coarse cells, on all cells, or both.
+
+    Level 0 is all cells, level 1 the finest coarse cells, and so on.
+    """
 
     rules: SizeRules
-    sizes: list[Floats]  # one array per level: size of each cell; level 0 has all cells
+    sizes: list[Floats]  # one array per level: size of each cell
     components: list[Ints]  # one array per level: connected component of each cell
     n_threads: int
     islands: _core.Islands
-    may_jump: bool  # whether centers may move to other regions; False if the caller gave centers
-    goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) target sizes; empty at first
+    # Whether centers may be added, removed, or moved into other regions. False if the caller gave
+    # the initial centers.
+    may_jump: bool
+    # Target size of each region, (K,); empty before the first call of `run`.
+    goals: Floats = field(default_factory=lambda: np.empty(0))
     offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))
-    """Length that is added to all paths from each center, (K,); empty at first."""
+    """Length that is added to all paths from each center, (K,); empty before the first call of
+    `run`."""
 
     @classmethod
     def of(
         cls, rules: SizeRules, coarse: list[CoarseCells], plan: Plan, loop: LoopOptions
     ) -> Balancer:
-        """Make a balancer for all cells and for the cells of `coarse`, from finest to coarsest."""
+        """Make a balancer for all cells and for the coarse cells in `coarse`.
+
+        `coarse` contains the graphs of coarse cells, from the finest to the coarsest.
+        """
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
         may_jump = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
@@ -261,7 +292,10 @@ class Balancer:
         return cls(rules, sizes, components, n_threads, islands, may_jump)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Balance regions after the loop has run on a level, where level 0 is all cells."""
+        """Return the clustering of the cells on `level` after balancing the sizes of its regions.
+
+        The first call makes `ROUNDS` rounds, and later calls make `ROUNDS_ON_ALL` rounds.
+        """
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
             clustering.classify(clustering.centers(), self.paths_from())
@@ -284,7 +318,10 @@ class Balancer:
     def _counted(
         self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
     ) -> Clustering:
-        """Add and remove centers until each component has its target number of regions."""
+        """Add and remove centers until each component has its target number of regions.
+
+        If `may_jump` is False, the clustering is returned unchanged.
+        """
         n_components = int(cells[1].max()) + 1
         targets = None
         while self.may_jump:
@@ -301,7 +338,8 @@ class Balancer:
             gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
             if stays.all() and not gets.any():
                 break
-            # A component may need several rounds, because each round divides a region only once.
+            # A component may need several rounds, because a round adds at most one center to each
+            # region.
             centers = np.concatenate([found.centers[stays], more[gets]])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
         return clustering
@@ -327,7 +365,8 @@ class Balancer:
     def _move_offsets(
         self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
     ) -> None:
-        # Path length to the border: a disk's radius is 3/2 of the mean distance from its center.
+        # Estimated length of a path from a center to the border of its region: the radius of a disk
+        # is 3/2 of the mean distance of its points from its center.
         scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
         goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
         for n in range(n_rounds + RESCUES):
@@ -345,14 +384,18 @@ class Balancer:
                 offsets = np.clip(offsets, middle - limit, middle + limit)
             if found.are_lost.any():
                 centers, offsets = self._rescued(found, clustering.lengths(), centers, offsets)
-            offsets = offsets - int((offsets - self.offsets).min())  # offsets must never decrease
+            # All offsets are shifted by the same number, so that no offset decreases.
+            offsets = offsets - int((offsets - self.offsets).min())
             self.offsets = offsets
             clustering.classify(centers, self.paths_from())
 
     def _rescued(
         self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
     ) -> tuple[Ints, Longs]:
-        """Move each center that is in another region to the farthest cell of a large region."""
+        """Move each center that lies in another region to the farthest cell of a large region.
+
+        Returns the new centers and their offsets.
+        """
         pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
         lost, large = pairs[:, 0], pairs[:, 1]
         at = found.farthest(lengths)[large]
@@ -386,12 +429,12 @@ class _Regions:
 
     @property
     def are_lost(self) -> Bools:
-        """For each region, whether its center is in another region, (K,)."""
+        """Whether the center of each region lies in another region, (K,)."""
         return np.asarray(self.labels[self.centers] != np.arange(len(self.centers)))
 
     @property
     def means(self) -> Floats:
-        """For each region, the mean size of all regions in the same component, (K,)."""
+        """Mean size of the regions in the component of each region, (K,)."""
         counts = np.bincount(self.components)
         totals = sums_by_label(self.components, self.sizes, len(counts))
         means = np.asarray((totals / np.maximum(counts, 1))[self.components])
@@ -403,7 +446,10 @@ class _Regions:
         return _ranks_in_groups(order, self.components)
 
     def farthest(self, lengths: Offsets) -> Ints:
-        """Return the cell with the longest path in each region; in empty regions, the center."""
+        """Return, for each region, its cell with the longest path; for empty regions, the center.
+
+        `lengths` is the length of the path to each cell from the center of its region.
+        """
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
@@ -413,9 +459,10 @@ class _Regions:
     def matched(self, are_small: Bools, are_large: Bools, most: float) -> Longs:
         """Return pairs of a small and a large region of the same component, (P, 2).
 
-        In each component, the smallest region is paired with the largest region, the second
-        smallest with the second largest, and so on. `most` is the maximum number of pairs as a
-        fraction of the number of regions, but one pair is always allowed.
+        `are_small` and `are_large` mark the regions that may be paired. In each component, the
+        smallest region is paired with the largest region, the second smallest with the second
+        largest, and so on. `most` is the maximum number of pairs in a component, as a fraction of
+        its number of regions, but one pair is always allowed.
         """
         limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
@@ -434,7 +481,10 @@ class _Regions:
 
 
 def _ranks_in_groups(order: Array, groups: Ints) -> Ints:
-    """Return the rank in `order` of each element within its group; `order` is sorted by group."""
+    """Return the rank of each element within its group, (N,).
+
+    `order` contains the indices of all elements, sorted by group, and by rank within a group.
+    """
     sorted_groups = groups[order]
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)

@@ -1,6 +1,6 @@
-"""Label each cell with its nearest center, which is stage 4a of the algorithm.
+"""Stage 4a of the algorithm: label each cell with the center that has the shortest path to it.
 
-The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
+The loop of `segment` does not use this module. It calls `_core.Clustering`; see `loop.py`.
 """
 
 from __future__ import annotations
@@ -18,16 +18,18 @@ from ..cells.cell_graph import CellGraph, checked_graph
 
 
 class Classification(NamedTuple):
-    """Result of `classify`: the label of each cell, and the length of the path to its center.
+    """Result of `classify`: the label of each cell, and the length of the path from its center.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Index in ``centers`` of the center of each cell, from 0 to K - 1.
+        Label of each cell, from 0 to K - 1: the index in ``centers`` of the center with the
+        shortest path to the cell.
     centers : ndarray of int32, shape (K,)
-        The given centers, followed by unreached cells that were made centers.
+        The centers that were passed to `classify`, followed by unreached cells that were made
+        centers.
     distances : ndarray of float64, shape (N,)
-        Length of the shortest path to each cell from its center, in the unit of the weights.
+        Length of the shortest path from the center to each cell, in the unit of the weights.
     """
 
     labels: Ints
@@ -42,7 +44,7 @@ def classify(
     reach: float | None = None,
     n_threads: int | None = None,
 ) -> Classification:
-    """Label each cell with the center that has the shortest path to the cell.
+    """Label each cell with the index of the center that has the shortest path to the cell.
 
     Parameters
     ----------
@@ -50,13 +52,14 @@ def classify(
     centers : array_like of int, shape (K,)
         Indices of distinct cells.
     reach : float, optional
-        By default, the classification is *exact*: a single run of Dijkstra's algorithm starts from
-        all centers simultaneously. Regions are connected. Time is at most O((N + M) log N). With
-        `reach`, the classification is *halted*, as in the paper: Dijkstra's algorithm runs from
-        each center separately. Cells whose Euclidean distance from the center is larger than
-        `reach` are labeled but not expanded. Regions may be disconnected.
+        Euclidean distance from a center at which its paths end, in the unit of the positions. By
+        default, paths have no limit, and the classification is *exact*: Dijkstra's algorithm runs
+        once, from all centers simultaneously. Regions are then connected. Time is at most
+        O((N + M) log N). With `reach`, the classification is *halted*, as in the paper: Dijkstra's
+        algorithm runs from each center separately. Cells farther from the center than `reach` are
+        labeled, but paths do not continue from these cells. Regions may then be disconnected.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------

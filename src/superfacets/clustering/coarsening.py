@@ -1,4 +1,4 @@
-"""Group cells into coarse cells, and define the graphs on which the clustering loop runs."""
+"""Group cells into coarse cells, and build the graphs of coarse cells for the clustering loop."""
 
 from __future__ import annotations
 
@@ -14,36 +14,45 @@ from .plan import Plan
 
 
 class Assignment(Protocol):
-    """Assignment of each cell to its nearest center, as implemented by `_core.Clustering`."""
+    """Interface of `_core.Clustering`: assignment of each cell to its nearest center."""
 
     def centers(self) -> Ints:
-        """Return the given centers, followed by unreached cells that were made centers."""
+        """Return the given centers, followed by unreached cells that became centers."""
 
     def labels(self) -> Ints:
-        """Return the label of each cell."""
+        """Return the label of each cell: the index of its center in the result of `centers`."""
 
 
 class CoarseCells(Protocol):
-    """Coarse cells, which are groups of neighboring cells of a graph, as in `_core.CoarseGraph`."""
+    """Coarse cells: groups of neighboring cells of a finer graph.
+
+    `_core.CoarseGraph` implements this interface.
+    """
 
     @property
     def graph(self) -> OrderedGraph:
         """Graph of the coarse cells."""
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return, for each region of coarse cells, a center among the finer cells."""
+        """Return the center of each region of coarse cells, as an index of a finer cell.
+
+        `labels` and `centers` refer to coarse cells. The center is the finer cell nearest to the
+        mean position of the region.
+        """
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int, *, needs_lengths: bool
     ) -> tuple[Array, Ints]:
         """Extend paths from coarse cells to all finer cells; return path lengths and labels.
 
-        If `needs_lengths` is False, the returned path lengths may be empty.
+        `lengths` and `labels` describe the path to each coarse cell. `centers` are the centers of
+        the regions, as indices of finer cells. If `needs_lengths` is False, the returned path
+        lengths may be empty, and this object must not be used again.
         """
 
 
 class LargeGraph(Protocol):
-    """A graph on disk. The loop runs on coarse cells in memory; then all cells are labeled once."""
+    """A graph on disk. The loop runs on coarse cells in memory. Then all cells are labeled once."""
 
     @property
     def n_cells(self) -> int:
@@ -55,7 +64,10 @@ class LargeGraph(Protocol):
 
     @property
     def straight_unit(self) -> float:
-        """Unit of arc lengths if they are straight distances plus costs; 0 for other lengths."""
+        """Unit of arc lengths if they are straight distances plus costs; 0 for other arc lengths.
+
+        The unit of arc lengths is given in the unit of the positions.
+        """
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Group the cells into coarse cells, each of about `cell_size` cells."""
@@ -69,14 +81,14 @@ class LargeGraph(Protocol):
         """Return the result of the function `join_islands` for this graph."""
 
     def gathered(self, n_threads: int) -> OrderedGraph:
-        """Load the whole graph into memory."""
+        """Return the whole graph, loaded into memory."""
 
 
 AnyGraph: TypeAlias = OrderedGraph | LargeGraph
 
 CELL_SIZES = (16, 8, 4)
 """Possible numbers of cells per coarse cell on the finest coarse level, in order of preference. The
-first number that gives enough coarse cells is used."""
+first number with which there are enough coarse cells is used (see `CELLS_PER_REGION`)."""
 
 NEXT_CELL_SIZE = 4
 """Number of coarse cells that are grouped into one cell of the next coarser level."""
@@ -87,23 +99,25 @@ with values of 16 to 32 as without coarse levels. The undersegmentation error wi
 0.2088 to 0.2109 (0.2143 without coarse levels), and with 150 regions 0.1279 to 0.1287 (0.1283)."""
 
 FINEST_PER_REGION = 48
-"""Value that replaces CELLS_PER_REGION if paths on coarse cells determine the labels of all cells.
-With a value of 24, the undersegmentation error is 0.003 to 0.006 higher. With 96, the error is
-0.001 to 0.003 lower."""
+"""Value that replaces CELLS_PER_REGION on the finest coarse level, if paths on coarse cells
+determine the labels of all cells (see `Coarsening.on_all`). With a value of 24, the
+undersegmentation error is 0.003 to 0.006 higher. With 96, the error is 0.001 to 0.003 lower."""
 
 COARSEST_PER_REGION = 12
-"""Value that replaces CELLS_PER_REGION on coarser levels of a graph if `is_straight(graph)`."""
+"""Value that replaces CELLS_PER_REGION on all other coarse levels, if `is_straight(graph)`."""
 
 MANY_REGIONS = 10_000
-"""Minimum number of small regions for a short loop; see `Coarsening.is_short`. On 14 meshes of
-43,000 to 420,000 faces, with 17 or 40 faces per region, the short loop raises the undersegmentation
-error from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
+"""Minimum number of regions for a short loop, if regions are small; see `Coarsening.is_short`. On
+14 meshes of 43,000 to 420,000 faces, with 17 or 40 faces per region, the short loop raises the
+undersegmentation error from 0.0259 to 0.0261 and lowers the compactness by 0.5 %."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Minimum fraction of the required number of coarse cells that is in components with seeds."""
+"""A coarse graph is used only if its components with seeds together have at least this fraction of
+the required number of coarse cells."""
 
 MIN_REDUCTION = 2
-"""Minimum factor by which the number of cells must decrease from level to level."""
+"""Minimum factor by which the number of cells must decrease from one level to the next coarser
+level."""
 
 
 def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
@@ -114,14 +128,14 @@ def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCell
 
 
 def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
-    """Return the graph itself if it is in memory, or load the graph from disk."""
+    """Return the graph itself if it is in memory; otherwise load the graph from disk."""
     return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
 
 
 def assignment_of(
     graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
 ) -> Assignment:
-    """Assign all cells to the center with the shortest path; `reach` is as for `classify`."""
+    """Assign each cell to the center with the shortest path to it; for `reach`, see `classify`."""
     if isinstance(graph, OrderedGraph):
         return _core.Clustering(graph, centers, reach, n_threads, islands)
     return graph.assignment(centers, reach, n_threads, islands)
@@ -130,9 +144,11 @@ def assignment_of(
 def join_islands(
     graph: AnyGraph, labels: Ints, groups: Ints, n_threads: int
 ) -> tuple[Ints, int, Ints]:
-    """Join cells without a label to the nearest region in the same group (see `Plan.groups`).
+    """Join islands to the nearest region in the same group (see `Plan.groups`).
 
-    Returns labels, the number of joined components, and the centers of new regions for the others.
+    An island is a connected component of the cells without a label. If there is no region in its
+    group, the island becomes a new region. Returns the labels, the number of islands that joined a
+    region, and the center of each new region.
     """
     if isinstance(graph, OrderedGraph):
         return _core.join_islands(graph, labels, groups, n_threads)
@@ -142,8 +158,8 @@ def join_islands(
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
-    The loop runs only on all cells if the caller gave seeds or `radius_factor`, if `tol` is 0, if
-    `max_num_iter` is 1, or if an arc has no reverse arc of the same length.
+    The loop must start on all cells if the caller gave seeds or `radius_factor`, if `tol` is 0, if
+    `max_num_iter` is at most 1, or if an arc has no reverse arc of the same length.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return not plan.has_seeds and is_exact and is_symmetric
@@ -151,7 +167,7 @@ def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
 
 @dataclass
 class Coarsening:
-    """The graphs of coarse cells on which the loop runs before it runs on all cells."""
+    """The graphs of coarse cells, and how the clustering loop uses them."""
 
     graphs: list[CoarseCells]
     """Coarse graphs, from finest to coarsest. The loop removes each graph after its last use."""
@@ -159,10 +175,11 @@ class Coarsening:
     """Number of graphs at the start of `graphs` on which the loop does not run. After the loop,
     paths are extended from coarser cells to the cells of these graphs."""
     on_all: bool = True
-    """Whether the loop also runs on all cells. If False, all cells are labeled once at the end."""
+    """Whether the loop runs on all cells after the coarse graphs. If False, all cells are only
+    labeled once at the end."""
     is_short: bool = False
-    """Whether the loop has only a few iterations, because there are many small regions. In this
-    case, the default seeding method is ``"curve"``."""
+    """Whether the loop may have only a few iterations, because there are many small regions. In
+    this case, the default seeding method is ``"curve"``."""
 
     @classmethod
     def of(cls, graph: AnyGraph, plan: Plan, n_threads: int) -> Coarsening:
@@ -186,7 +203,10 @@ class Coarsening:
 def coarsened(
     graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]
 ) -> Coarsening:
-    """Build the coarse graphs for the loop, and record the run time in `timings`."""
+    """Build the coarse graphs for the loop, and record the run time in `timings`.
+
+    There are no coarse graphs unless `can_be_coarse` is True.
+    """
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Coarsening([])
     with timed(timings, "coarsen", loop.on_stage):
@@ -194,12 +214,12 @@ def coarsened(
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
-    """Return whether regions have too few cells for labels to be computed on coarse cells."""
+    """Return whether regions have too few cells for paths on coarse cells to determine labels."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Return whether arc lengths are straight distances between the two cells, plus a cost."""
+    """Return whether the length of each arc is the straight distance of its cells plus a cost."""
     return graph.straight_unit > 0.0
 
 
@@ -213,14 +233,15 @@ def _coarser(
     """Build successively coarser graphs, and return them from the finest to the coarsest.
 
     `sizes` are possible numbers of cells per coarse cell on the finest coarse level, in order of
-    preference. `enough` is the minimum number of coarse cells on this level and on coarser levels.
+    preference. `enough` contains two minimum numbers of coarse cells: on the finest coarse level,
+    and on each coarser level.
     """
     coarse: list[CoarseCells] = []
     n_enough, n_next = enough
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
         larger = _coarse_cells(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
-            break  # most cells have no neighbors, as in triangle soup
+            break  # most cells have no neighbors with which they can be grouped
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
         if n_seeded < ENOUGH_OF_SEEDED * n_enough:
             break  # most cells are in small components, which get no seeds

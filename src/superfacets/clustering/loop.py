@@ -1,4 +1,4 @@
-"""Run the clustering loop, which alternately labels all cells and moves centers of regions."""
+"""Run the clustering loop, which alternately labels all cells and moves the centers of regions."""
 
 from __future__ import annotations
 
@@ -20,32 +20,38 @@ from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
-"""Maximum fraction of centers that are relocated in each round. One center is always allowed."""
+"""Maximum fraction of all centers that are relocated, for each round of relocation. Relocated
+centers move into regions with long paths. One center may always be relocated."""
 
 ITERATIONS_PER_ROUND = 8
 """Maximum number of iterations of the loop after each round of relocation."""
 
 SHORT_FRACTIONS, SHORT_ITERATIONS = (0.13,), 3
-"""Values of RELOCATED_FRACTIONS and ITERATIONS_PER_ROUND in a short loop. SHORT_ITERATIONS is also
-the maximum number of iterations before relocation. Later iterations move only one center in 300."""
+"""Values that replace RELOCATED_FRACTIONS and ITERATIONS_PER_ROUND in a short loop (see
+`Coarsening.is_short`). SHORT_ITERATIONS is also the maximum number of iterations before relocation.
+Further iterations would move only one center in 300."""
 
 LAST_ITERATIONS = 5
-"""Maximum number of iterations on all cells after coarser levels, if there are `LEAST_GROUPED` or
-more cells. On 19 subdivided benchmark models with 3,000 regions, this maximum and `SHORT_STEPS`
-change the undersegmentation error from 0.0193 to 0.0194, and compactness from 4.309 to 4.303."""
+"""Maximum number of iterations on all cells, if the loop has run on coarse cells before and there
+are at least `LEAST_GROUPED` cells. On 19 subdivided benchmark models with 3,000 regions, this
+maximum and `SHORT_STEPS` together change the undersegmentation error from 0.0193 to 0.0194, and the
+compactness from 4.309 to 4.303."""
 
 
 @dataclass
 class Loop:
-    """Options and state of the clustering loop, which `run` executes on all levels."""
+    """Options and state of the clustering loop. The method `run` executes the loop on all levels.
+
+    A level is either all cells or a graph of coarse cells.
+    """
 
     radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
     timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
     levels: list[Level] = field(default_factory=list)  # one record per finished level
     is_cancelled: bool = False  # whether the callback `progress` has returned False
-    balancer: Balancer | None = None  # balances sizes of regions; None if sizes do not matter
-    is_short: bool = False  # whether there are only a few iterations; see `Coarsening.is_short`
+    balancer: Balancer | None = None  # None if sizes of regions are neither balanced nor limited
+    is_short: bool = False  # whether there are only a few iterations; see `SHORT_ITERATIONS`
 
     @property
     def stop_reason(self) -> StopReason:
@@ -56,7 +62,8 @@ class Loop:
         """Run the loop on the coarse graphs, from coarsest to finest, and then on all cells.
 
         `centers` are the initial centers, as cells of the coarsest graph. Returns the label of each
-        cell, and the centers from which these labels were computed.
+        cell, and the centers from which these labels were computed. The list `coarsening.graphs` is
+        emptied to free memory.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -81,7 +88,10 @@ class Loop:
         return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: AnyGraph, clustering: Assignment, level: int) -> Assignment:
-        """Return the clustering after balancing sizes of regions, if there is a balancer."""
+        """Return the clustering after balancing the sizes of regions, if there is a balancer.
+
+        Level 0 is all cells, level 1 the finest coarse cells, and so on.
+        """
         if self.balancer is None:
             return clustering
         assert isinstance(graph, OrderedGraph)
@@ -92,11 +102,12 @@ class Loop:
     def _spread(
         self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
-        """Label all cells by extending `paths`, on the last graph in `coarse`, to finer cells.
+        """Label all cells by extending the paths on coarse cells to finer and finer cells.
 
-        After coarse levels, `CoarseGraph.spread` labels the cells instead of `Clustering`. Extended
-        paths give rounder regions than paths on all cells. `centers` are cells of the next finer
-        graph. The list `coarse` is emptied to free memory.
+        `paths` contains the length of the path to each cell of the last graph in `coarse`, and the
+        label of the cell. `centers` are cells of the next finer graph. Returns the label of each
+        cell, and the centers. Extended paths give rounder regions than paths on all cells, which
+        `Clustering` would compute. The list `coarse` is emptied to free memory.
         """
         while coarse:
             start = time.perf_counter()
@@ -121,13 +132,18 @@ class Loop:
         lengths, labels = level.spread(
             *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
         )
-        labels[centers] = np.arange(len(centers))  # offsets may put a center into another region
+        # With offsets, a center may lie in another region. It then gets a region of one cell.
+        labels[centers] = np.arange(len(centers))
         return lengths, labels
 
     def _run_level(
         self, graph: AnyGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
     ) -> Assignment:
-        """Run the loop on one level, starting from `centers`; if `must_stay`, only label cells."""
+        """Run the loop on one level, starting from `centers`.
+
+        If `must_stay`, the cells are labeled once, and the centers do not move. `is_last` is True
+        for the level of all cells.
+        """
         start = time.perf_counter()
         reach = math.inf
         if self.options.radius_factor is not None:
@@ -153,10 +169,11 @@ class Loop:
     def _relocate(
         self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Repeatedly move some centers to regions whose cells are far from the center, and iterate.
+        """Repeatedly relocate some centers, and iterate again.
 
-        `n_iter` is the number of earlier iterations on this level, and `reason` is their stop
-        reason. Returns the total number of iterations and the last stop reason.
+        A relocated center moves to the farthest cell of a region with long paths. `n_iter` is the
+        number of earlier iterations on this level, and `reason` is their stop reason. Returns the
+        number of all iterations on this level, and the last stop reason.
         """
         fractions, most = RELOCATED_FRACTIONS, ITERATIONS_PER_ROUND
         if self.is_short:
@@ -188,10 +205,11 @@ class Loop:
         max_num_iter: int | None = None,
         n_before: int = 0,
     ) -> tuple[int, StopReason]:
-        """Alternately move centers and label cells; return the iteration count and stop reason.
+        """Alternately move centers and label cells, until there is a reason to stop.
 
-        `n_before` is the number of earlier iterations on this level. If `must_stay`, centers do not
-        move, and the stop reason of the previous level is returned.
+        Returns the number of iterations and the stop reason. `n_before` is the number of earlier
+        iterations on this level. If `must_stay`, centers do not move, and the stop reason of the
+        previous level is returned. The default of `max_num_iter` is the option of the same name.
         """
         if self.is_cancelled:
             return 1, "cancelled"
@@ -229,9 +247,9 @@ class Loop:
 
 
 def _labels_and_centers(clustering: Assignment) -> tuple[Ints, Ints]:
-    """Return labels and centers of a clustering, where each center has the label of its region.
+    """Return the labels and the centers of a clustering; each center has the label of its region.
 
-    If paths have offsets, a center may be in another region. It then gets a region of one cell.
+    If paths have offsets, a center may lie in another region. It then gets a region of one cell.
     """
     labels, centers = clustering.labels(), clustering.centers()
     labels[centers] = np.arange(len(centers), dtype=labels.dtype)

@@ -1,8 +1,9 @@
-"""Compute costs of arcs between the parts of a shape, such as a finger and the palm of a hand.
+"""Compute the costs of arcs between parts of a shape, such as a finger and the palm of a hand.
 
-The coordinates of the spectral embedding are eigenvectors of the graph Laplacian for the smallest
-eigenvalues. In this embedding, different parts are far apart. Eigenvectors are computed on coarse
-cells (groups of cells) and interpolated to finer cells.
+The cost of an arc is proportional to the distance of its two cells in a spectral embedding. The
+coordinates of the embedding are the eigenvectors of the graph Laplacian with the smallest
+eigenvalues. In this embedding, cells in different parts are far from each other. Eigenvectors are
+computed on coarse cells (groups of cells), and interpolated to finer cells.
 """
 
 from __future__ import annotations
@@ -27,19 +28,21 @@ PART_CREASE_SCALE = 7.0
 compactness is 0.01 higher (worse)."""
 
 SPARE = 4.0
-"""Factor by which the unit of integer path lengths is increased, because costs between parts make
-paths up to 1 + gamma times as long."""
+"""Factor by which the unit of integer path lengths is increased if there are costs between parts.
+These costs increase the total length of all arcs by a factor of up to 1 + gamma. With the larger
+unit, path lengths stay within the range of integers."""
 
 N_COARSE = 700
-"""Approximate number of coarse cells for which eigenvectors are computed. More cells would take
-time but not improve regions: regions are equally good with 1,500 coarse cells."""
+"""Approximate number of coarse cells for which eigenvectors are computed. More coarse cells would
+take more time, but not improve regions: with 1,500 coarse cells, regions are equally good."""
 
 MOST_COARSE = 8 * N_COARSE
 """Maximum number of coarse cells for which eigenvectors are computed. Only meshes with thousands of
-components, such as triangle soup, have more. Costs between parts are 0 for these meshes."""
+components, such as triangle soup, have more coarse cells. For these meshes, costs between parts are
+0."""
 
 MOST_CELLS = 16
-"""Maximum number of cells that are merged into one cell of the next coarser level."""
+"""Maximum number of cells that are grouped into one cell of the next coarser level."""
 
 LEAST_GROUPED = 96_000
 """Minimum number of cells of a graph for which `groups_to_embed` makes groups."""
@@ -48,43 +51,50 @@ GROUP_SIZE = 8
 """Approximate number of cells per group in `groups_to_embed`."""
 
 GROUP_STEP = 0.5
-"""Factor that reduces costs between parts when costs of borders are computed for groups of cells.
-Without a reduction, borders of regions would follow the borders of groups, because only arcs
-between groups have costs. On meshes of 200,000 faces, compactness would be 0.1 higher (worse)."""
+"""Factor that reduces the costs between parts in the costs of region borders, if the embedding has
+one vector per group of cells. Arcs inside a group then have no costs between parts. Without the
+reduction, borders of regions would therefore follow the borders of groups. On meshes of 200,000
+faces, compactness would be 0.1 higher (worse)."""
 
 CREASE_STEEPNESS = 20.0
-"""Conductances across creases are multiplied by exp(-CREASE_STEEPNESS * eta * theta / pi). Theta
-is the angle between the normals; eta is the weight of the crease, for example 0 if convex."""
+"""Conductances across creases are multiplied by exp(-CREASE_STEEPNESS * eta * theta / pi). Theta is
+the angle between the normals of the two faces. Eta is the weight of the crease: 1 if it is concave,
+and for example 0 if it is convex."""
 
 LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
-"""Costs between parts increase from 0 to their full value between these two values of
-`_ConductingGraph.hindered_share`. This value is 0 for surfaces without concave creases, such as
-convex bodies, which have no parts. It is at least 0.037 for all benchmark models."""
+"""Costs between parts are 0 if `_ConductingGraph.hindered_share` is at most the first value, and
+have their full value if it is at least the second. In between, they increase linearly. The share is
+0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at least
+0.037 for all benchmark models."""
 
 LEAST_CONDUCTANCE = 1e-6
-"""Minimum conductance, so that neighboring cells stay connected. `_core` uses the same value."""
+"""Minimum conductance of an arc, so that neighboring cells stay connected. `_core` uses the same
+value."""
 
 N_VECTORS = 8
-"""Default number of eigenvectors. On the benchmark models, regions are worse with 12 eigenvectors,
-and change strongly with small changes of the mesh with 4 eigenvectors."""
+"""Default number of eigenvectors. On the benchmark models, regions are worse with 12 eigenvectors.
+With 4 eigenvectors, small changes of a mesh change the regions strongly."""
 
 N_COMPARED = 15
-"""Number of eigenvalues to compute, without the eigenvalue 0, which belongs to constant vectors."""
+"""Number of positive eigenvalues to compute. The eigenvalue 0, which belongs to vectors that are
+constant on each component, is left out."""
 
 LEAST_VALUE = 1e-3
 """Eigenvalues are raised to at least this fraction of the largest computed eigenvalue. Vectors are
-divided by the square root of their eigenvalues. Without the minimum, vectors of barely connected
-pieces, which have tiny eigenvalues, would therefore dominate the embedding."""
+divided by the square root of their eigenvalues. If two pieces of a mesh are barely connected, the
+vector that separates them has a tiny eigenvalue. Without the minimum, this vector would dominate
+the embedding."""
 
 EQUAL = 1e-3
-"""Maximum relative difference of eigenvalues that are treated as equal. All eigenvectors of equal
-eigenvalues are used, or none of them, because their basis is arbitrary."""
+"""Maximum relative difference of eigenvalues that are treated as equal. Eigenvectors of equal
+eigenvalues are used together, because choosing some of them would be arbitrary."""
 
 FAR_STEPS, SHORT_STEPS = 3, 2
-"""Maximum distance, counted in arcs, between two faces that are joined by a far arc, which is an
-additional arc between faces that are not neighbors. SHORT_STEPS is used in a short loop (see
-`Coarsening`) and in graphs with groups. It gives 9 instead of 20 far arcs per face, and regions
-that are 0.2 % to 0.4 % more compact, but 5 % longer on regular grids."""
+"""A far arc is an additional arc between faces that are not neighbors. These are the maximum
+distances between two faces that are joined by a far arc, counted in arcs. SHORT_STEPS is used in a
+short loop (see `Coarsening.is_short`), and for graphs with groups (see `groups_to_embed`). With
+SHORT_STEPS, there are 9 instead of 20 far arcs per face. Regions are then 0.2 % to 0.4 % more
+compact, but 5 % longer on regular grids."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +102,12 @@ class PartCosts:
     """Costs of arcs between parts of a shape, proportional to distances in a spectral embedding."""
 
     vectors: Singles
-    """Coordinates in the embedding of each group of cells, (G, Q); Q is 0 if there are no costs."""
+    """Coordinates of each group of cells in the embedding, (G, Q). Q is 0 if there are no costs."""
     group_of: Ints
-    """Group of each cell, (N,); empty if every cell is a group of one."""
+    """Group of each cell, (N,); empty if each cell is its own group."""
     factor: float
-    """Cost of an arc between cells at a distance of 1 in the embedding, in integer path lengths."""
+    """Cost of an arc between cells at a distance of 1 in the embedding, in units of integer path
+    lengths."""
 
     @classmethod
     def of(
@@ -105,11 +116,12 @@ class PartCosts:
     ) -> PartCosts:  # fmt: skip
         """Compute the spectral embedding of a graph, and the factor of the costs.
 
-        `groups` are successively coarser graphs. The cells of the last graph are embedded, or the
-        cells of `graph` if `groups` is empty. `factors` are gamma, and the cost of a crease of
-        angle pi in the unit of the positions. The cost of an arc is gamma times the distance of its
-        ends in the embedding, scaled so that the sum of all distances equals the sum of the lengths
-        of all arcs.
+        `groups` contains successively coarser graphs. The cells of the last graph are embedded, or
+        the cells of `graph` if `groups` is empty. `factors` contains gamma, and the cost of a
+        concave crease of angle pi in the unit of the positions. The cost of an arc is gamma times
+        the distance of its ends in the embedding. Distances are scaled so that, over all arcs of
+        the embedded graph, their sum equals the sum of the arc lengths without crease costs. On
+        shapes with few concave creases, gamma is reduced (see `LEAST_HINDERED`).
         """
         gamma, crease_cost = factors
         embedded = groups[-1].graph if groups else graph
@@ -130,9 +142,9 @@ class PartCosts:
     ) -> None:
         """Add far arcs, and the costs between parts, to `graph` and to the graphs in `coarse`.
 
-        Far arcs join cells of `graph` that are 2 to `far_steps` arcs apart. If regions have
-        thousands of cells, far arcs would dominate the run time. In this case, `far_steps` is 1, so
-        that only coarse graphs get far arcs.
+        Far arcs join cells of `graph` that are 2 to `far_steps` arcs apart. If `far_steps` is 1,
+        `graph` gets no far arcs. Pass 1 unless `has_small_regions` is True: with larger regions,
+        far arcs between all cells would dominate the run time.
         """
         graph.add_far_arcs(n_threads, far_steps)
         graph.add_part_costs(self.group_of, self.vectors, self.factor, n_threads)
@@ -142,30 +154,45 @@ class PartCosts:
             group_of = NO_GROUPS
 
     def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
-        """Add far arcs and costs to coarse graphs, of which the first is the embedded graph."""
+        """Add far arcs, and the costs between parts, to the coarse graphs in `coarse`.
+
+        The first graph in `coarse` is the embedded graph.
+        """
         rows = self._add_to(coarse[0], self.vectors, n_threads)
         for level in coarse[1:]:
             rows = self._add_to(level, _means(level, rows, NO_GROUPS, n_threads), n_threads)
 
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-        """Add far arcs and costs to a coarse graph; return `rows`, the vectors of its cells."""
+        """Add far arcs, and the costs between parts, to a graph of coarse cells.
+
+        `rows` is the vector of each coarse cell, and is returned.
+        """
         level.add_far_arcs(n_threads)
         level.add_part_costs(rows, self.factor, n_threads)
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
-        """Return the given lengths plus costs between parts, for the costs of region borders."""
+        """Return `lengths` plus costs between parts, for the computation of border costs.
+
+        If there are groups, the costs between parts are reduced by `GROUP_STEP`.
+        """
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: int) -> Singles:
-    """Return the mean vector of the cells in each coarse cell, given the vector of each group."""
+    """Return the mean vector of the cells in each coarse cell of `level`.
+
+    `rows` is the vector of each group of cells, and `group_of` is the group of each cell.
+    """
     return level.means_of(rows, group_of, n_threads).reshape(-1, rows.shape[1])
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return, for each cell, the cell of the last graph in `groups` that contains it."""
+    """Return, for each cell, the cell of the last graph in `groups` that contains the cell.
+
+    The result is empty if `groups` is empty.
+    """
     if not groups:
         return NO_GROUPS
     found = groups[0].coarse_cells(n_threads)
@@ -175,14 +202,14 @@ def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
 
 
 class _ConductingGraph(NamedTuple):
-    """Graph of the cells on one level, which are the finest cells or groups of finer cells."""
+    """Graph of the cells of one level: either all cells, or groups of cells of the finer level."""
 
     arcs: ArcLists
     steps: Floats  # (M,) length of each arc without the cost of creases
     conductances: Floats  # (M,) conductance of each arc, which is low across creases
     measures: Floats  # (N,) area of each cell
     coarse_of: Ints | None = None  # (N,) cell of the next coarser level that contains each cell
-    hindered_share: float = 0.0  # fraction, 0 to 1, of all border length that creases block
+    hindered_share: float = 0.0  # fraction of the total border length that is blocked by creases
 
 
 def spectral_embedding(
@@ -192,17 +219,18 @@ def spectral_embedding(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return coordinates of each face in which the parts of a shape are far apart.
+    r"""Return coordinates for each face, such that different parts of a shape are far apart.
 
     The coordinates are the eigenvectors of the smallest eigenvalues of :math:`L \phi = \lambda A
     \phi`, with areas A and the Laplacian L of the face graph. The conductance of an arc is
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa) + 10^{-6}
 
-    where g is the distance between the centroids of two faces. For concave edges, kappa = theta /
-    pi, where theta is the angle between the normals. The conductance across concave creases is
+    where g is the distance between the centroids of the two faces. For concave edges, kappa = theta
+    / pi, where theta is the angle between the normals. The conductance across concave creases is
     therefore low. For example, coordinates of fingers are far from coordinates of the palm, because
-    creases separate them. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    creases separate fingers and palm. Vector q is scaled by :math:`(\lambda_q /
+    \lambda_1)^{-1/2}`.
 
     Eigenvectors are computed on about 700 groups of faces, interpolated to the faces, and smoothed
     by relaxation. Vectors that are constant on each component are excluded. Eigenvalues below 0.001
@@ -211,20 +239,21 @@ def spectral_embedding(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
-        As for `segment`.
+        Same as in `segment`.
     n_vectors : int, default 8
         Number of coordinates, from 1 to 15.
     weld, n_threads
-        As for `segment`. The result does not depend on the number of threads.
+        Same as in `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     ndarray of float64, shape (N, n_vectors)
-        Coordinates of each face. Only ratios of distances are meaningful. The coordinate with the
-        largest absolute value in each column is positive. If eigenvalues are equal, as for
-        symmetric shapes, the basis of their eigenvectors is arbitrary. If a mesh has too few faces
-        for `n_vectors` eigenvectors, the last columns are 0. All columns are 0 for meshes with
-        thousands of components. The run time is about 2 microseconds per face.
+        Coordinates of each face. Only ratios of distances are meaningful. The sign of each column
+        is chosen so that, over the groups of faces, the coordinate with the largest absolute value
+        is positive. If eigenvalues are equal, as for symmetric shapes, the basis of their
+        eigenvectors is arbitrary. If a mesh has too few faces for `n_vectors` eigenvectors, the
+        last columns are 0. All columns are 0 for meshes with thousands of components. The run time
+        is about 2 microseconds per face.
 
     Raises
     ------
@@ -263,9 +292,10 @@ def spectral_embedding(
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Group the cells of a large graph, and return a list that contains the graph of groups.
+    """Group the cells of a large graph; return the graph of the groups in a list of one graph.
 
-    The list is empty for small graphs, and for triangle soup, where most cells have no neighbors.
+    The list is empty if the graph has fewer than `LEAST_GROUPED` cells, and for triangle soup, in
+    which most cells have no neighbors.
     """
     if graph.n_cells < LEAST_GROUPED:
         return []
@@ -276,7 +306,10 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
 def _conducting_graph(
     graph: _core.OrderedGraph, crease_cost: float, n_threads: int
 ) -> _ConductingGraph:
-    """Return the conductances of a graph; `crease_cost` is the cost of a crease of angle pi."""
+    """Return a graph with conductances.
+
+    `crease_cost` is the cost of a concave crease of angle pi, in the unit of the positions.
+    """
     offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
         graph, crease_cost / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
@@ -285,7 +318,10 @@ def _conducting_graph(
 
 
 def _scale(level: _ConductingGraph, vectors: Singles, n_threads: int) -> float:
-    """Return total arc length divided by total arc length in the embedding; 0 if undefined."""
+    """Return the total length of all arcs, divided by their total length in the embedding.
+
+    Lengths do not include crease costs. If the total length in the embedding is 0, the result is 0.
+    """
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -295,7 +331,11 @@ def _scale(level: _ConductingGraph, vectors: Singles, n_threads: int) -> float:
 def _embedding(
     base: _ConductingGraph, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return the embedding of the cells of `graph`; `base` has the conductances of its arcs."""
+    """Return the coordinates of the cells of `graph` in the spectral embedding, (N, Q).
+
+    `base` has the conductances of the arcs of `graph`. Q is 0 if there are more than `MOST_COARSE`
+    coarse cells.
+    """
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MOST_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
@@ -305,9 +345,12 @@ def _embedding(
 def _coarser(
     level: _ConductingGraph, graph: _core.OrderedGraph, n_threads: int
 ) -> list[_ConductingGraph]:
-    """Return a list of `level`, which belongs to `graph`, and of successively coarser levels."""
+    """Return a list of `level` and of successively coarser levels.
+
+    `level` and `graph` have the same cells and arcs.
+    """
     levels: list[_ConductingGraph] = []
-    coarse: list[_core.CoarseGraph] = []  # keeps the owners of `graph` alive
+    coarse: list[_core.CoarseGraph] = []  # prevents that the owner of `graph` is freed
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
@@ -323,20 +366,28 @@ def _coarser(
 
 
 def _cell_size(ratio: float) -> int:
-    """Return the number of cells per coarse cell on each level, for a reduction by `ratio`."""
+    """Return the number of cells per coarse cell that reduces the number of cells by `ratio`.
+
+    The reduction takes several levels if `ratio` is larger than `MOST_CELLS`. The result is the
+    same for all levels.
+    """
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: _ConductingGraph, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return the conductance of each arc between coarse cells, summed over the arcs of `level`."""
+    """Return the conductance of each arc between coarse cells.
+
+    It is the sum of conductance times length over all arcs of `level` between the two coarse cells,
+    divided by the length of the coarse arc in `steps`.
+    """
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
 
 
 def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
-    """Return the coordinates of the coarsest cells in the embedding, (C, Q)."""
+    """Return the coordinates in the embedding of the cells of the coarsest level, (C, Q)."""
     n_cells = len(level.measures)
     mean = float(level.measures.mean()) or 1.0
     measures = np.maximum(level.measures / mean, 1e-6)
@@ -353,7 +404,10 @@ def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues."""
+    """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues.
+
+    If all eigenvalues after the first `n_vectors` are equal, their vectors are left out.
+    """
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:
@@ -363,7 +417,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[_ConductingGraph], values: Floats, n_threads: int) -> Singles:
-    """Interpolate `values`, one row per coarsest cell, to the finest cells, level by level."""
+    """Interpolate `values` from the cells of the last level to the cells of the first level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None

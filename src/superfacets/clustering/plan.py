@@ -1,4 +1,4 @@
-"""Define `Plan`, which has the cells to segment, the size of regions, and the initial centers."""
+"""Define `Plan`: the cells to segment, the expected size of regions, and the initial centers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..cells.size import RegionSize, region_size
 from .result import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation
-"""Initial state of the loop: initial centers, one label per cell, or an earlier segmentation."""
+"""Initial state of the loop: the initial centers, the label of each cell, or an earlier result."""
 
 ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 """Offsets (N + 1,), neighbors (M,) and lengths (M,) of arcs in CSR form."""
@@ -26,21 +26,23 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 class Plan:
     """The cells to segment, the expected size of regions, and the initial centers."""
 
-    cut: Cut | None  # cells inside the mask, arcs that cross no barrier; None if all are kept
+    cut: Cut | None  # part of the graph that mask and barriers keep; None if neither is given
     size: RegionSize
-    asked: SizeOptions  # options of the caller, with seeds as indices of cells inside the mask
+    asked: SizeOptions  # options of the caller; `seeds` contains indices of cells inside the mask
     init: Init | Seeds | None
-    """Seeding method, initial centers (as `asked.seeds`), or None for the default method."""
+    """Name of the seeding method, initial centers (the same as `asked.seeds`), or None for the
+    default method."""
 
     @classmethod
     def of(
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
         n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph; `start` contains size options, and seeding method or `Start`.
+        """Make the plan for a graph.
 
-        If the cells of the graph are sorted, `order` is the index of each cell before sorting.
-        Centers and labels in `start` refer to the order before sorting.
+        `start` contains the size options, and the argument `init` of `segment`. If the cells of the
+        graph are sorted, `order` is the index of each cell before sorting. Centers and labels in
+        `start` refer to the order before sorting.
         """
         asked, given = start
         kept, measures = None, graph.measures
@@ -56,12 +58,12 @@ class Plan:
 
     @property
     def has_seeds(self) -> bool:
-        """Whether the caller gave the initial centers."""
+        """Whether the caller gave initial centers, labels, or an earlier result."""
         return self.init is not None and not isinstance(self.init, str)
 
     @property
     def groups(self) -> Ints:
-        """Group of each cell inside the mask, see `Cut.groups`; empty if there are no barriers."""
+        """Group of each cell inside the mask (see `Cut.groups`); empty if there are no barriers."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
@@ -69,7 +71,9 @@ class Plan:
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
 
-        `placed` are all cells in sorted order, or None if no earlier stage has sorted them.
+        `lengths` is the length of each arc of `graph`. `placed` are all cells in sorted order, or
+        None if no earlier stage has sorted the cells. If there is a mask or a barrier, `placed` is
+        not used.
         """
         cut = self.cut
         if cut is None:
@@ -95,10 +99,12 @@ def _first_centers(
     n_threads: int,
     order: Ints | None = None,
 ) -> Init | Seeds | None:
-    """Return the seeding method, or the initial centers as indices of `positions`.
+    """Return the initial centers as indices into `positions`, or the name of the seeding method.
 
-    If `init` is labels, the initial center of a region is its cell nearest to its centroid. `kept`
-    are the cells inside the mask; None for all cells. `order` is as for `Plan.of`.
+    An array with one number per cell is read as labels, unless it contains each cell once. Any
+    other array contains centers. The initial center of a labeled region is the cell nearest to the
+    centroid of the region. `kept` contains the cells inside the mask, or is None for all cells.
+    `order` is the same as in `Plan.of`. If `init` is None, the result is None.
     """
     if init is None or isinstance(init, str):
         return init
@@ -129,14 +135,17 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
 
 
 def _sorted_indices(cells: Ints, order: Ints) -> Ints:
-    """Convert indices before sorting to indices after sorting; `order` maps them back."""
+    """Convert indices of cells before sorting to indices after sorting.
+
+    `order` is the index before sorting of each sorted cell.
+    """
     inverse = np.empty_like(order)
     inverse[order] = np.arange(len(order), dtype=order.dtype)
     return inverse[cells]
 
 
 def _are_all_different(given: Array) -> bool:
-    """Return whether `given` is a permutation of 0 to N - 1, so that each cell is a center."""
+    """Return whether `given` contains each of 0 to N - 1 once, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 
@@ -148,7 +157,10 @@ def _labels_of(given: Array, n_cells: int) -> Ints:
 
 
 def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
-    """Return the cell nearest to the centroid of each region; cells labeled -1 are ignored."""
+    """Return the cell nearest to the centroid of each region, (K,); cells labeled -1 are ignored.
+
+    Raises a ValueError if all cells are labeled -1.
+    """
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):
         raise ValueError("init must have a label >= 0 for a cell inside the mask, got only -1")

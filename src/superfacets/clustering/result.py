@@ -1,4 +1,4 @@
-"""Define `Segmentation`, the class of results of `segment`."""
+"""Define `Segmentation`, the class of the results of `segment`."""
 
 from __future__ import annotations
 
@@ -26,16 +26,17 @@ StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
 @dataclass(frozen=True)
 class Level:
-    """Record of the clustering loop on one level: all cells, or coarse cells (groups of cells).
+    """Record of the clustering loop on one level. A level is all cells, or groups of cells.
 
     Attributes
     ----------
     n_cells : int
         Number of cells of the level.
     n_iter : int
-        Number of iterations, or 1 if the cells of the level were only labeled once.
+        Number of iterations on this level, or 1 if the cells were only labeled once.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Reason why the iterations stopped; see `Segmentation`.
+        Reason why the loop stopped on this level; see `Segmentation`. If the cells were only
+        labeled once, it is the reason of the level before.
     seconds : float
         Wall time of the loop on this level, in seconds.
     """
@@ -51,7 +52,7 @@ class Segmentation:
     """The result of `segment`: one label per face, and information about the segmentation.
 
     ``np.asarray(segmentation)`` is ``labels``. Notebooks show a picture of the regions if the extra
-    `viz` is installed and there are at most 200,000 faces or 50,000 points.
+    ``viz`` is installed and there are at most 200,000 faces or 50,000 points.
 
     Attributes
     ----------
@@ -59,48 +60,54 @@ class Segmentation:
         Region of each face, from 0 to K - 1, in input order; -1 for faces outside the mask.
     centers : ndarray of int32, shape (K,)
         Representative face of each region. Each face has the label of the center with the shortest
-        path, unless the clean-up of borders changed the label. For large regions, shortest paths
-        are computed on groups of faces.
+        path to it, unless a later step changed the label: smoothing of borders, joining or merging
+        of regions, or balancing of sizes. For large regions, shortest paths are computed on groups
+        of faces.
     n_segments : int
         Number of regions, K.
     n_iter : int
-        Total number of iterations on all levels; see ``levels``.
+        Total number of iterations on all levels of the loop; see ``levels``.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Reason why the loop stopped on the finest level on which it ran:
 
-        - ``"converged"``: The centers moved by at most `tol`.
-        - ``"settled"``: The centers alternate between a few equally good states.
+        - ``"converged"``: The root mean square of the moves of the centers was at most ``tol`` * r,
+          where r is the expected radius.
+        - ``"settled"``: The same set of centers occurred twice, so that the loop would repeat the
+          same few states.
         - ``"max_num_iter"``: The maximum number of iterations was reached.
-        - ``"cancelled"``: The callable `progress` returned False.
+        - ``"cancelled"``: The callable ``progress`` returned False.
     n_unreached : int
-        Number of components that no center reached because they have no seed. If `radius_factor` is
-        given, groups of faces that are too far from all centers are counted too. With
-        ``islands="keep"``, each of these components becomes a region. With ``"nearest"``, each of
-        them joins the nearest region, unless barriers enclose the component.
+        Number of components that no center reached because they have no seed. If ``radius_factor``
+        is given, connected groups of faces that are too far from all centers are counted too. With
+        ``islands="keep"``, each of these components and groups becomes a region. With
+        ``islands="nearest"``, each of them joins the nearest region, unless barriers separate it
+        from all regions.
     n_joined : int
-        Number of disconnected pieces that ``enforce_connectivity`` joined to a neighboring region.
+        Number of disconnected pieces of regions that ``enforce_connectivity`` joined to a
+        neighboring region.
     n_merged : int
         Number of small regions that were merged into other regions because of ``min_size``. K does
-        not include them.
+        not include the merged regions.
     n_islands : int
         Number of regions smaller than ``min_size`` that were kept because they have no neighbor.
     n_extra_pieces : int
-        Number of connected pieces of all regions, minus K. It is 0 unless ``cells_per_region`` is
-        given and no connected regions of this size were found.
+        Total number of connected pieces of all regions, minus K. It is 0 unless
+        ``cells_per_region`` is given and no connected regions of this size were found.
     sliver_share : float or None
         Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, where r is
-        the expected radius. If it is above 0.1, regions become stripes, and `segment` warns. None
-        for a `CellGraph`, whose cells have no shape.
+        the expected radius. If the fraction is above 0.1, regions become stripes, and `segment`
+        warns. None for a `CellGraph`, because its cells have no shape.
     levels : tuple of Level
-        Records of the loop on each level, from the coarsest groups of faces to all faces.
+        One record of the loop per level, from the coarsest groups of faces to all faces.
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
-        Parameters of the segmentation. ``expected_radius`` is r in the unit of the vertices.
-        ``radius`` is the argument, as a fraction of the diagonal, or None.
+        Parameters of the segmentation. The entry ``"expected_radius"`` is r in the unit of the
+        vertices. The entry ``"radius"`` is the argument of this name, as a fraction of the
+        diagonal, or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
-        The segmented mesh, cloud or graph (not a copy), which `regions`, `plot` and `view` need.
-        None if the segmentation was made without a mesh.
+        The segmented mesh, cloud or graph (not a copy). ``regions``, ``plot`` and ``view`` need it.
+        None if the result does not store the mesh, as in `segment_tiled`.
     """
 
     labels: Ints
@@ -125,12 +132,13 @@ class Segmentation:
 
     @cached_property
     def patches(self) -> Ints:
-        """Cells of each region, shape (K, size of the largest region), padded with -1.
+        """Cells of each region, shape (K, number of cells of the largest region).
 
-        Use ``cells_per_region=64`` for neural networks that process patches of 64 cells: all rows
-        then have 64 cells, except one row per component. The cells of a region are in the order of
-        a depth-first search that starts at the narrowest end of the region. Each cell is a neighbor
-        of the previous cell, unless the search backtracks.
+        Rows are padded with -1. Use ``cells_per_region=64`` for neural networks that process
+        patches of 64 cells: then each row contains 64 cells, except for at most one row per
+        component. The cells of a region are in the order of a depth-first search that starts at the
+        cell with the fewest neighbors in the region. Each cell is a neighbor of the previous cell,
+        unless the search backtracks.
 
         Raises
         ------
@@ -155,7 +163,7 @@ class Segmentation:
     def regions(self) -> RegionGraph:
         """Graph of the regions, with areas, centroids, neighbors and borders; see `region_graph`.
 
-        The graph is computed on first use.
+        The graph is computed when this property is read for the first time.
 
         Raises
         ------
@@ -165,7 +173,7 @@ class Segmentation:
         return region_graph_of(self._surface, self.labels, self.n_segments, self.centers)
 
     def plot(self, **options: Any) -> Plot:
-        """Draw the regions with ``superfacets.plot(cells, labels)``.
+        """Return ``superfacets.plot(cells, labels, **options)``, a picture of the regions.
 
         Raises
         ------
@@ -177,7 +185,7 @@ class Segmentation:
         return plot(self._known_cells("plot"), self.labels, **options)
 
     def view(self, **options: Any) -> Page:
-        """Return ``superfacets.view(cells, labels)``, an interactive page that shows the regions.
+        """Return ``superfacets.view(cells, labels, **options)``, an interactive page of regions.
 
         Raises
         ------
@@ -194,7 +202,10 @@ class Segmentation:
         return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
 
     def _known_cells(self, instead: str) -> Any:
-        """Return `cells`; if they are None, raise an error that suggests the function `instead`."""
+        """Return ``cells``, or raise a ValueError if it is None.
+
+        The message suggests to call the function `instead`.
+        """
         if self.cells is None:
             raise ValueError(
                 f"this segmentation does not store its mesh: call {instead}(mesh, labels) instead"

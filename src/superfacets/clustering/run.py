@@ -1,4 +1,4 @@
-"""Place the seeds of regions in a graph of cells, and run the clustering loop."""
+"""Place the seeds of regions on a graph of cells, and run the clustering loop from these seeds."""
 
 from __future__ import annotations
 
@@ -52,15 +52,16 @@ def segment_graph(
     ----------
     graph : CellGraph
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
-        As for `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. If arcs are
-        one-way, cells that no path reaches from any center are treated like components without a
+        Same as in `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. If arcs
+        are one-way, cells without a path from any center are treated like components without a
         seed.
     relocate : bool, default False
-        As for `segment`.
+        Same as in `segment`, except for the default.
     mask, barriers
-        As for `segment`, but barriers must be one number per cell, because a graph has no edges.
+        Same as in `segment`, but `barriers` must be one number per cell, because the graph has no
+        mesh edges.
     features, feature_weight, scale_features
-        As for `segment`, with one row of features per cell.
+        Same as in `segment`, with one row of features per cell.
 
     Returns
     -------
@@ -112,7 +113,7 @@ def segment_graph(
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """Return a copy of the graph, with costs of feature differences added to the weights."""
+    """Return a new graph whose weights include the costs of feature differences."""
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -125,13 +126,15 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 
 JoinPieces: TypeAlias = Callable[[Ints, Ints], Ints]
-"""Function of labels and centers that returns labels of connected regions."""
+"""Function that makes regions connected: it takes labels and centers, and returns new labels."""
 
 
 def joiner_of(arcs: ArcLengths, crease_limit: float, n_threads: int) -> JoinPieces:
-    """Return a function that joins pieces without the center of their region to other regions.
+    """Return a function that makes regions connected.
 
-    Arcs of length `crease_limit` or more are only used for pieces without shorter arcs to a region.
+    The function joins all pieces of a region that do not contain its center to other regions.
+    Pieces are joined across arcs of length `crease_limit` or more only if there are no shorter
+    arcs.
     """
 
     def join_pieces(labels: Ints, centers: Ints) -> Ints:
@@ -149,11 +152,11 @@ def segment_cells(
     join_pieces: JoinPieces | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
-    """Place seeds and run the loop on a checked graph of the cells inside the mask.
+    """Place seeds and run the loop on a graph of the cells inside the mask.
 
-    `coarsening` is the result of `coarsened`; its graphs are removed after their last use.
-    `join_pieces` makes regions connected after the loop; it is None if this is not necessary.
-    `balancer` changes the sizes of regions to their target sizes.
+    The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
+    after their last use. `join_pieces` makes regions connected after the loop, or is None if the
+    loop itself makes connected regions. `balancer` balances the sizes of regions, or is None.
     """
     size, options, init = plan.size, plan.asked, plan.init
     if init is None:
@@ -168,7 +171,8 @@ def segment_cells(
     is_short = coarsening.is_short and bool(loop.relocate)
     run = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
     labels, centers = run.run(coarsening, graph, seeds)
-    n_unreached = max(0, len(centers) - len(seeds))  # negative if the balancer removed centers
+    # There can be fewer centers than seeds, because the balancer may remove centers.
+    n_unreached = max(0, len(centers) - len(seeds))
     if join_pieces is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
             labels = join_pieces(labels, centers)

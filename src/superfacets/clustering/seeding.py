@@ -1,4 +1,4 @@
-"""Place the seeds, which are the initial centers of regions."""
+"""Place the seeds: the initial centers of regions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Radius of regions for ``"flood"``, or edge of cubes for ``"grid"``, in multiples of radius r."""
+"""Radius of the regions of ``"flood"``, and edge of the cubes of ``"grid"``, in multiples of the
+expected radius r."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
 """Map from values of the argument `islands` to the enumeration in `_core`."""
@@ -25,7 +26,7 @@ def place_seeds(
     islands: Islands = "keep",
     n_threads: int | None = None,
 ) -> Ints:
-    """Return seeds, which are the initial centers of regions.
+    """Return the seeds: the initial centers of regions.
 
     Parameters
     ----------
@@ -40,41 +41,46 @@ def place_seeds(
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         Seeding method, or the seeds.
 
-        - ``"geodesic"``: Start with the central cell, which is nearest to the centroid. Then
-          repeatedly add the cell with the longest path from its nearest seed. Seeds are denser
-          near creases. There are exactly k seeds, and time is O(N log N log k) in practice. With
-          several components, start with the central cells of all components except islands, the
-          largest component first.
+        - ``"geodesic"``: Start with the central cell: the cell nearest to the centroid of all
+          cells. Then repeatedly add the cell with the longest path from its nearest seed. Seeds are
+          denser near creases. There are exactly k seeds, and time is O(N log N log k) in practice.
+          If there are several components, start with the central cells of all components except
+          islands, from the largest component to the smallest.
         - ``"farthest"``: Like ``"geodesic"``, but with Euclidean distances. There are exactly k
           seeds, and time is O((N + k) log N) in practice.
         - ``"curve"``: Divide the Morton curve through all cells into 0.6 k parts, and use the
-          middle cell of each part as a seed. Place the other seeds as ``"geodesic"`` does. Parts
-          have equal weights; the weight of a cell is its measure times the square root of its mean
-          ratio of arc length to distance. There are exactly k seeds. Time is O(N + k log N).
+          middle cell of each part as a seed. Place the remaining 0.4 k seeds as ``"geodesic"``
+          does. All parts have about the same weight. The weight of a cell is its measure times the
+          square root of the ratio of the total length of its arcs to the total distance of its
+          neighbors. There are exactly k seeds. Time is O(N + k log N).
         - ``"flood"``: Visit cells in the order of their path length from the central cell. A cell
-          that no region has reached starts a new region, which expands to 2 r. In each further
-          component, start from the cell with the lowest index. The number of seeds is close to k.
-        - ``"grid"``: Divide the bounds into cubes of edge 2 r, and use the central cell of the
-          cells in each cube. The number of seeds is close to k.
+          that no region has reached becomes the seed of a new region. This region expands to a
+          distance of 2 r. In each further component, start from the cell with the lowest index. The
+          number of seeds is close to k.
+        - ``"grid"``: Divide the bounding box into cubes of edge 2 r. In each cube that contains
+          cells, the seed is the cell nearest to the centroid of these cells. The number of seeds is
+          close to k.
         - An array: the indices of the cells that are used as seeds.
     islands : {"keep", "nearest"}
-        Islands are components that are not among the k largest components or have a measure below
-        A / (2 k). There are no islands if the other components have fewer than k cells. The methods
-        ``"geodesic"`` and ``"curve"`` place no seeds on islands. If `islands` is ``"nearest"``,
-        ``"farthest"`` and ``"flood"`` place no seeds on islands either, and ``"farthest"`` starts
-        with the same central cells as ``"geodesic"``.
+        Whether the methods ``"farthest"`` and ``"flood"`` place seeds on islands: with
+        ``"nearest"``, they do not, and ``"farthest"`` starts with the same central cells as
+        ``"geodesic"``. The methods ``"geodesic"`` and ``"curve"`` never place seeds on islands. An
+        island is a small component. Sort the components from the largest measure to the smallest.
+        All components after the first k are islands. A component is also an island if its measure
+        is below A / (2 k) and the components before it have at least k cells.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ndarray of int32, shape (K,)
-        Indices of distinct cells. If several cells are equally good, the lowest index is used.
+        Indices of distinct cells. If a method finds several equally good cells, it uses the lowest.
 
     Notes
     -----
-    Components are found with all arcs, including one-way arcs. Cells without a path from any seed
-    have an infinite path length, and ``"flood"`` visits them last in their component.
+    A component is connected by arcs of any direction. If arcs are one-way, there may be cells
+    without a path from any seed. Their path length is infinite, and ``"flood"`` visits them as the
+    last cells of their component.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Move the center of each region to the cell nearest to the centroid, stage 4b of the algorithm.
+"""Stage 4b of the algorithm: move each center to the cell nearest to the centroid of its region.
 
-The loop of `segment` calls `_core.Clustering` instead; see `loop.py`.
+The loop of `segment` does not use this module. It calls `_core.Clustering`; see `loop.py`.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ def update_centers(
 ) -> Ints:
     """Return the center of each region: the cell nearest to the centroid of the region.
 
-    The centroid is the mean position of the cells, weighted by their measures (unweighted if all
-    measures are 0). If several cells are nearest, the lowest index is used. Time is O(N + K).
+    The centroid is the mean position of the cells of the region, weighted by their measures
+    (unweighted if all measures are 0). If several cells are equally near, the cell with the lowest
+    index is used. Time is O(N + K).
 
     Parameters
     ----------
@@ -27,11 +28,12 @@ def update_centers(
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur.
     n_threads : int, optional
-        As for `segment`.
+        Same as in `segment`.
 
     Returns
     -------
     ndarray of int32, shape (K,)
+        Index of the center of each region.
 
     Raises
     ------

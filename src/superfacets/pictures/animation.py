@@ -41,12 +41,15 @@ def gif_of(frames: list[Picture]) -> bytes:
 
 
 def _milliseconds(n_frames: int) -> int:
-    """Return the duration of each picture in ms: a multiple of 10, as in GIF, and at least 20."""
+    """Return the duration of one picture in milliseconds: at least 20, and a multiple of 10.
+
+    GIF files store durations as multiples of 10 milliseconds.
+    """
     return max(20, round(100 * _SECONDS / n_frames) * 10)
 
 
 def check_video() -> Any:
-    """Return the module that writes videos, or raise a RenderError if it is not installed."""
+    """Return the module `imageio_ffmpeg`, or raise a RenderError if it is not installed."""
     try:
         return importlib.import_module("imageio_ffmpeg")
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""Draw titles above pictures, and a color scale below pictures."""
+"""Draw the strip with titles above pictures, and the strip with a color scale below pictures."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 # Maximum number of intervals between ticks. Intervals are 1, 2 or 5 times a power of ten.
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
-_TINY = 1e-290  # smaller ranges get no intermediate ticks, because their steps would underflow
+_TINY = 1e-290  # smaller ranges get ticks only at their ends, because steps would underflow
 
 Color = tuple[int, int, int]
 
 
 def title_strip(titles: Sequence[str], width: int, height: int, background: Color) -> Picture:
-    """Draw a strip of titles, each centered above a picture of width `width`."""
+    """Draw a strip with one title per picture, centered above the picture of width `width`."""
     image, pen = _canvas(width * len(titles), height, background)
     for i, title in enumerate(titles):
         font = _fitting_font(title, 0.55 * height, 0.96 * width)
@@ -39,7 +39,10 @@ def title_strip(titles: Sequence[str], width: int, height: int, background: Colo
 
 
 def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Picture:
-    """Draw the title, color bar and ticks of a scale, and a gray box if values are missing."""
+    """Draw the title, color bar and ticks of a color scale.
+
+    If some values are missing, a gray box with the text "none" is drawn beside the color bar.
+    """
     image, pen = _canvas(width, height, background)
     ink, font = _ink(background), _font(_TEXT * height)
     left, right = round(width * (0.5 - _BAR_WIDTH / 2)), round(width * (0.5 + _BAR_WIDTH / 2))
@@ -80,14 +83,17 @@ def _font(size: float) -> Any:
 
 
 def _fitting_font(text: str, size: float, width: float) -> Any:
-    """Return the font in the largest size, at most `size`, for which the text fits the width."""
+    """Return the font in the largest size, up to `size`, for which `text` fits into `width`."""
     font = _font(size)
     length = font.getlength(text)
     return font if length <= width else _font(size * width / length)
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Return round numbers between low and high, or only low and high for an extreme range."""
+    """Return the round numbers from low to high, at which the scale has ticks.
+
+    If the difference of low and high is below `_TINY` or overflows, only low and high are returned.
+    """
     if not _TINY < high - low < math.inf:
         return sorted({low, high})
     least = (high - low) / _MAX_TICKS

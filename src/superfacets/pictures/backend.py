@@ -19,7 +19,11 @@ _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 
 @contextlib.contextmanager
 def quiet_vtk() -> Iterator[None]:
-    """Within the block, let VTK draw off screen without messages; then restore its settings."""
+    """Let VTK draw off screen and without messages inside a ``with`` block.
+
+    At the end of the block, the settings of VTK and the environment variables are restored. Raises
+    a RenderError if there is no OpenGL.
+    """
     window = ensure_gl()
     wanted = dict(_QUIET_EGL)
     if window is not None:
@@ -37,7 +41,7 @@ def quiet_vtk() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
-    """Set environment variables during the block, except variables that the user has set."""
+    """Set environment variables inside a ``with`` block, except variables that are already set."""
     missing = [name for name in wanted if name not in os.environ]
     os.environ.update({name: wanted[name] for name in missing})
     try:
@@ -48,12 +52,12 @@ def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
 
 
 def ensure_gl() -> str | None:
-    """Return the window class that VTK must use on this machine, or None for VTK's default.
+    """Return the name of the window class that VTK must use, or None for the default class of VTK.
 
     VTK terminates the process if it finds no OpenGL, so this function looks for OpenGL first. A
     display is preferred to EGL, because it is not safe to use EGL in a process that has windows
-    open on a display. Raises a RenderError that says what to install if neither a display, EGL nor
-    OSMesa is available.
+    open on a display. If neither a display, EGL nor OSMesa is available, raises a RenderError whose
+    message says what to install. On systems other than Linux, always returns None.
     """
     if not sys.platform.startswith("linux"):
         return None
@@ -101,9 +105,9 @@ def _has_display() -> bool:
 
 
 def _has_egl() -> bool:
-    """Return whether EGL has a device that can be initialized, which VTK needs."""
+    """Return whether EGL has a device that can be initialized. VTK needs such a device."""
     # EGL has no devices if no vendor library is installed, and cannot initialize its devices if no
-    # driver is installed. The device stays initialized, because other code may be using it.
+    # driver is installed. An initialized device is not closed, because other code may be using it.
     egl = _load_library("libEGL.so.1")
     if egl is None:
         return False
@@ -138,9 +142,9 @@ _VTK_MODULES = (
 
 
 def import_vtk() -> Any:
-    """Return the required parts of VTK as one namespace, without loading OpenGL.
+    """Return the members of all modules in `_VTK_MODULES` as one namespace, without loading OpenGL.
 
-    Raises a MissingExtraError if VTK is not installed, and a RenderError if it cannot be loaded.
+    Raises a MissingExtraError if VTK is not installed, and a RenderError if VTK cannot be loaded.
     """
     members: dict[str, Any] = {}
     try:

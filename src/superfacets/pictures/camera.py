@@ -13,7 +13,8 @@ from .._validate import checked_choice, checked_number
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
-"""Names of the half-spaces that `render` can cut away to show the inside of a volume."""
+"""Names of the halves of a volume that `render` can show. The other half is cut away, so that the
+inside of the volume is visible."""
 
 # Half of the vertical field of view, in degrees. A narrow field of view causes little distortion.
 _HALF_VIEW_ANGLE = 10.0
@@ -45,7 +46,8 @@ _NAMED_VIEWS = {
 VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
 """Allowed names for `View.named`."""
 
-# Number of rings that enclose a rotating mesh, and number of points per ring.
+# A rotating mesh is divided into horizontal slices, each enclosed by a ring at its lower end and a
+# ring at its upper end. Number of slices, and number of points per ring.
 _N_RINGS, _N_AROUND = 200, 90
 
 
@@ -56,13 +58,14 @@ class View:
     Parameters
     ----------
     azimuth : float, default 30.0
-        Horizontal angle of the viewer in degrees: 0 is in front of the mesh, and positive angles
-        are to the right of the front.
+        Horizontal angle of the viewer in degrees. At 0, the viewer is in front of the mesh; with
+        larger angles, the viewer is farther to the right.
     elevation : float, default 15.0
         Angle of the viewer above the horizon in degrees, from -90 (below) to 90 (above).
     up : {"auto", "y", "z", "x"}
-        Axis that points up. The front is +z, or -y if z points up. ``"auto"`` chooses z if the mesh
-        would stand much more stably with z up than with y up, and otherwise y.
+        Axis that points up. The front of the mesh faces +z, or -y if z points up. ``"auto"``
+        chooses z if the mesh would stand much more stably with z up than with y up, and otherwise
+        y.
     zoom : float, default 1.0
         Magnification of the center of the picture, > 0.
 
@@ -132,10 +135,10 @@ def place_camera(points: Floats, view: View, aspect: float) -> Camera:
 
 
 def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Camera]:
-    """Return n cameras on a circle around the up axis. Each camera shows all points.
+    """Return n cameras, evenly spaced on a circle around the up axis. Each camera shows all points.
 
-    The first camera has the azimuth of the view, and each next camera is further to the right. All
-    cameras have the same height and the same distance.
+    The first camera has the azimuth of the view, and the following cameras have increasing azimuth.
+    All cameras have the same height and the same distance from their target.
     """
     start = replace(view, azimuth=0.0)
     camera = place_camera(_swept(points, start), start, aspect)
@@ -152,7 +155,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
 
 
 def _swept(points: Floats, view: View) -> Floats:
-    """Return points on rings around the up axis, which enclose the rotating `points`."""
+    """Return points on rings around the up axis. The rings enclose `points` during a rotation."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
     levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)
@@ -174,7 +177,10 @@ def _midrange(values: Floats) -> float:
 
 
 def view_axes(view: View) -> tuple[Floats, Floats, Floats]:
-    """Return unit vectors to the right, toward the viewer, and up, in the viewer's frame."""
+    """Return the directions right, toward the viewer, and up, as seen by the viewer.
+
+    The directions are unit vectors in the coordinates of the mesh.
+    """
     right, front = (np.array(axis) for axis in _FRAMES[view.up])
     azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
     outward = math.cos(azimuth) * front + math.sin(azimuth) * right

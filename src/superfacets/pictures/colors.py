@@ -1,4 +1,4 @@
-"""Choose colors of regions and values that color-blind people can distinguish."""
+"""Choose colors for regions, and for values. Color-blind people can distinguish these colors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def oklab(colors: Array) -> Floats:
 
 
 def seen_as(colors: Array, vision: Vision) -> Floats:
-    """Convert sRGB colors, (N, 3), 0 to 255, to OKLab as perceived with this kind of vision."""
+    """Convert sRGB colors, (N, 3), 0 to 255, to OKLab as perceived with the given vision."""
     linear = _linear(colors)
     if vision != "normal":
         linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
@@ -51,7 +51,10 @@ def seen_as(colors: Array, vision: Vision) -> Floats:
 
 
 def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
-    """Return OKLab distances between two sets of colors, (N, M), minimized over `visions`."""
+    """Return the OKLab distance between each of N colors and each of M other colors, (N, M).
+
+    The result is the smallest of the distances for each kind of vision in `visions`.
+    """
     apart = [seen_as(colors, v)[:, np.newaxis] - seen_as(others, v) for v in visions]
     return np.asarray(np.linalg.norm(apart, axis=3).min(axis=0))
 
@@ -66,11 +69,12 @@ def _linear(colors: Array) -> Floats:
     return linear_of_srgb(np.asarray(colors, dtype=np.float64) / 255.0)
 
 
-# Colors with large OKLab distances for all `VISIONS`, to each other and to the gray of cells that
-# are in no region. A farthest-point search with exchanges found them among colors of lightness 0.65
-# to 0.95, which shading does not turn black, and of chroma up to 0.14, which are not glaring.
-# Distances for normal vision were multiplied by 2/3. With 12 colors, the smallest distance would be
-# below 0.08. Regions of a surface need 6 colors, and regions of a volume up to 10.
+# For all `VISIONS`, these colors have large OKLab distances from each other, and from the gray of
+# cells that are in no region. The colors are the result of a farthest-point search with exchanges.
+# The lightness was limited to 0.65 to 0.95, so that shaded colors are not black, and the chroma to
+# 0.14, so that colors are not glaring. Distances for normal vision were multiplied by 2/3. With 12
+# colors, the smallest distance would be below 0.08. Regions of a surface need 6 colors, and regions
+# of a volume up to 10.
 PALETTE = np.array(
     [
         (245, 195, 170), (150, 180, 250), (110, 170, 120), (250, 140, 180), (250, 240, 130),
@@ -84,12 +88,12 @@ MIN_COLOR_DISTANCE = 0.09
 """Smallest OKLab distance between two colors of the palette for normal vision, protanopia,
 deuteranopia and tritanopia. A distance of 0.02 is just noticeable."""
 
-# Preferred minimum OKLab distance between colors of neighbors. For most colors, at least half of
-# the palette is at least this far away.
+# Preferred minimum OKLab distance between the colors of neighboring regions. Most colors have at
+# least this distance from at least half of the palette.
 _CLEAR_DISTANCE = 0.1
 
-# Largest number of regions for which additional colors avoid the repetition of colors. With more
-# regions, the additional colors would be too similar to each other.
+# Largest number of regions for which colors outside of the palette are used to avoid that colors
+# repeat. With more regions, these additional colors would be too similar to each other.
 _MAX_DISTINCT = 24
 
 # Every planar graph has a vertex with at most 5 neighbors.
@@ -97,12 +101,12 @@ _PLANAR_DEGREE = 5
 
 
 def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
-    """Return a color per face; adjacent regions have clearly different colors.
+    """Return a color for each face. Adjacent regions have clearly different colors.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
-        As for `segment`, or a `CellGraph`.
+        Same as in `segment`, or a `CellGraph`.
     labels : array_like of integers, shape (F,)
         Region of each face. Labels may be any integers; faces with label -1 are gray.
 
@@ -129,7 +133,7 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
 
 
 def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
-    """Return the color of each cell, (N, 3), from the colors of regions; gray for label -1."""
+    """Return the color of the region of each cell, (N, 3); gray for cells with label -1."""
     return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
 
 
@@ -140,17 +144,19 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
 
 
 def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
-    """Return the color of each region, (K, 3); adjacent regions have clearly different colors.
+    """Return the color of each region, (K, 3). Adjacent regions have clearly different colors.
 
-    `graph` has each arc in both directions, in CSR form. `labels` are 0 to K - 1, or -1 for no
-    region. As long as `PALETTE` has enough colors, as on a surface, the OKLab distance between
-    colors of adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`. Regions with few
-    neighbors are removed repeatedly, and regions are colored in the reverse order of removal. Each
-    region gets the least used color that is far from the colors of its neighbors. If the neighbors
-    use all 10 colors of the palette, the region gets the additional color that differs most. If
-    there are at most 24 regions, a region that would repeat a color also gets an additional color,
-    unless all additional colors are too similar to colors of its neighbors. Time and memory are
-    linear in the number of arcs.
+    `graph` has each arc in both directions, in CSR form. `labels` are 0 to K - 1, or -1 for cells
+    in no region. As long as `PALETTE` has enough colors, as on a surface, the OKLab distance
+    between colors of adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`.
+
+    Regions with few neighbors are removed repeatedly, and regions are colored in the reverse order
+    of removal. Each region gets the least used color of the palette that is far from the colors of
+    its neighbors or, if there is none, the least used color that no neighbor has. If the neighbors
+    use all 10 colors of the palette, the region gets an additional color: the color that differs
+    most from the colors of the neighbors. If there are at most 24 regions, a region that would
+    repeat a color gets an unused color instead, unless all unused colors are too similar to colors
+    of its neighbors. Time and memory are linear in the number of arcs.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -163,7 +169,10 @@ def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
 
 
 def _peeled_order(starts: Longs, touching: Longs) -> Longs:
-    """Return an order in which few neighbors precede each region; at most 5 in planar graphs."""
+    """Return an order of the regions in which few neighbors of a region precede the region.
+
+    In planar graphs, at most 5 neighbors precede each region.
+    """
     # Each round removes the regions with at most 5 remaining neighbors, or if there are none, the
     # regions with the fewest remaining neighbors. The last round is first in the order.
     n_left = np.diff(starts)  # number of remaining neighbors of each region
@@ -194,7 +203,11 @@ def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Lon
 
 
 def _color_greedily(order: list[int], starts: list[int], touching: list[int]) -> list[int]:
-    """Return the index of each region's color in `_choices`. Sets of colors are bit masks."""
+    """Return the color of each region, as an index into `_choices`.
+
+    `order` is the order in which regions are colored. `starts` and `touching` are the result of
+    `_region_adjacency`. Sets of colors are stored as bit masks.
+    """
     near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
     colors = [-1] * len(order)  # -1: not yet colored
     n_uses = [0] * len(PALETTE)
@@ -219,9 +232,11 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 
 
 def _unused_color(near: list[int], colors: list[int], otherwise: int) -> int:
-    """Return the unused color that differs most from all used colors.
+    """Return the index of the unused color that differs most from all used colors.
 
-    Colors too similar to the colors `near` are excluded. If no color is left, returns `otherwise`.
+    `near` contains the colors of the neighbors, and `colors` the color of each region, or -1.
+    Colors that are too similar to a color in `near` are excluded. If no color is left, returns
+    `otherwise`.
     """
     from_near = _distances()[:, near].min(axis=1, initial=np.inf)
     from_used = _distances()[:, [color for color in colors if color >= 0]].min(axis=1)
@@ -231,7 +246,10 @@ def _unused_color(near: list[int], colors: list[int], otherwise: int) -> int:
 
 @cache
 def _choices() -> Bytes:
-    """Return the palette and additional colors, (C, 3), none of them dark, white or nearly gray."""
+    """Return the palette, followed by additional colors, (C, 3).
+
+    None of the additional colors is dark, white or nearly gray.
+    """
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]
@@ -242,13 +260,13 @@ def _choices() -> Bytes:
 
 @cache
 def _distances() -> Floats:
-    """Return OKLab distances between all colors of `_choices`, minimized over `VISIONS`."""
+    """Return the result of `color_distances` for all pairs of colors of `_choices`, (C, C)."""
     return color_distances(_choices(), _choices())
 
 
 @cache
 def _near_colors() -> list[int]:
-    """Return, for each color of `_choices`, a bit mask of the palette colors too similar to it."""
+    """Return the palette colors that are too similar to each color of `_choices`, as bit masks."""
     near = _distances()[:, : len(PALETTE)] < _CLEAR_DISTANCE
     return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
 
@@ -280,9 +298,11 @@ _N_COLORS = 256
 def checked_values(
     given: Any, name: str, n_cells: int, n_regions: int | None
 ) -> tuple[Floats, Literal["cell", "region"]]:
-    """Return values as float64, and whether there is one value per cell or one per region.
+    """Return values as float64, and whether there is one value per "cell" or one per "region".
 
-    `n_regions` is None if values per region are not allowed. Values must be finite or NaN.
+    `n_regions` is None if values per region are not allowed. Raises a ValueError or TypeError if
+    the values are not real numbers, if their number is wrong, or if a value is infinite. NaN is
+    allowed.
     """
     refuse_mask(given, name)
     array = np.asarray(given)
@@ -301,7 +321,7 @@ def checked_values(
 
 @dataclass(frozen=True)
 class Scale:
-    """Color scale: maps values from ``low`` to ``high`` to the colors of `scale_colors`."""
+    """Color scale that maps values from `low` to `high` to the colors of `scale_colors`."""
 
     low: float
     high: float
@@ -325,7 +345,10 @@ class Scale:
 
 
 def scale_of(values: list[Floats], title: str) -> Scale:
-    """Return a common scale for values of several pictures, from 0 to 0 if all values are NaN."""
+    """Return one color scale for the values of several pictures.
+
+    The scale extends from the lowest to the highest value, or from 0 to 0 if all values are NaN.
+    """
     everything = np.concatenate(values)
     known = everything[~np.isnan(everything)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)

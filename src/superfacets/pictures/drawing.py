@@ -22,8 +22,9 @@ graphics drivers support up to 16,384 pixels."""
 # Number of samples per pixel in each direction. Samples are averaged for antialiasing.
 _SAMPLES = 2
 
-# Angle between faces, in degrees, above which edges are shaded as sharp. It is larger than on a
-# coarse sphere (14 degrees with 500 faces), and smaller than at creases of machine parts.
+# Angle between two faces, in degrees, above which their common edge is shaded as sharp. The limit
+# is above the angles of a coarse sphere (14 degrees with 500 faces), and below the angles at
+# creases of machine parts.
 _CREASE_ANGLE = 40.0
 
 # Distance of border lines in front of the surface, in line widths: about tan(70 degrees) / 2, so
@@ -38,8 +39,9 @@ _SHADOW_BIAS = 0.06
 # Number of samples per pixel for ambient occlusion; a blur removes the remaining noise.
 _SHADOW_SAMPLES = 64
 
-# Longest side, in pixels, of the image of ambient occlusion, limited to 0.4 to 2 times the longest
-# side of the picture. Occlusion varies slowly, so a small image saves time, and is then magnified.
+# Longest side, in pixels, of the image of ambient occlusion. It is changed to at least 0.4 and at
+# most 2 times the longest side of the picture. Ambient occlusion varies slowly over the picture, so
+# drawing a small image and magnifying it saves time.
 _SHADOW_SIDE = 480
 
 _LINE_COLOR = (28, 28, 32)
@@ -60,18 +62,18 @@ class _Stage:
 
     window: Any
     renderer: Any
-    surface: Any  # actor of the faces
-    lines: _Lines | None  # border lines, or None if the scene has none
+    surface: Any  # VTK actor of the faces
+    lines: _Lines | None  # border lines, or None if no lines are drawn
 
 
 @dataclass(frozen=True)
 class _Lines:
-    """Border lines, which are moved in front of the surface for each camera."""
+    """Border lines. For each camera, they are moved to positions in front of the surface."""
 
-    actor: Any
-    places: Any  # vtkPoints of the moved ends of lines
-    ends: Floats  # (P, 3) ends of lines on the surface
-    lift: float  # shift toward the camera, as a fraction of the distance to the camera
+    actor: Any  # VTK actor of the lines
+    places: Any  # vtkPoints: ends of the lines after the move
+    ends: Floats  # (P, 3) ends of the lines on the surface, before the move
+    lift: float  # move toward the camera, as a fraction of the distance from the camera
 
 
 def draw(
@@ -81,7 +83,11 @@ def draw(
     line_width: float,
     background: tuple[int, int, int],
 ) -> list[Picture]:
-    """Return a picture, (height, width, 3), for each camera; `frame` is (width, height)."""
+    """Return a picture of the scene for each camera, (height, width, 3).
+
+    `frame` is (width, height), and `line_width` is the width of borders in pixels; with 0, no
+    borders are drawn. All cameras must have the same field of view.
+    """
     vtk = import_vtk()
     width, height = frame
     pictures = []
@@ -132,7 +138,7 @@ def _surface(vtk: Any, scene: Scene) -> Any:
     actor = _actor(vtk, faces)
     look = actor.GetProperty()
     look.SetInterpolationToPhong()
-    look.SetColor(1, 1, 1)  # used for ambient occlusion, which is drawn without face colors
+    look.SetColor(1, 1, 1)  # for the image of ambient occlusion, which does not use face colors
     look.SetSpecularPower(20.0)
     return actor
 
@@ -152,7 +158,7 @@ def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Li
 def _poly_data(
     vtk: Any, points: Floats, *, faces: Longs | None = None, lines: Longs | None = None
 ) -> Any:
-    """Create VTK data with points, and with faces, (F, 3), or lines, (B, 2)."""
+    """Create a vtkPolyData with points, (P, 3), and with faces, (F, 3), or lines, (B, 2)."""
     data, places = vtk.vtkPolyData(), vtk.vtkPoints()
     places.SetData(vtk.numpy_to_vtk(points.astype(np.float32), deep=True))
     data.SetPoints(places)
@@ -188,7 +194,7 @@ def _light(vtk: Any, renderer: Any) -> None:
 
 
 def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
-    """Set the camera, and move border lines toward it, so that the surface does not hide them."""
+    """Set the camera, and move border lines toward it, so that the surface does not hide lines."""
     if stage.lines is not None:
         ends = stage.lines.ends
         lifted = ends + stage.lines.lift * (camera.position - ends)
@@ -202,7 +208,10 @@ def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
 
 
 def _show(stage: _Stage, background: tuple[int, int, int], *, shadows: bool) -> None:
-    """Prepare drawing either the lit, colored scene, or ambient occlusion on a white surface."""
+    """Prepare the next image, which shows the scene with lights and colors.
+
+    If `shadows` is True, the next image shows ambient occlusion on a white surface instead.
+    """
     stage.renderer.SetBackground(*(channel / 255 for channel in background))
     stage.renderer.SetUseSSAO(shadows)
     stage.surface.GetMapper().SetScalarVisibility(not shadows)
@@ -221,7 +230,7 @@ def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
 
 
 def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
-    """Render the window in this size; return its pixels, (height, width, 3), top row first."""
+    """Render the window in the given size; return its pixels, (height, width, 3), top row first."""
     stage.window.SetSize(width, height)
     stage.window.Render()
     pixels = vtk.vtkUnsignedCharArray()
@@ -233,12 +242,16 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
 
 
 def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
-    """Average the samples of each pixel, and multiply by the magnified image of occlusion."""
+    """Average the samples of each pixel, and multiply the result by the image of ambient occlusion.
+
+    The image of ambient occlusion, `shadows`, is magnified to the size of the picture.
+    """
     image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
     lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
     gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
     factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
-    # Background pixels are not darkened. Four bytes are compared as one integer, which is fast.
+    # Background pixels are not darkened. To save time, the four bytes of a pixel are compared as
+    # one integer.
     bare = np.frombuffer(bytes((*background, 255)), np.uint32)
     packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
     factors.ravel()[packed == bare] = 255

@@ -1,4 +1,4 @@
-"""Display results in notebooks: a picture, a table, and a histogram of region sizes."""
+"""Show a `Segmentation` in a notebook: a picture, a table, and a histogram of region sizes."""
 
 from __future__ import annotations
 
@@ -24,18 +24,20 @@ without a graphics card takes seconds. `render` does not have this limit."""
 
 MAX_DRAWN_POINTS = 50_000
 """Maximum number of points for which a notebook shows a picture. The limit is lower than for faces,
-because the neighbors of points are computed again."""
+because the neighbors of all points must be computed again to draw a cloud."""
 
-# Size of the picture in pixels; it is shown at half this size, to be sharp on dense displays.
+# Size of the picture in pixels. The picture is shown at half this size, so that it is sharp on
+# displays with small pixels.
 _SIZE = (640, 480)
 _SHOWN_WIDTH = 320
 
-# Number of palette colors. A palette reduces the size of pictures in notebooks to a fifth.
+# Number of colors in the palette of a PNG file. A palette reduces the file size to a fifth.
 _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
-# Cached picture of each result; None if it cannot be drawn. Notebooks request it several times.
+# Cache of the picture of each result, because notebooks request a picture several times. The value
+# is None if the picture cannot be drawn.
 _drawn: WeakKeyDictionary[Any, bytes | None] = WeakKeyDictionary()
 
 
@@ -65,7 +67,7 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
 
 
 def html_of(result: Any) -> str:
-    """Return HTML with a table, a histogram, and the picture unless `png_of` returns None."""
+    """Return HTML with a table, a histogram and, unless `png_of` returns None, the picture."""
     png = png_of(result)
     picture = ""
     if png is not None:

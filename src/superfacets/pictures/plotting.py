@@ -1,4 +1,4 @@
-"""Draw pictures with several labelings side by side, a color scale, or a rotating mesh."""
+"""Draw pictures of several labelings side by side, with a color scale, or of a rotating mesh."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ _ENDINGS = (".png", *MOVING_ENDINGS)
 class Plot:
     """Result of `plot`: one picture, or the pictures of a rotation around the up axis.
 
-    A notebook shows the plot at the end of a cell. ``numpy.asarray`` returns the first picture.
+    A notebook shows the plot if it is the last expression in a code cell. ``numpy.asarray`` returns
+    the first picture.
 
     Attributes
     ----------
@@ -122,30 +123,32 @@ def plot(
 ) -> Plot:
     """Return a picture or animation of cells and their regions, for one or several labelings.
 
-    Pictures are drawn in the same style as by `render`. In addition, `plot` can show several
+    Pictures have the same style as pictures of `render`. In addition, `plot` can show several
     labelings side by side, values as colors with a color scale, and a rotation around the up axis.
-    No display is needed. Time is linear in cells, in pixels, and in the number of pictures.
+    No display is needed. Time is linear in the number of cells, of pixels, and of pictures.
 
     Parameters
     ----------
     cells, labels, colors, border_width, background, clip, smooth_borders
-        As for `render`.
+        Same as in `render`.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a rotation.
     compare : sequence of array_like of integers, shape (N,) each
-        Additional labelings of the same cells, drawn to the right, from the same viewpoint.
+        Additional labelings of the same cells, drawn to the right of `labels`, from the same
+        viewpoint.
     titles : sequence of str, optional
-        One title per labeling, drawn above it.
+        One title per labeling, drawn above its picture.
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
         Values shown as colors: one value per cell; or, for a single labeling, one value per region,
         in ascending order of labels; or the name of a column of `RegionGraph.table`, for example
         ``"area"``. Blue is the lowest value, and yellow the highest. NaN values and cells without a
-        region are gray. All labelings share the color scale below the pictures.
+        region are gray. There is one color scale for all labelings, below the pictures.
     scale_title : str, optional
-        Title of the color scale. The default is the name of the column.
+        Title of the color scale. The default is the name of the column, or no title if `color_by`
+        is an array.
     size : (int, int), optional
-        Width and height of each labeling's picture in pixels, at most 8192 each, including title
-        and color scale. The default is (1200, 900), or (640, 480) for a rotation.
+        Width and height of each labeling's picture in pixels, at most 8192 each. The height
+        includes title and color scale. The default is (1200, 900), or (640, 480) for a rotation.
     view : View or str, optional
         Viewpoint, or the name of a view for `View.named`, such as "front", "top" or "iso". The
         default is from the right and slightly above. A rotation starts at the viewpoint.
@@ -156,7 +159,7 @@ def plot(
     Returns
     -------
     Plot
-        Plot with ``image``, ``frames`` and ``save(path)``. A notebook shows it directly.
+        Plot with ``image``, ``frames`` and ``save(path)``. A notebook shows the plot.
 
     Raises
     ------
@@ -165,7 +168,7 @@ def plot(
     ValueError, TypeError
         If another argument is invalid.
     MissingExtraError
-        If VTK or Pillow is not installed. Both are installed with PyVista.
+        If VTK or Pillow is not installed. PyVista installs these two packages.
     RenderError
         If VTK cannot be loaded, if this machine has no OpenGL, or if imageio-ffmpeg is missing for
         an .mp4 file. The message says what to install.
@@ -203,7 +206,7 @@ def plot(
 
 
 def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
-    """Return the number of pictures: the given number, or the default for the output file."""
+    """Return `given` or, if it is None, the default number of pictures for the file `output`."""
     if given is not None:
         return checked_count(given, "n_frames")
     is_moving = output is not None and Path(output).suffix.lower() in MOVING_ENDINGS
@@ -211,7 +214,11 @@ def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
 
 
 def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
-    """Return the path of the output; raise an error if it cannot store `n_frames` pictures."""
+    """Return the path of the output file.
+
+    Raises an error if the ending of the path does not allow `n_frames` pictures, if the file cannot
+    be created, or if a package for writing videos is missing.
+    """
     path = checked_picture_path(output, _ENDINGS)
     is_moving = path.suffix.lower() in MOVING_ENDINGS
     if is_moving and n_frames == 1:
@@ -239,7 +246,7 @@ def _colors_by(
 
 
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
-    """Return one value per cell; NaN if the value is missing or the cell has no region."""
+    """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     n_cells = cells.n_cells
     if labels is None:
         if isinstance(color_by, str):
@@ -263,8 +270,8 @@ class _Panels:
     """Labelings that are drawn side by side."""
 
     cells: Cells
-    series: Sequence[Any]  # labels of each panel
-    colors: Sequence[Any]  # colors of cells of each panel, or None for colors of regions
+    series: Sequence[Any]  # labels of each panel, or None
+    colors: Sequence[Any]  # for each panel, colors of the cells, or None for the default colors
     clip: Clip | None
     is_smooth: bool  # whether borders are smooth curves
 
@@ -272,7 +279,10 @@ class _Panels:
 def _draw_side_by_side(
     panels: _Panels, style: Style, n_frames: int, titles: Sequence[str] | None, scale: Scale | None
 ) -> list[Picture]:
-    """Draw the panels side by side for each camera, with titles above and the scale below."""
+    """Return `n_frames` pictures of all panels side by side, with titles above and a scale below.
+
+    No titles are drawn if `titles` is None, and no scale if `scale` is None.
+    """
     width, height = style.frame
     count = len(panels.series)
     above, below = [], []

@@ -40,7 +40,7 @@ from .scene import (
     guess_up,
 )
 
-_PNG_RUNS = 3  # zlib's strategy Z_RLE, which is fast and compresses only runs of equal bytes
+_PNG_RUNS = 3  # the strategy Z_RLE of zlib, which is fast: it compresses only runs of equal bytes
 
 
 def render(
@@ -59,21 +59,23 @@ def render(
     """Return a shaded picture of a mesh with colored and outlined regions.
 
     No display is needed: on Linux, Mesa's EGL or OSMesa is sufficient. Shading is smooth except
-    across edges sharper than 40 degrees. A border is drawn on each edge between faces of different
-    labels. Vertices at exactly the same position are treated as one vertex. A file is written
-    atomically. Time is linear in faces and in pixels.
+    across edges sharper than 40 degrees. A border is drawn on each edge between two faces with
+    different labels. Vertices at exactly the same position are treated as one vertex. A file is
+    written atomically. Time is linear in the number of faces and of pixels.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Points are drawn as small hexagons on the surface, without borders.
+        Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
-        Region of each face or point. Labels may be any integers; cells with label -1 are gray.
-        If labels are omitted, a cloud is drawn in its own colors, and other cells in one color.
+        Region of each face, tetrahedron or point. Labels may be any integers; cells with label -1
+        are gray. If labels are omitted, a cloud with colors is drawn in its own colors. Other
+        clouds and all meshes are drawn in a single color.
     output : path, optional
         PNG file to write.
     colors : array_like of uint8, shape (F, 3), optional
-        Color of each face, sRGB. The default is `face_colors`.
+        Color of each face, tetrahedron or point, sRGB. If labels are given, the default is
+        `face_colors`.
     size : (int, int), default (1200, 900)
         Width and height in pixels, at most 8192 each.
     view : View or str, optional
@@ -87,11 +89,11 @@ def render(
         Name of a CSS color, or "#rrggbb".
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
         Half of a `TetMesh` to show. ``"x"`` shows the tetrahedra whose centroids have a larger x
-        than the center of the bounding box, ``"-x"`` the tetrahedra with a smaller x. By default
-        the outer surface of the whole mesh is shown.
+        than the center of the bounding box, and ``"-x"`` shows the tetrahedra whose centroids have
+        a smaller x. By default, the outer surface of the whole mesh is shown.
     smooth_borders : bool, default False
         Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
-        of lines along edges. Points have no borders.
+        of as lines along edges. This has no effect on clouds, which are drawn without borders.
 
     Returns
     -------
@@ -105,7 +107,7 @@ def render(
     ValueError, TypeError
         If another argument is invalid.
     MissingExtraError
-        If VTK or Pillow is not installed. Both are installed with PyVista.
+        If VTK or Pillow is not installed. PyVista installs these two packages.
     RenderError
         If VTK cannot be loaded, or if this machine has no OpenGL. The message says what to install.
     OSError
@@ -132,7 +134,7 @@ class Style:
 
     frame: tuple[int, int]  # width and height in pixels
     view: View
-    border_width: float | None  # in pixels; None for a width that depends on the regions
+    border_width: float | None  # in pixels; None for the width from `default_border_width`
     background: tuple[int, int, int]
 
     @property
@@ -160,7 +162,7 @@ def scene_of(
     *,
     is_smooth: bool = False,
 ) -> Scene:
-    """Build the scene of cells, which are faces, tetrahedra or points."""
+    """Build the scene of a mesh or a cloud; see `render` for the parameters."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     outside = kind.outside(cells, keep)
@@ -188,7 +190,7 @@ def _surface_scene(
     *,
     is_smooth: bool,
 ) -> Scene:
-    """Build the scene of a surface; faces are cut along smooth borders if `is_smooth`."""
+    """Build the scene of a surface; if `is_smooth`, faces are cut along smooth borders."""
     if labels is None or not is_smooth:
         return build_scene(surface, labels, colors)
     compact, ids = compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
@@ -201,8 +203,12 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Color each new face like its region if the region has one color, or like its old face."""
-    old, new = labels + 1, cut.labels + 1  # 0 means no region
+    """Return the color of each face after the cut, (F', 3), given the colors of the old faces.
+
+    If all old faces of a region have the same color, its new faces get this color. Otherwise, each
+    new face gets the color of the old face that contains it.
+    """
+    old, new = labels + 1, cut.labels + 1  # 0: the face is in no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]
     is_plain = np.ones(len(firsts), dtype=bool)
@@ -211,7 +217,7 @@ def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
 
 
 def _half(cells: Any, clip: Clip) -> Bools:
-    """Return which cells have their centroid in the half of the bounding box given by `clip`."""
+    """Return whether the centroid of each cell is in the half of the bounding box named `clip`."""
     checked_choice(clip, "clip", CLIPS)
     kind = kind_of(cells)
     if kind.dimension != 3:
@@ -223,12 +229,16 @@ def _half(cells: Any, clip: Clip) -> Bools:
 
 
 def upright(view: View, scene: Scene) -> View:
-    """Return the view, with the up axis "auto" replaced by the guessed axis."""
+    """Return the view. If its up axis is "auto", it is replaced by the result of `guess_up`."""
     return replace(view, up=guess_up(scene)) if view.up == "auto" else view
 
 
 def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
-    """Draw the scene from each camera; all cameras must have the same distance from the target."""
+    """Return a picture of the scene for each camera.
+
+    All cameras must have the same distance from their targets, because border lines have the same
+    width in all pictures.
+    """
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
@@ -236,7 +246,10 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
 
 
 def png_of_picture(picture: Picture) -> bytes:
-    """Encode a picture as PNG with run-length compression, three times as fast as the default."""
+    """Encode a picture as PNG.
+
+    The strategy `_PNG_RUNS` is three times as fast as the default strategy of zlib.
+    """
     file = io.BytesIO()
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
@@ -269,7 +282,11 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
 
 
 def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
-    """Return the path; raise an error if its ending is wrong or its folder does not exist."""
+    """Return `output` as a path.
+
+    Raises a ValueError if its ending is not in `endings`, or an OSError if the file cannot be
+    written.
+    """
     path = Path(output)
     if path.suffix.lower() not in endings:
         raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")
@@ -278,7 +295,7 @@ def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str])
 
 
 def _checked_background(background: str) -> tuple[int, int, int]:
-    """Return red, green and blue of a color given as a name or as "#rrggbb"."""
+    """Return red, green and blue, 0 to 255, of a color, which is a CSS name or "#rrggbb"."""
     try:
         red, green, blue, *_ = import_pillow("ImageColor").getrgb(background)
     except (ValueError, TypeError, AttributeError):

@@ -20,8 +20,8 @@ from ..mesh.point_cloud import PointCloud
 from .camera import Camera
 from .colors import colors_of_cells, region_colors
 
-# Width of a border line, as a fraction of the diameter of a region. Lines then cover 4 % of a round
-# region, because half of each line is on the adjacent region.
+# Width of a border line, as a fraction of the diameter of a region. A line of this width covers 4 %
+# of a round region, because half of the line is on the adjacent regions.
 _SHARE_OF_REGION = 0.02
 
 # Maximum width of a border line, as a fraction of the picture's height.
@@ -64,12 +64,15 @@ _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 
 @dataclass(frozen=True)
 class Scene:
-    """Colored triangles and borders, scaled to a bounding box of diagonal 1 around the origin."""
+    """Colored triangles and borders, moved and scaled.
+
+    The bounding box has its center at the origin, and a diagonal of 1.
+    """
 
     points: Floats  # (P, 3) corners of triangles
-    triangles: Longs  # (T, 3) rows of `points`; polygons and hexagons of points are triangulated
+    triangles: Longs  # (T, 3) indices into `points`; polygons and hexagons are cut into triangles
     colors: Picture  # (T, 3) color of each triangle
-    borders: Longs  # (B, 2) rows of `points`: the ends of edges between regions
+    borders: Longs  # (B, 2) indices into `points`: the ends of each edge between two regions
     n_regions: int  # number of regions; 1 if there are no labels
 
     @cached_property
@@ -80,7 +83,7 @@ class Scene:
 
     @property
     def mean_region_area(self) -> float:
-        """Mean area of regions, for a bounding box of diagonal 1."""
+        """Mean area of a region, in the scale of `points`."""
         return float(np.linalg.norm(self.normals, axis=1).sum()) / self.n_regions
 
 
@@ -98,7 +101,10 @@ def checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
 def build_scene(
     mesh: FaceMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
-    """Build the scene of a mesh: merge equal vertices, scale, color faces, and find borders."""
+    """Build the scene of a mesh: merge equal vertices, move, scale, color faces, and find borders.
+
+    `labels` and `colors` have one entry per face, and may be None.
+    """
     representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
     drawn, sources = cut_into_triangles(mesh)
     corners = representative[drawn]
@@ -146,7 +152,11 @@ def build_cloud_scene(
 
 
 def hexagons_of(graph: PointGraph) -> Floats:
-    """Return the corners, (6 N, 3), of a hexagon per point, counterclockwise seen from outside."""
+    """Return the corners of one hexagon per point, (6 N, 3).
+
+    The corners of a hexagon are counterclockwise as seen from outside. If the area of a point is 0,
+    the median of the positive areas is used.
+    """
     areas = graph.measures
     known = areas[areas > 0]
     areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
@@ -163,19 +173,21 @@ def hexagons_of(graph: PointGraph) -> Floats:
 
 
 # Points touch the ground if they are at most this fraction of the diagonal above the lowest point.
-# If it were smaller, slightly shorter feet would be in the air; if larger, balls would be stable.
+# With a smaller fraction, feet that are slightly shorter than other feet would not touch the
+# ground. With a larger fraction, balls would be stable.
 _GROUND = 0.02
 
-# Minimum difference in stability between z up and y up, as a fraction of the diagonal, for which z
-# is chosen. Most files have y up, and objects are more stable on their backs or sides than upright.
-# On 79 models with a clear up axis, values from 0.05 to 0.12 change the result for only two models.
+# Z is chosen as the up axis if the stability with z up exceeds the stability with y up by more than
+# this fraction of the diagonal. Most files have y up, and objects are more stable on their backs or
+# sides than upright. On 79 models with a clear up axis, values from 0.05 to 0.12 change the result
+# for only two models.
 _LEAD = 0.1
 
-# Number of horizontal directions in which the stability of a mesh is tested.
+# Number of horizontal directions in which the distance to the boundary of the hull is measured.
 _N_DIRECTIONS = 32
 
-# Maximum number of triangles, and of ground points, that are examined. Larger meshes are sampled
-# evenly, which moves the center of mass by less than 1/1000 of the diagonal.
+# Maximum number of triangles, and of ground points, that `guess_up` uses. Larger meshes are sampled
+# evenly. The sampling moves the center of mass by less than 1/1000 of the diagonal.
 _MAX_SAMPLES = 100_000
 
 
@@ -183,9 +195,9 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
     """Return "z" if the mesh stands much more stably with z up than with y up, otherwise "y".
 
     A mesh stands if the center of mass of its surface is above the convex hull of the points that
-    touch the ground. The stability is the horizontal distance of the center from the boundary of
-    the hull. Rooms, terrain, tables and animals with z up are recognized. For a shape that is
-    stable with either axis up, such as a lying body, the result is "y".
+    touch the ground. The stability is the horizontal distance of this center from the boundary of
+    the hull. Rooms, terrain, tables and animals with z up are recognized. For an object that is
+    about equally stable with y up and with z up, such as a lying body, the result is "y".
     """
     first, second, third = (scene.points[corner] for corner in _sampled(scene.triangles).T)
     areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
@@ -197,7 +209,10 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:
-    """Return the distance of the center from the ground hull's boundary, negative if outside."""
+    """Return the stability of a mesh (see `guess_up`) if the coordinate `axis` points up.
+
+    The result is negative if the center is not above the hull.
+    """
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)

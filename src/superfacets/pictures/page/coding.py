@@ -1,4 +1,4 @@
-"""Encode arrays for the JavaScript viewer, as one block of bytes or as base64 text."""
+"""Encode arrays for the JavaScript viewer as one block of bytes, which may be converted to text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ Coding = Literal["plain", "planes", "difference", "newest"]
 _EFFORT = 6
 
 _ALIGNMENT = 4
-"""Alignment of arrays in the block, in bytes. JavaScript can use aligned arrays without copying."""
+"""Each array starts at a multiple of this number of bytes in the block. JavaScript can use aligned
+arrays without copying them."""
 
 
 class Entry(TypedDict):
@@ -41,11 +42,11 @@ class Arrays:
     def add(self, name: str, array: Array, coding: Coding) -> None:
         """Add an array of numbers, shape (n,) or (n, columns).
 
-        "plain" stores the array as it is in memory. The other codings compress better. They store
-        numbers column by column, as byte planes: the lowest bytes of all numbers, then their second
-        bytes, and so on. "difference" replaces each number of a column, except the first, by its
-        difference to the previous number. "newest" stores the `newest_codes` of the numbers, row by
-        row.
+        "plain" stores the bytes of the numbers in little-endian order. The other codings compress
+        better, because they store byte planes: the lowest bytes of all numbers, then their second
+        bytes, and so on. "planes" stores the numbers column by column. "difference" does the same,
+        but first replaces each number of a column, except the first number, by its difference from
+        the previous number. "newest" stores the `newest_codes` of the numbers, row by row.
         """
         self.entries.append(
             {
@@ -83,7 +84,8 @@ def _planes(array: Array, coding: Coding) -> bytes:
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     """Encode each number as the highest previous number plus 1, minus the number.
 
-    Codes are small if consecutive triangles share corners.
+    The first number is encoded as 0 minus the number. Codes are small if consecutive triangles have
+    common corners.
     """
     highest = np.maximum.accumulate(numbers)
     before = np.zeros_like(numbers)

@@ -41,7 +41,7 @@ _FRAME_HEIGHT = 480
 class Page:
     """HTML page that shows a mesh and its regions; result of ``superfacets.view``.
 
-    A notebook shows the page at the end of a cell.
+    A notebook shows the page if it is the last expression in a code cell.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Page:
     html: str = field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the page to a file whose name ends in .html or .htm, and return its path.
+        """Write the page to a file whose name ends in .html or .htm; return the path of the file.
 
         The file is written atomically.
 
@@ -69,7 +69,7 @@ class Page:
         return target
 
     def _repr_html_(self) -> str:
-        """Return an iframe that shows the page, and prevents it from accessing the notebook."""
+        """Return an iframe that shows the page. The page in it cannot access the notebook."""
         return (
             f'<iframe title="superfacets" width="100%" height="{_FRAME_HEIGHT}"'
             ' style="border:0" sandbox="allow-scripts"'
@@ -89,30 +89,32 @@ def view(
 ) -> Page:
     """Return an HTML page that shows a mesh and its regions, as a single file for offline use.
 
-    On the page, the mesh can be rotated, zoomed and moved. Pointing at a region shows its number,
-    its number of cells, and its area. Cells are colored by region, by ground truth or by value, and
-    a slider changes the level. Region colors are the same as from `face_colors`, and borders are
-    the same as in `render`. Positions are rounded to 1/65535 of the bounding box, and values to
-    1/65534 of their range. Time and size are linear in cells, with about 12 bytes per triangle. The
-    browser needs WebGL 2.
+    On the page, the mesh can be rotated, zoomed and moved. Pointing at a region shows its label,
+    its number of cells, and its area or volume. Cells are colored by region, by ground truth or by
+    value, and a slider changes the level. Region colors are the same as from `face_colors`, and
+    borders are the same as in `render`. Positions are rounded to 1/65535 of the bounding box, and
+    values to 1/65534 of their range. The time and the size of the page are linear in the number of
+    cells; the size is about 12 bytes per triangle. The browser needs WebGL 2.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Polygons are drawn as triangles, and tetrahedra by their outer surface.
+        Same as in `segment`. Polygons are drawn as triangles. Of tetrahedra, only the outer surface
+        is drawn.
     labels : array_like of integers, shape (N,) or (L, N), or Hierarchy, optional
-        Region of each cell. Labels may be any integers; cells with label -1 are gray. Several
-        levels can be given as a 2D array, as a list of arrays, or as a `Hierarchy`. The page
-        initially shows the first level. If labels are omitted, all cells have the same color.
+        Region of each cell. Labels may be any integers; cells with label -1 are gray. For several
+        levels, pass a 2D array, a list of arrays, or a `Hierarchy`. The page initially shows the
+        first level. If labels are omitted, all cells have the same color.
     ground_truth : array_like of integers, shape (N,), optional
-        Ground truth labels, for comparison.
+        Ground truth label of each cell. The page can color cells by these labels instead of by
+        region.
     features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
         Named arrays with one value per cell, or with one value per region of the first level, in
         ascending order of the labels. NaN marks a missing value.
     texture : Texture, optional
         Texture from `read_attributes`. A slider and the key T blend the texture with the colors of
-        regions. All images together are scaled down to at most 2048 x 2048 pixels. A texture needs
-        the extra ``texture``.
+        regions. All images together are scaled down to at most 2048 x 2048 pixels. To read the
+        images, install the extra ``texture``.
     title : str, default "superfacets"
         Title of the page; only the first 200 characters are used.
     camera : View, optional
@@ -121,7 +123,7 @@ def view(
     Returns
     -------
     Page
-        Page with the method ``save(path)``. A notebook shows the page directly.
+        Page with the method ``save(path)``. A notebook shows the page.
 
     Raises
     ------
@@ -171,7 +173,11 @@ def view(
 
 
 def checked_page_path(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a page; raise an error if its ending is wrong or its folder is missing."""
+    """Return the path of a page.
+
+    Raises a ValueError if the path does not end in .html or .htm, or an OSError if the file cannot
+    be written.
+    """
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"the name of a page must end in .html or .htm, got {target.name!r}")
@@ -201,8 +207,10 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """Return the initial view, the origin and step of quantized positions, and the point size."""
-    # Lengths are fractions of the diagonal of the bounding box.
+    """Return the initial view, the origin and step of quantized positions, and the point size.
+
+    All lengths are fractions of the diagonal of the bounding box, whose center is the origin.
+    """
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),
@@ -213,7 +221,10 @@ def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
-    """Insert the parts into the HTML template. Text is escaped, so it cannot close an element."""
+    """Insert the arguments, the style and the script into the HTML template.
+
+    Text is escaped, so that it cannot close an HTML element.
+    """
     folder = files(__package__)
     template, style, script = (
         folder.joinpath(name).read_text(encoding="utf-8")
@@ -228,7 +239,8 @@ def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> st
         "FACTS": json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
         "PAYLOAD": payload,
     }
-    # The template is split first, because inserted text must not be searched for placeholders.
+    # The template is split before text is inserted, so that placeholders in the text stay as they
+    # are.
     first, *rest = template.split("@")
     pieces = [first]
     for i, piece in enumerate(rest):

@@ -1,4 +1,4 @@
-"""Encode the data that color the cells of a page: regions, ground truth, and values."""
+"""Encode the data by which a page colors cells: regions, ground truth, and values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NO_VALUE = 65535
 
 @runtime_checkable
 class HasLevels(Protocol):
-    """Interface of a `Hierarchy`, a class of a higher layer, which this module must not import."""
+    """Interface of `Hierarchy`, which this module must not import: it is in a higher layer."""
 
     @property
     def levels(self) -> list[Ints]:
@@ -57,8 +57,9 @@ class Labeling:
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
         """Add labels, colors, cell counts, and areas or volumes of the regions to `arrays`.
 
-        If each region of `finer` is inside a single region, the region that contains each finer
-        region is stored instead of a label per cell.
+        The names of the arrays begin with `name`. If each region of `finer` is inside a single
+        region of this labeling, the label of each cell is not stored. Instead, the region that
+        contains each region of `finer` is stored.
         """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
@@ -74,7 +75,10 @@ class Labeling:
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
     def _parents(self, finer: Labeling) -> Ints | None:
-        """Return the region that contains each finer region, or None if regions are not nested."""
+        """Return the region that contains each region of `finer`; None if regions are not nested.
+
+        The result is also None if the two labelings leave out different cells.
+        """
         if not np.array_equal(self.labels == NO_REGION, finer.labels == NO_REGION):
             return None
         parents = np.empty(finer.n_regions + 1, np.int32)  # the last entry is for label -1
@@ -107,7 +111,10 @@ class Feature:
         }  # fmt: skip
 
     def steps(self) -> npt.NDArray[np.uint16]:
-        """Return values quantized to 0 (lowest) to 65534 (highest), and `NO_VALUE` for NaN."""
+        """Return the values, quantized to 0 (lowest) to 65534 (highest); `NO_VALUE` for NaN.
+
+        If all values are equal, they become 32767.
+        """
         low, high = self.range
         shares = (self.values - low) / (high - low) if high > low else self.values * 0 + 0.5
         is_missing = np.isnan(shares)
@@ -118,7 +125,10 @@ class Feature:
 def checked_levels(
     labels: LabelsLike | None, n_cells: int, n_vertices: int | None = None
 ) -> list[Labeling]:
-    """Check labels of one or several levels; return one `Labeling` per level, or [] for None."""
+    """Check labels of one or several levels; return one `Labeling` per level.
+
+    The result is an empty list if `labels` is None.
+    """
     if labels is None:
         return []
     given: Any = labels.levels if isinstance(labels, HasLevels) else labels
@@ -140,7 +150,10 @@ def checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Label
 def checked_features(
     features: Mapping[str, npt.ArrayLike] | None, n_cells: int, n_regions: int | None
 ) -> list[Feature]:
-    """Check named values, per cell or per region of the first level; return them as features."""
+    """Check the argument `features` of `view`; return one `Feature` per named array.
+
+    `n_regions` is the number of regions of the first level, or None if there are no labels.
+    """
     found = []
     for name, given in (features or {}).items():
         values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)

@@ -1,4 +1,4 @@
-"""Encode the shape data of a page: quantized positions, triangles or points, and border edges."""
+"""Encode the surface that a page shows: quantized positions, triangles, and border edges."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from ..scene import Scene, guess_up, hexagons_of
 from .coding import Coding
 
 STEPS = 65535
-"""Number of quantization steps per side of the bounding box. The rounding error of positions is at
-most half a step."""
+"""Number of quantization steps along each axis of the bounding box. The rounding error of a
+position is at most half a step."""
 
 # Diameter of a drawn point, as a multiple of the square root of the point's area. This diameter
 # leaves few gaps between points.
@@ -35,15 +35,17 @@ _POINT_SIZE = 2.0
 
 @dataclass(frozen=True)
 class Shape:
-    """Drawn surface of cells: triangles, or the points of a cloud.
+    """Surface that a page draws for cells: triangles, or the points of a cloud.
 
-    Vertices of a mesh are merged if they are equal, and sorted by first use in triangles.
+    Vertices of a mesh at the same position are merged. The remaining vertices are sorted by their
+    first use in `triangles`.
     """
 
     points: Floats  # (P, 3) vertices, or points of a cloud
-    triangles: npt.NDArray[np.uint32] | None  # (T, 3) rows of `points`; None for a cloud
-    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None if each is a cell
-    normals: Floats | None  # (P, 3) normals of a cloud; None for a mesh
+    triangles: npt.NDArray[np.uint32] | None  # (T, 3) indices into `points`; None for a cloud
+    # Index of the cell of each triangle, (T,); None if each triangle is a cell, or for a cloud.
+    sources: npt.NDArray[np.uint32] | None
+    normals: Floats | None  # (P, 3) normal of each point of a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # area of each drawn face or point
     graph: CsrArcs  # neighbors of all cells
@@ -62,10 +64,10 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """Scene without colors, for guessing the up axis; points of clouds become triangles."""
+        """Scene without colors, for `guess_up`. Each point of a cloud becomes a triangle."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
-            points = hexagons_of(self.graph)  # one triangle of each hexagon is enough
+            points = hexagons_of(self.graph)  # every second corner is used: one triangle per point
             triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal
@@ -82,15 +84,15 @@ class Shape:
         return _POINT_SIZE * float(np.sqrt(area)) / self.diagonal
 
     def quantized(self) -> npt.NDArray[np.uint16]:
-        """Return positions, (P, 3), quantized to 0 to `STEPS` along each axis of the bounds."""
+        """Return `points` as integers, (P, 3): 0 to `STEPS` along each axis of the bounding box."""
         low, high = self.bounds
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
     def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
-        """Return arrays for the JavaScript viewer, and the most compact coding for each.
+        """Return the arrays for the JavaScript viewer by name, each with its most compact coding.
 
-        `positions` are the coordinates of `points`, quantized or not.
+        `positions` is `points` or the result of `quantized`.
         """
         found: dict[str, tuple[Array, Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
@@ -104,15 +106,19 @@ class Shape:
 
 @dataclass(frozen=True)
 class _Outline:
-    """Edges between drawn faces, which are borders if the labels of the two faces differ."""
+    """Edges between drawn faces. An edge is a border if the labels of its two faces differ."""
 
     mesh: FaceMesh
     graph: FaceGraph
-    cells: npt.NDArray[np.uint32] | None  # cell of each face; None if faces are cells
-    places: npt.NDArray[np.uint32]  # (V,) row in `Shape.points` of each vertex of the mesh
+    cells: npt.NDArray[np.uint32] | None  # (F,) cell of each face; None if faces are cells
+    places: npt.NDArray[np.uint32]  # (V,) index into `Shape.points` of each vertex of the mesh
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
-        """Return two vertices and two cells of each edge that is a border in a labeling, (B, 4)."""
+        """Return the edges that are borders in at least one of the labelings, (B, 4).
+
+        Each row contains the two vertices of an edge, as indices into `Shape.points`, and the two
+        cells of the edge.
+        """
         sources = np.repeat(
             np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
         )
@@ -131,7 +137,10 @@ class _Outline:
 
 
 def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
-    """Return the initial view: axes (right, up, toward the viewer), angles and zoom."""
+    """Return the initial view: its angles and zoom, and three axes.
+
+    The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
+    """
     up = guess_up(shape.scene) if camera.up == "auto" else camera.up
     right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
     return {
@@ -143,7 +152,7 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def shape_of(cells: Cells) -> Shape:
-    """Return the drawn shape of a mesh, of the outer surface of tetrahedra, or of a cloud."""
+    """Return the `Shape` of a mesh or a cloud. Of tetrahedra, it has only the outer surface."""
     kind = kind_of(cells)
     outside = kind.outside(cells)
     if outside is None:
@@ -162,7 +171,11 @@ def _surface_shape(
     measures: Floats | None,
     cell_graph: CsrArcs | None,
 ) -> Shape:
-    """Return the shape of faces, which are either cells or sides of tetrahedra."""
+    """Return the `Shape` of a mesh whose faces are either cells or sides of tetrahedra.
+
+    `cells`, `measures` and `cell_graph` are the tetrahedron of each face, and the volumes and the
+    graph of all tetrahedra. They are None if the faces are cells.
+    """
     threads = checked_threads(None)
     graph = build_face_graph(mesh)
     areas = measure_faces(mesh, threads)[1]
@@ -181,10 +194,14 @@ def _surface_shape(
 def _numbered_by_use(
     corners: Ints, n_vertices: int
 ) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """Return vertices in order of first use, renumbered corners, and new numbers of vertices."""
+    """Renumber the vertices of triangles in the order of their first use in `corners`.
+
+    Returns the used vertices in the new order, the corners with new numbers, and the new number of
+    each vertex (0 for unused vertices).
+    """
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner remains
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner is written last
     is_first = np.zeros(len(flat), dtype=bool)
     is_first[first[first < len(flat)]] = True
     used = flat[is_first].astype(np.int64)

@@ -33,11 +33,11 @@ def texture_parts(
 ) -> tuple[dict[str, Any], dict[str, tuple[Array, Coding]]]:
     """Return a description of a texture, and its arrays, for the JavaScript viewer.
 
-    All images are scaled down and arranged in one atlas of at most `ATLAS_SIZE`. A tile consists of
-    a rectangle in the atlas, wrap modes and a color. Each material has a tile, and a second tile
-    without a rectangle for faces without texture coordinates. The last tile is for faces without a
-    material. Coordinates are rounded to 1/65535 of their range.
-    Raises a MeshError if the texture does not match the mesh, or if an image is missing or damaged.
+    The atlas is one image that contains all images of the texture, scaled down and arranged in a
+    grid. A tile consists of a rectangle in the atlas, wrap modes and a color. Each material has a
+    tile, and a second tile with an empty rectangle for faces without texture coordinates. The last
+    tile is for faces without a material. Coordinates are rounded to 1/65535 of their range. Raises
+    a MeshError if the texture does not match the mesh, or if an image is missing or damaged.
     """
     check_texture(texture, mesh)
     places, sources = corner_triangles(mesh)
@@ -71,14 +71,20 @@ def texture_parts(
 
 
 def _extended(pillow: Any, picture: Any, most: int) -> Any:
-    """Extend the right and lower edges of a picture to a multiple of `GRID`, at most `most`."""
+    """Extend a picture to the right and downward, with copies of its edge pixels.
+
+    The new width and height are multiples of `GRID`, or `most` if this is less.
+    """
     pixels = np.asarray(picture)
     grow = [(0, min(-length % GRID, most - length)) for length in pixels.shape[:2]]
     return pillow.fromarray(np.pad(pixels, [*grow, (0, 0)], mode="edge"))
 
 
 def _atlas_of(images: list[TextureImage]) -> tuple[bytes, dict[TextureImage, list[int]]]:
-    """Return a JPEG with all images in a grid, and left, top, width and height of each image."""
+    """Return a JPEG with all images in a grid, and the rectangle of each image.
+
+    A rectangle consists of left, top, width and height in pixels.
+    """
     pillow = import_pillow("Image")
     side = max(1, math.isqrt(max(len(images), 1) - 1) + 1)
     most = max(ATLAS_SIZE // side // GRID * GRID, ATLAS_SIZE // side % GRID)
