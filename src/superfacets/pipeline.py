@@ -42,7 +42,7 @@ from .clustering.parts import (
     FAR_STEPS,
     PART_CREASE_SCALE,
     SHORT_STEPS,
-    SPARE,
+    UNIT_FACTOR,
     PartCosts,
     groups_to_embed,
 )
@@ -633,8 +633,10 @@ def _add_features(work: _Work) -> _Work:
 def _quantize(work: _Work) -> _Work:
     """Round weights to integer multiples of a unit, so that sums of weights are exact."""
     with work.timed("weights", begins=False):
-        spare = SPARE if work.has_parts else 1.0
-        lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads, spare)
+        unit_factor = UNIT_FACTOR if work.has_parts else 1.0
+        lengths, unit = work.prepared.graph.quantized(
+            work.weights, work.surface.n_threads, unit_factor
+        )
     return replace(work, weights=None, lengths=lengths, unit=unit)
 
 

@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.cells.weights import HOLLOW, MOST_EVENED, SOLID, TURN_BITS, evened_share
+from superfacets.cells.weights import HOLLOW, MOST_EVENED, SOLID, TURN_BITS, convex_share_of
 from superfacets.mesh.triangle_mesh import split_in_four
 
 SHARP = math.radians(40)
@@ -140,11 +140,11 @@ def test_regions_are_those_of_the_weights():
 def share_of(roundness, volume=2.0, area=3.0, diagonal=5.0):
     unit = 2.0 ** (2 - TURN_BITS)
     turn = 2 * roundness * area**2 / (3 * volume)
-    return evened_share(round(turn / unit), volume, area, diagonal)
+    return convex_share_of(round(turn / unit), volume, area, diagonal)
 
 
 def test_the_share_falls_from_hollow_to_solid():
     assert share_of(-1) == share_of(0) == share_of(HOLLOW - 1e-4) == MOST_EVENED
     assert share_of((HOLLOW + SOLID) / 2) == pytest.approx(MOST_EVENED / 2, abs=1e-4)
     assert share_of(SOLID + 1e-4) == share_of(1) == 0
-    assert evened_share(0, 0.0, 3.0, 5.0) == evened_share(0, 0.0, 0.0, 5.0) == 0
+    assert convex_share_of(0, 0.0, 3.0, 5.0) == convex_share_of(0, 0.0, 0.0, 5.0) == 0

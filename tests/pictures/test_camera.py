@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from shapes import bumpy_sheet, table
 
 from superfacets import View
-from superfacets.pictures.camera import VIEW_NAMES, place_camera, turned_cameras, view_axes
+from superfacets.pictures.camera import VIEW_NAMES, orbiting_cameras, place_camera, view_axes
 
 TOWARD = {
     "front": [0, 0, 1],
@@ -55,7 +55,7 @@ def heights_and_widths(points, camera, aspect):
 def test_a_turn_just_fits_the_frame(up, elevation):
     points = centered(table())
     view = View(azimuth=20, elevation=elevation, up=up)
-    cameras = turned_cameras(points, view, 4 / 3, 36)
+    cameras = orbiting_cameras(points, view, 4 / 3, 36)
     reach = [np.abs(heights_and_widths(points, camera, 4 / 3)).max() for camera in cameras]
     assert 0.8 < max(reach) < 1
 
@@ -63,7 +63,7 @@ def test_a_turn_just_fits_the_frame(up, elevation):
 def test_a_turn_begins_at_the_azimuth_and_goes_around_to_the_right():
     points = centered(bumpy_sheet())
     view = View(azimuth=20, elevation=15, up="y")
-    cameras = turned_cameras(points, view, 1.0, 4)
+    cameras = orbiting_cameras(points, view, 1.0, 4)
     still = place_camera(points, view, 1.0)
     ahead = [(c.position - c.target) / np.linalg.norm(c.position - c.target) for c in cameras]
     assert_allclose(ahead[0], view_axes(view)[1], atol=1e-12)
@@ -75,5 +75,5 @@ def test_a_turn_begins_at_the_azimuth_and_goes_around_to_the_right():
 
 def test_points_on_the_axis_can_be_turned():
     points = np.array([[0, -0.5, 0], [0, 0.5, 0]])
-    for camera in turned_cameras(points, View(up="y"), 1.0, 3):
+    for camera in orbiting_cameras(points, View(up="y"), 1.0, 3):
         assert np.isfinite(camera.position).all()

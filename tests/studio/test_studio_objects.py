@@ -474,7 +474,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
     files = {"a.objects.json": json.dumps(_annotations(128, range(4))).encode()}
     seq = document.history.seq
     with pytest.raises(ValueError, match="a class has at most 9 objects"):
-        document.take(read_import(files, document.cells, document.class_list))
+        document.apply_import(read_import(files, document.cells, document.class_list))
     assert document.history.seq == seq  # new classes neither
     document.close()
 

@@ -11,8 +11,8 @@ from superfacets.studio.web.address import (
     Address,
     address_file,
     keep,
-    kept_address,
     new_token,
+    stored_address,
 )
 from superfacets.studio.web.security import HEADERS, MAX_PATH
 
@@ -171,7 +171,7 @@ def test_an_address_is_kept_for_its_owner_as_long_as_the_server_runs(tmp_path):
     assert address_file(tmp_path).parent == tmp_path
     path.write_text("old")
     with keep(path, address):
-        assert kept_address(path) == address
+        assert stored_address(path) == address
         if os.name != "nt":
             assert path.stat().st_mode & 0o777 == 0o600
     assert not path.exists()
@@ -185,22 +185,22 @@ def test_an_address_is_kept_for_its_owner_as_long_as_the_server_runs(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="files have no permissions there")
 def test_an_address_that_others_may_have_written_is_not_trusted(tmp_path, monkeypatch):
     path = tmp_path / "address"
-    assert kept_address(path) is None
+    assert stored_address(path) is None
     for text in ("no", "[]", '{"port":8765,"token":"short"}', f'{{"port":0,"token":"{TOKEN}"}}'):
         path.write_text(text)
         path.chmod(0o600)
-        assert kept_address(path) is None
+        assert stored_address(path) is None
     inode = path.stat().st_ino
     path.write_text(f'{{"port":8765,"token":"{TOKEN}","inode":{inode}}}')
-    assert kept_address(path) == Address(8765, TOKEN)
+    assert stored_address(path) == Address(8765, TOKEN)
     copy = shutil.copy2(path, tmp_path / "copy")  # as from an archive that somebody has sent
-    assert kept_address(copy) is None
+    assert stored_address(copy) is None
     path.chmod(0o604)
-    assert kept_address(path) is None
+    assert stored_address(path) is None
     path.chmod(0o600)
     monkeypatch.setattr(os, "getuid", lambda: 12345)
-    assert kept_address(path) is None
+    assert stored_address(path) is None
     monkeypatch.undo()
     link = tmp_path / "link"
     link.symlink_to(path)
-    assert kept_address(link) is None
+    assert stored_address(link) is None

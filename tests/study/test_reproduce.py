@@ -30,7 +30,7 @@ from superfacets.study.reproduce.measure import Run, pack_labels, unpack_labels
 from superfacets.study.reproduce.plan import Choice, make_plan
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
 from superfacets.study.sources import Source, Sources, find_models, load
-from superfacets.study.tasks import _Recording, read_piece
+from superfacets.study.tasks import _TaskJob, read_piece
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
 FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--jobs", "1")
@@ -521,7 +521,7 @@ def test_labels_survive_their_packing():
 
 def record_of(task):
     """Do a task here, and return the records of its pieces."""
-    assert _Recording(task).run() == {}
+    assert _TaskJob(task).run() == {}
     return [read_piece(piece) for piece in task.pieces]
 
 

@@ -374,7 +374,7 @@ void bind_weights(nb::module_& module) {
   nb::class_<EdgeFactors>(module, "EdgeFactors")
       .def(nb::init<double, double, double, double, double, double, bool, bool, double>(),
            nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
-           "evened"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
+           "convex_share"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,

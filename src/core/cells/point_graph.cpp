@@ -146,7 +146,7 @@ class ArcBuilder {
       : rows_(rows), places_of_copies_(places_of_copies), team_(team) {}
 
   void build(PointGraph& graph) {
-    const auto n_places = n_apart() + std::ssize(places_of_copies_);
+    const auto n_places = n_distinct() + std::ssize(places_of_copies_);
     graph.offsets = Buffer<std::int64_t>(n_places + 1);
     team_.fill(graph.offsets.span(), std::int64_t{0});
     // Threads visit pairs in any order. Arcs are counted, written to their lists, and then sorted.
@@ -170,7 +170,7 @@ class ArcBuilder {
 
  private:
   // Number of representatives, which precede the duplicates in the sorted order.
-  std::int64_t n_apart() const {
+  std::int64_t n_distinct() const {
     return static_cast<std::int64_t>(rows_.places.size() / rows_.n_columns);
   }
 
@@ -191,9 +191,9 @@ class ArcBuilder {
         }
       }
     };
-    team_.for_each_block(n_apart(), pairs_of_places, kPlacesPerTask);
+    team_.for_each_block(n_distinct(), pairs_of_places, kPlacesPerTask);
     team_.for_each_index(std::ssize(places_of_copies_), [&](std::int64_t copy) {
-      take(static_cast<Place>(n_apart() + copy), places_of_copies_[copy]);
+      take(static_cast<Place>(n_distinct() + copy), places_of_copies_[copy]);
     });
   }
 

@@ -27,7 +27,7 @@ struct EdgeFactors {
   double diagonal = 1.0;       // d, the diagonal of the bounding box of the vertices used by faces
   double ridges = 0.0;         // eta of ridges (ridges.hpp); only used if larger than eta_convex
   // Subtracted from eta of smooth concave edges, and a lower bound of eta of smooth convex edges.
-  double evened = 0.0;
+  double convex_share = 0.0;
   // If true, a step is the straight line from centroid to centroid, not the path via the edge.
   bool is_straight = false;
   bool all_sharp = false;  // if true, all sharp convex edges are ridges
@@ -36,8 +36,8 @@ struct EdgeFactors {
   // eta of an edge with angle theta that is not a ridge. The edge is concave if rise > 0. An edge
   // is smooth if its angle is less than kSharpAngle.
   SUPERFACETS_ALWAYS_INLINE double eta(double rise, double theta) const {
-    const double of_concave = theta < kSharpAngle ? 1.0 - evened : 1.0;
-    const double of_convex = theta < kSharpAngle ? std::max(eta_convex, evened) : eta_convex;
+    const double of_concave = theta < kSharpAngle ? 1.0 - convex_share : 1.0;
+    const double of_convex = theta < kSharpAngle ? std::max(eta_convex, convex_share) : eta_convex;
     return rise > 0.0 ? of_concave : of_convex;
   }
 

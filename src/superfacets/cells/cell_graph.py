@@ -121,17 +121,17 @@ class BaseGraph(CsrArcs):
     measures: Floats  # (N,) area or volume of each cell
 
     def quantized(
-        self, weights: npt.ArrayLike, n_threads: int, spare: float = 1.0
+        self, weights: npt.ArrayLike, n_threads: int, unit_factor: float = 1.0
     ) -> tuple[Singles, float]:
         """Return the weights of arcs rounded to integers, and the unit of these integers.
 
-        The unit is `spare` times the default unit, which `CellGraph` describes. `spare` is a power
-        of two. If it is larger than 1, the integers are smaller, so that sums of lengths stay in
-        range when costs are added to the lengths later.
+        The unit is `unit_factor` times the default unit, which `CellGraph` describes. The factor is
+        a power of two. If it is larger than 1, the integers are smaller, so that sums of lengths
+        stay in range when costs are added to the lengths later.
         """
         checked_measures(self.measures, self.n_cells, n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)
-        unit = spare * _core.unit_of_lengths(_core.sum_of(checked, n_threads))
+        unit = unit_factor * _core.unit_of_lengths(_core.sum_of(checked, n_threads))
         return _core.round_weights(checked, unit, n_threads), unit
 
 

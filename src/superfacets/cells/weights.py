@@ -28,14 +28,14 @@ MOST_EVENED = 0.25
 """Cost of smooth convex edges on fully hollow shapes, relative to sharp concave edges."""
 
 STEPS = 1 << 16
-"""Number of steps between 0 and `MOST_EVENED`. `evened_share` rounds its result to one of these
+"""Number of steps between 0 and `MOST_EVENED`. `convex_share_of` rounds its result to one of these
 steps, so that small rounding errors in sums do not change the result."""
 
 TURN_BITS = 31
 """`EdgeSums.turn` is an integer in units of about diagonal / 2**TURN_BITS."""
 
 
-def evened_share(turn: int, volume: float, area: float, diagonal: float) -> float:
+def convex_share_of(turn: int, volume: float, area: float, diagonal: float) -> float:
     """Return the relative cost of smooth convex edges, called s in `crease_weights`.
 
     The cost is 0 for solid shapes and open meshes, and up to `MOST_EVENED` for hollow shapes.
@@ -95,7 +95,7 @@ class EdgeFactors(NamedTuple):
     crease_length: float  # length to which costs are proportional; 0 to use each edge's own length
     ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
     is_straight: bool = False  # whether distances are straight lines from centroid to centroid
-    evened: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
+    convex_share: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
     all_sharp: bool = False  # whether all sharp convex edges are treated as ridges
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
@@ -594,13 +594,13 @@ def creases_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return weights ``"creases"`` or ``"parts"`` for a part of a mesh, and sums over its edges.
 
-    `shape` is a pair: the value of `EdgeFactors.evened` for the whole mesh, and whether the whole
-    mesh is a machine part. `counted` is the same as in `weights_and_sums`.
+    `shape` is a pair: the value of `EdgeFactors.convex_share` for the whole mesh, and whether the
+    whole mesh is a machine part. `counted` is the same as in `weights_and_sums`.
     """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     factors = _crease_factors(radius, {**options.params, "slack": options.slack})
-    evened, of_machine_part = shape
-    factors = factors._replace(is_straight=options.has_parts, evened=evened)
+    convex_share, of_machine_part = shape
+    factors = factors._replace(is_straight=options.has_parts, convex_share=convex_share)
     factors = factors.of_machine_part() if of_machine_part else factors
     return weights_and_sums(surface, cells, factors, counted)
 
@@ -640,8 +640,8 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
     adapted = factors.of_machine_part() if of_machine_part else factors
     if is_closed:
         area = _core.sum_of(cells[1], surface.n_threads)
-        evened = evened_share(sums.turn, surface.volume, area, surface.diagonal)
-        adapted = adapted._replace(evened=evened)
+        convex_share = convex_share_of(sums.turn, surface.volume, area, surface.diagonal)
+        adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
         weights, _ = weights_and_sums(surface, cells, adapted, None)
     return Weighed(weights, of_machine_part)

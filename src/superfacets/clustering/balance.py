@@ -266,7 +266,7 @@ class Balancer:
     islands: _core.Islands
     # Whether centers may be added, removed, or moved into other regions. False if the caller gave
     # the initial centers.
-    may_jump: bool
+    may_move_centers: bool
     # Target size of each region, (K,); empty before the first call of `run`.
     goals: Floats = field(default_factory=lambda: np.empty(0))
     offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))
@@ -282,14 +282,14 @@ class Balancer:
         `coarse` contains the graphs of coarse cells, from the finest to the coarsest.
         """
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
-        may_jump = not plan.has_seeds
+        may_move_centers = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
             assert isinstance(level, _core.CoarseGraph)  # graphs on disk are never balanced
             cells = level.coarse_cells(n_threads)
             sizes.append(sums_by_label(cells, sizes[-1], level.graph.n_cells))
             components.append(components[-1][level.centers()])
-        return cls(rules, sizes, components, n_threads, islands, may_jump)
+        return cls(rules, sizes, components, n_threads, islands, may_move_centers)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
         """Return the clustering of the cells on `level` after balancing the sizes of its regions.
@@ -298,11 +298,11 @@ class Balancer:
         """
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
-            clustering.classify(clustering.centers(), self.paths_from())
+            clustering.classify(clustering.centers(), self.path_offsets())
             n_rounds = ROUNDS_ON_ALL
         else:
             clustering = self._counted(graph, clustering, cells)
-            if self.may_jump:
+            if self.may_move_centers:
                 self._even_out(clustering, cells)
             found = _Regions.of(clustering, *cells)
             self.goals = self.rules.goals(found.sizes, found.components)
@@ -311,7 +311,7 @@ class Balancer:
         self._move_offsets(clustering, cells, n_rounds)
         return clustering
 
-    def paths_from(self) -> Offsets:
+    def path_offsets(self) -> Offsets:
         """Return `offsets` as unsigned integers, which `_core` expects."""
         return self.offsets.astype(np.uint64)
 
@@ -320,11 +320,11 @@ class Balancer:
     ) -> Clustering:
         """Add and remove centers until each component has its target number of regions.
 
-        If `may_jump` is False, the clustering is returned unchanged.
+        If `may_move_centers` is False, the clustering is returned unchanged.
         """
         n_components = int(cells[1].max()) + 1
         targets = None
-        while self.may_jump:
+        while self.may_move_centers:
             found = _Regions.of(clustering, *cells)
             has = np.bincount(found.components, minlength=n_components)
             if targets is None:
@@ -387,7 +387,7 @@ class Balancer:
             # All offsets are shifted by the same number, so that no offset decreases.
             offsets = offsets - int((offsets - self.offsets).min())
             self.offsets = offsets
-            clustering.classify(centers, self.paths_from())
+            clustering.classify(centers, self.path_offsets())
 
     def _rescued(
         self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs

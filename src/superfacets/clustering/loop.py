@@ -128,7 +128,7 @@ class Loop:
         if self.balancer is None:
             return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
         assert isinstance(level, CoarseGraph)  # graphs on disk are never balanced
-        offsets = self.balancer.paths_from()
+        offsets = self.balancer.path_offsets()
         lengths, labels = level.spread(
             *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
         )

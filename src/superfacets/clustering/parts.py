@@ -27,7 +27,7 @@ PART_CREASE_SCALE = 7.0
 """Value that replaces `regions.edit.CREASE_SCALE` for weights ``"parts"``. With a value of 6, the
 compactness is 0.01 higher (worse)."""
 
-SPARE = 4.0
+UNIT_FACTOR = 4.0
 """Factor by which the unit of integer path lengths is increased if there are costs between parts.
 These costs increase the total length of all arcs by a factor of up to 1 + gamma. With the larger
 unit, path lengths stay within the range of integers."""
@@ -61,8 +61,8 @@ CREASE_STEEPNESS = 20.0
 the angle between the normals of the two faces. Eta is the weight of the crease: 1 if it is concave,
 and for example 0 if it is convex."""
 
-LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
-"""Costs between parts are 0 if `_ConductingGraph.hindered_share` is at most the first value, and
+MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
+"""Costs between parts are 0 if `_ConductingGraph.blocked_fraction` is at most the first value, and
 have their full value if it is at least the second. In between, they increase linearly. The share is
 0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at least
 0.037 for all benchmark models."""
@@ -121,13 +121,13 @@ class PartCosts:
         concave crease of angle pi in the unit of the positions. The cost of an arc is gamma times
         the distance of its ends in the embedding. Distances are scaled so that, over all arcs of
         the embedded graph, their sum equals the sum of the arc lengths without crease costs. On
-        shapes with few concave creases, gamma is reduced (see `LEAST_HINDERED`).
+        shapes with few concave creases, gamma is reduced (see `MIN_BLOCKED`).
         """
         gamma, crease_cost = factors
         embedded = groups[-1].graph if groups else graph
         base = _conducting_graph(embedded, crease_cost, n_threads)
         vectors = _embedding(base, embedded, n_threads)
-        strength = (base.hindered_share - LEAST_HINDERED) / (ENOUGH_HINDERED - LEAST_HINDERED)
+        strength = (base.blocked_fraction - MIN_BLOCKED) / (FULL_BLOCKED - MIN_BLOCKED)
         gamma *= min(max(strength, 0.0), 1.0)
         factor = gamma * _scale(base, vectors, n_threads) / graph.straight_unit
         return cls(vectors, _group_of(groups, n_threads), factor)
@@ -209,7 +209,7 @@ class _ConductingGraph(NamedTuple):
     conductances: Floats  # (M,) conductance of each arc, which is low across creases
     measures: Floats  # (N,) area of each cell
     coarse_of: Ints | None = None  # (N,) cell of the next coarser level that contains each cell
-    hindered_share: float = 0.0  # fraction of the total border length that is blocked by creases
+    blocked_fraction: float = 0.0  # fraction of the total border length that is blocked by creases
 
 
 def spectral_embedding(
@@ -314,7 +314,7 @@ def _conducting_graph(
         graph, crease_cost / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
     arcs = (offsets, neighbors)
-    return _ConductingGraph(arcs, steps, conductances, graph.measures(), hindered_share=share)
+    return _ConductingGraph(arcs, steps, conductances, graph.measures(), blocked_fraction=share)
 
 
 def _scale(level: _ConductingGraph, vectors: Singles, n_threads: int) -> float:

@@ -200,7 +200,7 @@ def held(path: Path, message: str) -> Iterator[None]:
         os.close(file)
 
 
-def is_left_behind(path: Path) -> bool:
+def is_unlocked(path: Path) -> bool:
     """Return whether a lock file exists and no process has locked it."""
     try:
         file = open_own(path, os.O_RDWR)

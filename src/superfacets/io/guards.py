@@ -156,7 +156,7 @@ def temporary_file(data: Content, name: str) -> Iterator[str]:
             yield str(Path(folder, name))
 
 
-def side_by_side(rows: Array) -> Array:
+def contiguous_rows(rows: Array) -> Array:
     """Return an (N, n) array in contiguous memory, for example a field of a structured array.
 
     The array is copied if it is not contiguous. The C++ copy is faster than a copy by NumPy.

@@ -134,14 +134,14 @@ def place_camera(points: Floats, view: View, aspect: float) -> Camera:
     return Camera(target + distance * toward, target, up, slope / view.zoom)
 
 
-def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Camera]:
+def orbiting_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Camera]:
     """Return n cameras, evenly spaced on a circle around the up axis. Each camera shows all points.
 
     The first camera has the azimuth of the view, and the following cameras have increasing azimuth.
     All cameras have the same height and the same distance from their target.
     """
     start = replace(view, azimuth=0.0)
-    camera = place_camera(_swept(points, start), start, aspect)
+    camera = place_camera(_rings_around(points, start), start, aspect)
     right, front, up = view_axes(replace(start, elevation=0.0))
     cameras = []
     for turn in range(n):
@@ -154,7 +154,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
     return cameras
 
 
-def _swept(points: Floats, view: View) -> Floats:
+def _rings_around(points: Floats, view: View) -> Floats:
     """Return points on rings around the up axis. The rings enclose `points` during a rotation."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)

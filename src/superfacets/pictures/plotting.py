@@ -21,7 +21,7 @@ from ..mesh.base import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk
-from .camera import Clip, View, place_camera, turned_cameras
+from .camera import Clip, View, orbiting_cameras, place_camera
 from .colors import Scale, checked_values, scale_of
 from .rendering import (
     Style,
@@ -309,6 +309,6 @@ def _drawn(panels: _Panels, style: Style, n_frames: int) -> list[list[Picture]]:
             if n_frames == 1:
                 cameras = [place_camera(scene.points, view, style.aspect)]
             else:
-                cameras = turned_cameras(scene.points, view, style.aspect, n_frames)
+                cameras = orbiting_cameras(scene.points, view, style.aspect, n_frames)
         columns.append(draw_scene(scene, cameras, style))
     return columns

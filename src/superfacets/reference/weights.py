@@ -45,10 +45,10 @@ def superfacet_weights(
         turns = np.where(concave, -thetas, thetas) * edges
         turns[is_ridge if ridges > eta_convex else []] = 0.0
         area = float(measure_faces(mesh)[1].sum())
-        evened = _evened_share(float(turns.sum()), abs(volume), area)
+        convex_share = _convex_share_of(float(turns.sum()), abs(volume), area)
         is_smooth = thetas < SHARP_ANGLE
-        of_concave[is_smooth] = 1.0 - evened
-        of_convex[is_smooth] = max(eta_convex, evened)
+        of_concave[is_smooth] = 1.0 - convex_share
+        of_convex[is_smooth] = max(eta_convex, convex_share)
     of_convex[is_ridge] = max(ridges, eta_convex)
     eta = np.where(concave, of_concave, of_convex)
     angular = alpha * eta * lengths * thetas / math.pi  # equation 2
@@ -82,7 +82,7 @@ def _measure_arcs(
     return geodesics, edges, arctangent(sines, cosines), np.array(concave, dtype=bool)
 
 
-def _evened_share(turn: float, volume: float, area: float) -> float:
+def _convex_share_of(turn: float, volume: float, area: float) -> float:
     """Return the relative cost of smooth convex edges, from 0 (solid shapes) to 1/4 (hollow).
 
     `turn` is the sum, over all arcs, of angle times edge length. Angles of concave edges are

@@ -83,7 +83,7 @@ def run_tasks(
     reason.
     """
     lost: dict[Path, str] = {}
-    jobs = [_Recording(task, deadline) for task in tasks]
+    jobs = [_TaskJob(task, deadline) for task in tasks]
     for job, result in run_shown(title, jobs, n_workers, memory=memory):
         lost |= _record_death(job.task, result) if isinstance(result, Killed) else result
     return lost
@@ -104,7 +104,7 @@ def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
 
 
 @dataclass(frozen=True)
-class _Recording:
+class _TaskJob:
     """Job that runs a task, and writes its records. The result is like that of `run_tasks`."""
 
     task: Task

@@ -89,7 +89,7 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
     tiles = range(store.n_tiles)
     areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
     for tile in tiles:
-        own, is_turned, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
+        own, is_turned, (measures, positions, normals) = _read_distinct(store, tile, sets, roots)
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
@@ -98,7 +98,7 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> Non
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
     for tile in tiles:  # sum of 3 x the volumes of cones with their apex at the center
-        own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
+        own, _, (measures, positions, normals) = _read_distinct(store, tile, sets, roots)
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T
         np.add.at(volumes, own[has_area], (measures * (x + y + z))[has_area])
@@ -110,7 +110,7 @@ def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: V
     tiles = range(store.n_tiles)
     sums = FacingSums.zeros(len(roots))
     for tile in tiles:
-        own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
+        own, _, (measures, positions, normals) = _read_distinct(store, tile, sets, roots)
         sums.add(own, viewpoint, positions, normals, measures)
     _flip(store, sets, roots, sums.is_turned_away(has_one_viewpoint=True))
     for tile in tiles:  # normalized exactly like given normals of a `PointCloud`
@@ -120,7 +120,7 @@ def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: V
 
 def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Bools) -> None:
     for tile in range(store.n_tiles):
-        own, _, (_, _, normals) = _read_apart(store, tile, sets, roots)
+        own, _, (_, _, normals) = _read_distinct(store, tile, sets, roots)
         normals[is_flipped[own]] *= -1.0
         _write_normals(store, tile, normals)
 
@@ -133,7 +133,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
     return np.asarray(places[is_root & (store.read(tile, "lowest") == NOT_COPIED)])
 
 
-def _read_apart(
+def _read_distinct(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
     """Return components, flip flags, and [areas, positions, normals] of a tile, without copies."""

@@ -30,7 +30,7 @@ class _Ordered(NamedTuple):
 
     name: str
     n_points: int
-    n_apart: int  # number of points that are not copies of other points
+    n_distinct: int  # number of points that are not copies of other points
 
 
 def sort_cloud(
@@ -189,7 +189,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
         for part in block:
-            if part.n_apart == part.n_points:
+            if part.n_distinct == part.n_points:
                 continue
             lowest = scratch.load(f"ordered/{part.name}/lowest").copy()
             at_copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -211,11 +211,11 @@ def _write_ordered(
     the number of such points in earlier parts.
     """
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
-    n_apart = int(np.count_nonzero(~is_copy))
+    n_distinct = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
-    cells[~is_copy] = np.arange(n_apart)
+    cells[~is_copy] = np.arange(n_distinct)
     points.save(scratch, f"ordered/{name}")
-    return _Ordered(name, len(points), n_apart)
+    return _Ordered(name, len(points), n_distinct)
 
 
 def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Floats:
@@ -230,7 +230,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
             is_apart = some.columns["lowest"] == NOT_COPIED
             cells = some.columns["cells"] + n_before * is_apart
             found.append(Part(some.columns | {"cells": cells.astype(np.int32)}))
-        first, n_before = last, n_before + part.n_apart
+        first, n_before = last, n_before + part.n_distinct
     points = Part.joined(found)
     points.save(store.scratch, f"tile{tile}")
     boxes = []

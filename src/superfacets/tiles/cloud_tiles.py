@@ -134,7 +134,7 @@ def _find_nearest(
     point shrinks when nearer points are found, so distant boxes are skipped.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
-    own = _read_apart(store, *store.starts[tile : tile + 2])
+    own = _read_distinct(store, *store.starts[tile : tile + 2])
     places, squared = _nearest(own, np.ones(len(own), bool), n_nearest, n_threads)
     known = own  # points of the tile, and nearest points found in other tiles
     members = _by_range(store, tile, own)
@@ -145,7 +145,7 @@ def _find_nearest(
         if not is_open.any():
             continue
         begins = (RANGE * np.sort(batch)).tolist()
-        others = [_read_apart(store, at, min(at + RANGE, store.n_cells)) for at in begins]
+        others = [_read_distinct(store, at, min(at + RANGE, store.n_cells)) for at in begins]
         every = Part.joined([known, *others], "numbers")
         is_wanted = is_among(every.columns["numbers"], own.columns["numbers"][is_open])
         places[is_open], squared[is_open] = _nearest(every, is_wanted, n_nearest, n_threads)
@@ -163,7 +163,7 @@ def _find_nearest(
         _write_directions(store, tile, own, places, known, n_threads)
 
 
-def _read_apart(store: TileStore, begin: int, end: int) -> Part:
+def _read_distinct(store: TileStore, begin: int, end: int) -> Part:
     """Return points with curve indices `begin` to `end` - 1, without copies, sorted by number."""
     tile = int(store.tiles_of(np.array([begin]))[0])
     names, first = ("numbers", "lowest", "positions"), store.starts[tile]

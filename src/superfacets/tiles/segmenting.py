@@ -23,7 +23,7 @@ from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
 from ..clustering.coarsening import AnyGraph, can_be_coarse, coarsened, has_small_regions
-from ..clustering.parts import PART_CREASE_SCALE, SPARE
+from ..clustering.parts import PART_CREASE_SCALE, UNIT_FACTOR
 from ..clustering.plan import Plan
 from ..clustering.result import Segmentation
 from ..clustering.run import segment_cells
@@ -346,8 +346,10 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
     """Run stages 1 and 2, which write the arcs of all tiles; return facts for later stages."""
     has_border_weights = options.cleanup.smooth and options.weights.has_other_unit
-    spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
-    rule = WeightRule(plan.size.radius, options.weights, has_border_weights, graph.n_threads, spare)
+    unit_factor = UNIT_FACTOR if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
+    rule = WeightRule(
+        plan.size.radius, options.weights, has_border_weights, graph.n_threads, unit_factor
+    )
     with timed(timings, "weights", options.loop.on_stage):
         return find_arcs(graph.store, rule, graph.run)
 

@@ -20,9 +20,9 @@ from ..cells.weights import (
     EdgeSums,
     WeightOptions,
     arc_weights,
+    convex_share_of,
     creases_and_sums,
     creases_of,
-    evened_share,
 )
 from ..mesh.faces import signed_volume
 from .arrays import rows
@@ -43,14 +43,14 @@ class WeightRule:
     options: WeightOptions
     has_border_weights: bool  # True to compute additional weights for border costs
     n_threads: int
-    spare: float = 1.0  # factor that increases the unit of arc lengths, see `SPARE`
-    is_turned: bool = False  # True if normals point inward and must be flipped
-    evened: float = 0.0  # result of `evened_share`; 0 for solid shapes
+    unit_factor: float = 1.0  # factor that increases the unit of arc lengths, see `UNIT_FACTOR`
+    is_inside_out: bool = False  # True if normals point inward and must be flipped
+    convex_share: float = 0.0  # result of `convex_share_of`; 0 for solid shapes
     of_machine_part: bool = False  # True to compute weights for machine parts
 
     @property
     def has_hollows(self) -> bool:
-        """Whether arc weights depend on how hollow the mesh is (see `evened_share`)."""
+        """Whether arc weights depend on how hollow the mesh is (see `convex_share_of`)."""
         params = self.options.params
         return bool(params["weights"] in ("creases", "parts") and params["alpha"])
 
@@ -101,16 +101,16 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     if not any(some.has_boundary for some in sums):
         diagonal, volume = box_diagonal(store.bounds), sum(some.volume for some in sums)
         if is_negative(volume, diagonal):
-            rule = adapted = replace(rule, is_turned=True)
+            rule = adapted = replace(rule, is_inside_out=True)
             sums = weighed(rule)
         if rule.has_hollows and not any(some.is_inconsistent for some in sums):
             turn, inside = sum(some.edges.turn for some in sums), enclosed(volume, diagonal)
-            evened = evened_share(turn, inside, store.total_measure, diagonal)
-            adapted = replace(rule, evened=evened)
+            convex_share = convex_share_of(turn, inside, store.total_measure, diagonal)
+            adapted = replace(rule, convex_share=convex_share)
     if rule.options.has_parts and EdgeSums.total(some.edges for some in sums).are_of_machine_part:
         adapted = replace(adapted, of_machine_part=True)
     sums = weighed(adapted) if adapted != rule else sums
-    unit = rule.spare * _core.unit_of_lengths(sum(some.weights for some in sums))
+    unit = rule.unit_factor * _core.unit_of_lengths(sum(some.weights for some in sums))
     border_unit = _core.unit_of_lengths(sum(some.border_weights for some in sums))
     run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
     sliver_area = sum(some.sliver_area for some in sums)
@@ -133,13 +133,13 @@ def _weigh_faces(
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
     graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # the vertices are already welded
-    surface = Surface.of_part_of_faces(mesh, graph, rule.is_turned, rule.n_threads)
+    surface = Surface.of_part_of_faces(mesh, graph, rule.is_inside_out, rule.n_threads)
     weights: ArrayLike
     edges = NO_SUMS
     if rule.has_hollows:
         weights, edges = creases_and_sums(
             surface, graph, rule.radius, rule.options, None if shapes is None else shapes.normals,
-            (rule.evened, rule.of_machine_part),
+            (rule.convex_share, rule.of_machine_part),
             store.is_in(tile, faces.columns["places"]).view(np.uint8),
         )  # fmt: skip
     else:

@@ -92,7 +92,7 @@ class Pool(Team):
                     worker = self.workers[0]
                     process = _Process(worker.n_threads, MEMORY_SHARE * worker.memory)
                     self._processes.append(process)
-                self._hand_out(waiting, calls, width, admits)
+                self._assign_calls(waiting, calls, width, admits)
                 ready = wait([process.connection for process in self._processes], TICK)
                 for process in [one for one in self._processes if one.connection in ready]:
                     ended = self._take(process, waiting, kills)
@@ -104,7 +104,7 @@ class Pool(Team):
                 self._processes.remove(process)
                 process.end()
 
-    def _hand_out(
+    def _assign_calls(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
         """Give each idle worker a call, and each worker a second call if enough calls are waiting.

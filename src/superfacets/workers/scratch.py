@@ -16,7 +16,7 @@ import numpy as np
 
 from .._types import Array
 from ..export.scannet import write_array
-from ..io.atomic import held, is_left_behind, writable_folder
+from ..io.atomic import held, is_unlocked, writable_folder
 from ..io.guards import fill
 from ..io.readers.npy import npy_header
 from ..io.tables import RecordRows
@@ -69,7 +69,7 @@ def check_room(parent: Path, needed: int) -> None:
 def _remove_leftovers(parent: Path) -> None:
     for folder in parent.glob(f"{MARK}*"):
         is_ours = _FOLDER.fullmatch(folder.name) and not folder.is_symlink()
-        if is_ours and is_left_behind(folder / LOCK):
+        if is_ours and is_unlocked(folder / LOCK):
             shutil.rmtree(folder, ignore_errors=True)
 
 

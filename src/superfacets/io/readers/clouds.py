@@ -33,7 +33,7 @@ _SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
 times the coefficients `_SPLAT_COLORS`."""
 
 SCALES = ("scale_0", "scale_1", "scale_2")
-TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
+ROTATIONS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _FLAT = math.log(2.0)
 """Minimum difference between the two smallest log scales of a Gaussian splat. If the difference is
 smaller, the splat has no normal direction."""
@@ -217,10 +217,10 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
     the rotated z axis.
     """
     names = [name for name in SCALES if name in columns]
-    if len(names) < 2 or not {*TURNS} <= columns.keys():
+    if len(names) < 2 or not {*ROTATIONS} <= columns.keys():
         return None
     scales = np.stack([np.asarray(columns[name], np.float64) for name in names], axis=1)
-    turns = np.stack([np.asarray(columns[name], np.float64) for name in TURNS], axis=1)
+    turns = np.stack([np.asarray(columns[name], np.float64) for name in ROTATIONS], axis=1)
     shortest = np.full(len(scales), 2)
     is_known: Bools = np.asarray(np.isfinite(turns).all(axis=1))
     if len(names) == 3:

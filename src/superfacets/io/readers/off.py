@@ -12,7 +12,7 @@ import numpy as np
 from ..._types import Array
 from ..._validate import counted
 from ...errors import MeshError
-from ..guards import Arrays, Content, Polygons, check_corner_counts, checked_faces, side_by_side
+from ..guards import Arrays, Content, Polygons, check_corner_counts, checked_faces, contiguous_rows
 from .text import Lines, as_integers, runs, shown, split_lines, table
 
 # ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
@@ -72,7 +72,7 @@ def _read_faces(lines: Lines) -> Array | Polygons:
         )
     check_corner_counts(n_corners)
     if len(n_corners) and n_corners.min() == n_corners.max():
-        corners = side_by_side(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
+        corners = contiguous_rows(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
     else:
         firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts + 1
         corners = values[runs(firsts, n_corners)]

@@ -15,7 +15,7 @@ from ...errors import MeshError
 from ..guards import check_regular
 from ..tables import ConvertedRows, JoinedRows, RecordRows, Rows
 from .b3dm import Placement
-from .clouds import SCALES, TURNS, holds_cloud, splat_axes
+from .clouds import ROTATIONS, SCALES, holds_cloud, splat_axes
 from .npy import MAX_NPY_HEADER, npy_header
 from .ply_header import INDEX_NAMES, Element, read_header
 from .read import CELL_ENDINGS, cell_ending
@@ -27,7 +27,7 @@ because they often contain labels."""
 
 AXES = ("x", "y", "z")
 NORMALS = ("nx", "ny", "nz")
-AXES_OF_SPLATS = ((*TURNS, *SCALES), (*TURNS, *SCALES[:2]))
+AXES_OF_SPLATS = ((*ROTATIONS, *SCALES), (*ROTATIONS, *SCALES[:2]))
 
 _ROWS_AT_ONCE = 1 << 16
 """Number of rows that are read at a time."""
@@ -160,7 +160,7 @@ def _as_normals(rows: Array, begin: int) -> Array:
 
 def _as_axes(rows: Array, begin: int) -> Array:
     """Return the shortest axis of each Gaussian splat, from rows of rotations and scales."""
-    axes = splat_axes(dict(zip((*TURNS, *SCALES), rows.T, strict=False)))
+    axes = splat_axes(dict(zip((*ROTATIONS, *SCALES), rows.T, strict=False)))
     assert axes is not None
     return checked_normals(axes, len(axes), begin)
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..._types import Array, Longs
 from ...errors import MeshError
 from ..attributes import MeshAttributes, is_word
-from ..guards import Arrays, Content, as_rows, checked_faces, hint_at_integers, side_by_side
+from ..guards import Arrays, Content, as_rows, checked_faces, contiguous_rows, hint_at_integers
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
 from .ply_texture import with_texture
@@ -53,7 +53,9 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
     axes = [_present(tables[vertex][place].values) for place in xyz]
     positions = as_rows(axes, np.float64)
     is_ragged = indices.values is None
-    flat = _present(indices.ragged) if is_ragged else side_by_side(_present(indices.values)).ravel()
+    flat = (
+        _present(indices.ragged) if is_ragged else contiguous_rows(_present(indices.values)).ravel()
+    )
     corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
     read_faces = _triangles_of_strips if faces.name == STRIPS else checked_faces
     return (positions, read_faces(lengths, corners)), tables

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..._types import Floats, Singles
 from ..._validate import MAX_CELLS, counted
 from ...errors import MeshError
-from ..guards import Arrays, Content, as_doubles, side_by_side
+from ..guards import Arrays, Content, as_doubles, contiguous_rows
 from .text import Lines, iterate_lines, split_lines
 
 HEADER_SIZE = 80
@@ -73,7 +73,7 @@ def _read_binary(data: Content) -> Singles:
             f" {counted(n_faces, 'declared triangle')}, got {len(data)}"
         )
     triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
-    return side_by_side(triangles["corners"].reshape(n_faces, 9))
+    return contiguous_rows(triangles["corners"].reshape(n_faces, 9))
 
 
 def _read_ascii(data: Content) -> Floats:

@@ -289,7 +289,7 @@ class Document:
             self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
             return cells
 
-    def take(self, imported: Imported) -> Change | None:
+    def apply_import(self, imported: Imported) -> Change | None:
         """Apply imported labels, classes and names of objects.
 
         A single undo reverts the import, except new classes in the list that the meshes of a folder

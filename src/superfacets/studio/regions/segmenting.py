@@ -90,7 +90,7 @@ class Cancelled(Exception):  # noqa: N818  # not an error
 
 
 @dataclass
-class Turn:
+class SegmentationTask:
     """Handle of a segmentation: other threads can cancel it, and `tell` receives its progress."""
 
     tell: Callable[[dict[str, Any]], object] = lambda _: None
@@ -140,7 +140,7 @@ class Segmenter:
     _worker: ThreadPoolExecutor = field(
         default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
     )
-    _latest: Turn | None = None
+    _latest: SegmentationTask | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @cached_property
@@ -156,22 +156,22 @@ class Segmenter:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
 
-    def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
+    def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> Base:
         """Segment with checked parameters; this call cancels the previous call of `run`.
 
-        Raises Cancelled if a later call or `turn` cancels this call, and ValueError if merging
+        Raises Cancelled if a later call or `task` cancels this call, and ValueError if merging
         cannot reach the number of regions in `level`.
         """
-        turn = Turn() if turn is None else turn
+        task = SegmentationTask() if task is None else task
         with self._lock:
             if self._latest is not None:
                 self._latest.cancel()
-            self._latest = turn
-        return self._worker.submit(self._base, parameters, turn).result()
+            self._latest = task
+        return self._worker.submit(self._base, parameters, task).result()
 
     def base(self, parameters: Parameters) -> Base:
         """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
-        return self._worker.submit(self._base, parameters, Turn()).result()
+        return self._worker.submit(self._base, parameters, SegmentationTask()).result()
 
     def close(self) -> None:
         """Cancel the current segmentation, and end the thread."""
@@ -179,37 +179,37 @@ class Segmenter:
             self._latest.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
-    def _base(self, parameters: Parameters, turn: Turn) -> Base:
-        turn.check()
-        finest = self._finest(parameters, turn)
+    def _base(self, parameters: Parameters, task: SegmentationTask) -> Base:
+        task.check()
+        finest = self._finest(parameters, task)
         level = parameters["level"]
         if level is None:
             return finest
-        tree = self._tree(parameters, finest, turn)
+        tree = self._tree(parameters, finest, task)
         ranks = tree.regions_at(checked_cut(level, "level", tree))
         return _base_of(ranks[finest.labels], finest.notes)
 
-    def _finest(self, parameters: Parameters, turn: Turn) -> Base:
+    def _finest(self, parameters: Parameters, task: SegmentationTask) -> Base:
         key = _key(parameters)
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
         options = {name: value for name, value in parameters.items() if name != "level"}
         if "prepared" not in self.__dict__:
-            turn.on_stage("face_graph")
+            task.on_stage("face_graph")
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
             result = segment(
-                self.prepared, **options, progress=turn.on_iteration, on_stage=turn.on_stage
+                self.prepared, **options, progress=task.on_iteration, on_stage=task.on_stage
             )
         self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
         _trim(self._kept)
         return base
 
-    def _tree(self, parameters: Parameters, finest: Base, turn: Turn) -> MergeTree:
+    def _tree(self, parameters: Parameters, finest: Base, task: SegmentationTask) -> MergeTree:
         key = _key(parameters)
         if key not in self._trees:
-            turn.on_stage("merging")
+            task.on_stage("merging")
             with _core.Workspace():
                 costs, labels, n_regions = read_regions(self.surface, finest.labels)
                 self._trees[key] = merge_neighbors(costs, labels, n_regions, None, "keep")

@@ -46,15 +46,15 @@ def split_cells(
             raise ValueError(f"the {name} stroke is outside the region to split")
     if len(np.intersect1d(strokes[0], strokes[1])):
         raise ValueError("the strokes cross: a cell cannot be on both sides")
-    part = _part_of(surface, cells)
+    part = _region_graph(surface, cells)
     is_blue = _cut(part, *strokes)
-    is_blue |= _loose(part, ~is_blue, strokes[0])
-    is_blue &= ~_loose(part, is_blue, strokes[1])
+    is_blue |= _without_stroke(part, ~is_blue, strokes[0])
+    is_blue &= ~_without_stroke(part, is_blue, strokes[1])
     return cells[is_blue]
 
 
 @dataclass(frozen=True)
-class _Part:
+class _RegionGraph:
     """Graph of a region: its cells, renumbered from 0, and the arcs between neighboring cells."""
 
     areas: Floats
@@ -80,7 +80,7 @@ def _indices_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
     return np.asarray(indices[cells[indices] == stroke])
 
 
-def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
+def _region_graph(surface: Surface, cells: CellNumbers) -> _RegionGraph:
     """Extract the graph of a region; time and memory are proportional to the region's size."""
     starts = surface.offsets[cells]
     counts = surface.offsets[cells.astype(np.int64) + 1] - starts
@@ -97,10 +97,10 @@ def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
     borders, steps, angles, _, _ = part.handle.arc_measures(part.n_threads)
     turns = np.where(angles > 0, angles, -CONVEX * angles)
     costs = borders * np.exp(-SHARPNESS / np.pi * turns)
-    return _Part(part.measures, sources, targets, costs, steps)
+    return _RegionGraph(part.measures, sources, targets, costs, steps)
 
 
-def _cut(part: _Part, red: Any, blue: Any) -> Bools:
+def _cut(part: _RegionGraph, red: Any, blue: Any) -> Bools:
     """Return whether each cell is on the blue side of the minimum cut."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
@@ -124,7 +124,7 @@ def _cut(part: _Part, red: Any, blue: Any) -> Bools:
     return is_blue[:n]
 
 
-def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
+def _pulls(part: _RegionGraph, red: Any, blue: Any) -> Floats:
     """Return the attraction of each cell to the red (> 0) or blue (< 0) stroke, as a length."""
     from scipy.sparse.csgraph import dijkstra
 
@@ -137,7 +137,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
     return np.asarray(np.nan_to_num(shares, nan=0.0) * part.areas * scale)
 
 
-def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
+def _without_stroke(part: _RegionGraph, is_side: Bools, stroke: Longs) -> Bools:
     """Return a mask of the cells of a side whose connected component has no cell of `stroke`."""
     from scipy.sparse.csgraph import connected_components
 

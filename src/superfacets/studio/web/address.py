@@ -107,7 +107,7 @@ def address_file(work: Path) -> Path:
     return work.with_name(f".{work.name}.address")
 
 
-def kept_address(path: Path) -> Address | None:
+def stored_address(path: Path) -> Address | None:
     """Return the address that an earlier server stored, or None if there is no trusted file.
 
     A file is not trusted if it belongs to another user, if other users may read or write it, or if

@@ -21,7 +21,7 @@ from ...errors import RenderError
 from ..documents.document import Document
 from ..documents.files import Files
 from ..regions.revisions import Partition
-from ..regions.segmenting import Cancelled, Turn, checked_parameters
+from ..regions.segmenting import Cancelled, SegmentationTask, checked_parameters
 from .messages import Body, JsonReply, answered, body_of, failure, message_of
 from .operations import OPERATIONS, READS, Operation, progress_of
 from .security import Guard
@@ -136,9 +136,9 @@ async def _progress_lines(
     """Segment a file; yield lines of JSON with the progress, and finally a line with the result."""
     loop = asyncio.get_running_loop()
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
-    turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
+    task = SegmentationTask(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
     work = asyncio.ensure_future(
-        run_in_threadpool(_segment_file, files, number, parameters, turn, is_preview)
+        run_in_threadpool(_segment_file, files, number, parameters, task, is_preview)
     )
     work.add_done_callback(lambda _: queue.put_nowait(None))
     try:
@@ -146,25 +146,27 @@ async def _progress_lines(
             yield _line(fact)
         yield _line(await work)
     finally:  # runs also if the client disconnects
-        turn.cancel()
+        task.cancel()
 
 
 def _segment_file(
-    files: Files, number: int, parameters: Body, turn: Turn, is_preview: bool
+    files: Files, number: int, parameters: Body, task: SegmentationTask, is_preview: bool
 ) -> Body:
     try:
         with files.document(number) as document:
-            return _segment(document, parameters, turn, is_preview)
+            return _segment(document, parameters, task, is_preview)
     except Cancelled:
         return {"cancelled": True}
     except Exception as error:
         return {"error": message_of(error)}
 
 
-def _segment(document: Document, parameters: Body, turn: Turn, is_preview: bool) -> Body:
+def _segment(
+    document: Document, parameters: Body, task: SegmentationTask, is_preview: bool
+) -> Body:
     start = time.perf_counter()
-    base = document.segmenter.run(parameters, turn)
-    turn.check()
+    base = document.segmenter.run(parameters, task)
+    task.check()
     if is_preview:
         partition = Partition(parameters, base.digest)
         revision = document.revisions.add(partition, base.labels, base.n_regions)

@@ -267,7 +267,7 @@ def _import(document: Document, body: Body) -> Body:
     imported = read_import(_files(body), document.cells, document.class_list)
     if checked_flag(body.get("as_suggestions", False), "as_suggestions"):
         return {"suggested": document.suggest(imported), **progress_of(document)}
-    change = document.take(imported)
+    change = document.apply_import(imported)
     changed = 0 if change is None else change.after.n
     return {"changed": changed, "classes": list(document.class_list), **progress_of(document)}
 
