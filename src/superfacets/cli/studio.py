@@ -43,7 +43,7 @@ def studio_command(
     _check_extra()
     from ..studio.documents.files import Files
     from ..studio.labels.classes import read_classes
-    from ..studio.web.address import address_file, kept_address, open_again, redirection
+    from ..studio.web.address import address_file, open_again, redirection, stored_address
     from ..studio.web.server import serve
 
     given = () if classes is None else read_classes(classes)
@@ -55,7 +55,7 @@ def studio_command(
                 reviewed = "  changed since review"
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
         return
-    opened, address = open_again(port, kept_address(address_file(files.home)))
+    opened, address = open_again(port, stored_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
         for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the address file, then exit
             number = getattr(signal, name)
