@@ -43,18 +43,14 @@ def test_borders_follow_colors_and_ignore_them_at_weight_0():
     assert "feature_weight" not in plain.params
 
 
-def test_stored_colors_are_bytes_of_each_cell_whatever_the_type_in_the_file():
+def test_stored_colors_are_those_of_the_cloud_or_else_of_the_file():
     mesh = plane(1)
-    for dtype, top in (("u1", 255), ("u2", 65535), ("f4", 1)):
-        red = np.full(mesh.n_vertices, top, dtype)
-        shades = {"red": red, "green": 0 * red, "blue": 0 * red}
-        for attributes in (
-            MeshAttributes(vertex=shades),
-            MeshAttributes(face={name: values[: mesh.n_faces] for name, values in shades.items()}),
-        ):
-            found = stored_colors(mesh, attributes)
-            assert found.dtype == np.uint8
-            assert found.tolist() == [[255, 0, 0]] * mesh.n_faces
+    shades = {name: np.full(mesh.n_vertices, 7) for name in ("red", "green", "blue")}
+    attributes = MeshAttributes(vertex=shades)
+    assert stored_colors(mesh, attributes).tolist() == [[7, 7, 7]] * mesh.n_vertices
+    cloud = PointCloud(mesh.vertices, colors=np.full((mesh.n_vertices, 3), [0, 128, 255], np.uint8))
+    assert stored_colors(cloud, attributes).tolist() == [[0, 128, 255]] * mesh.n_vertices
+    assert stored_colors(PointCloud(mesh.vertices), attributes).tolist() == [[7, 7, 7]] * 4
     black = PointCloud(mesh.vertices, colors=np.zeros((mesh.n_vertices, 3), np.uint8))
     assert stored_colors(black, None) is None
     assert stored_colors(mesh, MeshAttributes(vertex={"heat": [1.0] * mesh.n_vertices})) is None

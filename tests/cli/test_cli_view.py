@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shapes import bumpy_sheet, strip
+from textured_meshes import facade
 
-from superfacets import MeshAttributes, write_mesh
+from superfacets import MeshAttributes, PointCloud, write_mesh
 
 
 def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_path):
@@ -42,6 +43,26 @@ def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
     status, _, err = run("view", mesh, "--html", page)
     assert status == 0
     assert "has no labels: give a label file with --labels" in err
+
+
+def test_colors_of_the_file_are_shown_unless_its_texture_is(run, tmp_path):
+    made = facade(tmp_path, edge=1)
+    shades = {name: np.full(made.mesh.n_vertices, 90) for name in ("red", "green", "blue")}
+    attributes = MeshAttributes(vertex=shades, texture=made.texture)
+    mesh, page = tmp_path / "a.ply", tmp_path / "a.html"
+    write_mesh(mesh, made.mesh, [0] * made.mesh.n_faces, attributes=attributes)
+    assert run("view", mesh, "--html", page)[::2] == (0, "")
+    text = page.read_text(encoding="utf-8")
+    assert '"atlas"' in text
+    assert '"vertex_colors"' not in text
+    (tmp_path / "facade.png").unlink()
+    assert "note: the texture is not shown" in run("view", mesh, "--html", page)[2]
+    assert '"vertex_colors"' in page.read_text(encoding="utf-8")
+    write_mesh(
+        mesh, PointCloud(made.mesh.vertices, colors=np.full((len(made.mesh.vertices), 3), 0.4))
+    )
+    assert run("view", mesh, "--html", page)[0] == 0
+    assert '"vertex_colors"' in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("title", "shown"), [("a\ud800", "a?"), ("\udcff", "?")])

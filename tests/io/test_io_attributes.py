@@ -415,6 +415,43 @@ def test_attributes_of_wrong_types_are_refused(given, error, message):
         MeshAttributes(**given)
 
 
+@pytest.mark.parametrize(("dtype", "top"), [("u1", 255), ("u2", 65535), ("f4", 1), ("i4", 255)])
+def test_colors_are_bytes_whatever_their_type_and_those_of_faces_come_first(dtype, top):
+    red = np.array([top, top // 2 if top > 1 else 0.5, 0], dtype)
+    shades = {"red": red, "green": 0 * red, "blue": 0 * red + np.array(top, dtype)}
+    of_vertices = MeshAttributes(vertex=shades)
+    assert of_vertices.colors.dtype == np.uint8
+    assert of_vertices.colors[:, 1:].tolist() == [[0, 255]] * 3
+    assert_array_equal(of_vertices.colors[:, 0], [255, 128 if dtype == "f4" else 127, 0])
+    both = of_vertices.with_properties(face={name: values[:2] for name, values in shades.items()})
+    assert both.colors.tolist() == of_vertices.colors[:2].tolist()
+
+
+def test_there_are_no_colors_if_one_of_them_is_missing_or_all_are_black():
+    zeros = np.zeros(3, np.uint8)
+    assert MeshAttributes(vertex={"red": zeros + 9, "green": zeros}).colors is None
+    assert MeshAttributes(vertex={"red": zeros, "green": zeros, "blue": zeros}).colors is None
+    gap = MeshAttributes(vertex={"red": zeros - np.nan, "green": zeros, "blue": zeros + 1.0})
+    assert gap.colors.tolist() == [[0, 0, 255]] * 3
+
+
+def test_colors_of_regions_in_a_labeled_file_are_no_colors_of_the_scan(tmp_path):
+    mesh = Mesh(VERTICES, FACES)
+    shades = {name: np.arange(mesh.n_vertices) for name in ("red", "green", "blue")}
+    for attributes in (MeshAttributes(), MeshAttributes(vertex=shades)):
+        write_mesh(tmp_path / "a.ply", mesh, [0, 1], attributes=attributes)
+        found = read_attributes(tmp_path / "a.ply")
+        assert "red" in found.face
+        assert_array_equal(found.colors, attributes.colors)
+    cloud = superfacets.PointCloud(VERTICES[:4], colors=np.eye(4)[:, :3])
+    write_mesh(tmp_path / "b.ply", cloud, np.arange(4) % 2)
+    assert read_attributes(tmp_path / "b.ply").colors is None
+    write_mesh(tmp_path / "b.ply", cloud)
+    assert read_attributes(tmp_path / "b.ply").colors.tolist() == [
+        [255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0],
+    ]  # fmt: skip
+
+
 def test_properties_are_added_to_a_copy():
     frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3)
     given = MeshAttributes({"a": [1, 2]}, {"a": [3]}, ("comment x",), ("lists",), frame)

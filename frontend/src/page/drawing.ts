@@ -4,12 +4,12 @@
 
 import type { Arrays, Numbers } from "../shared/arrays";
 import { Camera } from "../shared/camera";
-import { Frame, Gpu, Program, Table } from "../shared/gl";
+import { Frame, Gpu, opaque, Program, Table } from "../shared/gl";
+import { OwnColors } from "../shared/owncolors";
 import { cellsIn, type Place } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE, type Shape } from "../shared/shape";
 import { Surface } from "../shared/surface";
-import { TexturePaint, type TextureFacts } from "../shared/texture";
 import { BORDER, CELLS, INK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
@@ -31,8 +31,8 @@ export class Drawing {
   readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
   marked = NONE;
   borders = true;
-  opacityOfTexture: () => number = () => 0;
-  readonly texture: TexturePaint;
+  opacity: () => number = () => 0; // opacity of own colors
+  readonly ownColors: OwnColors;
   readonly nEdges: number;
   /**
    * Returns the width of borders in CSS pixels. `pixels` is the number of CSS pixels per unit of length,
@@ -65,7 +65,7 @@ export class Drawing {
     [this.groups, this.regions, this.colors, this.edges] = Array.from({ length: 4 }, () => new Table(gpu));
     this.samples = new Samples(gpu.gl);
     this.cellsFrame = new Frame(gpu, 1);
-    this.texture = new TexturePaint(gpu);
+    this.ownColors = new OwnColors(gpu);
     this.surface.show(shape);
     this.nEdges = (edges?.length ?? 0) / 4;
     this.edges.fill("rgba32", edges ?? []);
@@ -74,7 +74,7 @@ export class Drawing {
 
   /** Size of all buffers and textures in bytes; framebuffers are not included. */
   get gpuBytes(): number {
-    const tables = [this.surface, this.texture, this.groups, this.regions, this.colors, this.edges];
+    const tables = [this.surface, this.ownColors, this.groups, this.regions, this.colors, this.edges];
     return tables.reduce((sum, { bytes }) => sum + bytes, 0);
   }
 
@@ -82,9 +82,9 @@ export class Drawing {
     return this.surface.nCorners;
   }
 
-  /** Upload a texture and draw it. */
-  async setTexture(shape: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
-    await this.texture.show(shape, facts, arrays);
+  /** Upload the texture or the colors of a mesh or cloud, and draw them. */
+  async setOwnColors(shape: Shape, arrays: Arrays): Promise<void> {
+    await this.ownColors.show(shape, arrays);
     this.request();
   }
 
@@ -96,9 +96,7 @@ export class Drawing {
 
   /** Set the color group of each cell, the color of each group (three bytes), and the color of cells without a group. */
   setGroups(groups: Numbers, colors: Numbers, missing: Rgb): void {
-    const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
-    for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
-    this.stats.sentBytes += this.groups.fill("r32", groups) + this.colors.fill("rgba8", texels);
+    this.stats.sentBytes += this.groups.fill("r32", groups) + this.colors.fill("rgba8", opaque(colors));
     this.missing = missing;
     this.request();
   }
@@ -163,7 +161,7 @@ export class Drawing {
     const { camera, groups, regions, colors, marked } = this;
     this.stats.calls++;
     this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
-      ...this.texture.values, blend: this.opacityOfTexture(),
+      ...this.ownColors.values, blend: this.opacity(),
       groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
     });
   }

@@ -24,7 +24,7 @@ async function open(): Promise<Panel> {
   payload.remove(); // frees the memory of the base64 text
   const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
   new Controls(panel);
-  await panel.textured;
+  await panel.colored;
   return panel;
 }
 

@@ -2,14 +2,16 @@
 
 import type { Arrays, Numbers } from "../shared/arrays";
 import { counted, element, onClick } from "../shared/dom";
+import { Blend, hasOwnColors } from "../shared/owncolors";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
-import { Blend } from "../shared/texture";
 import { type Coloring, Content, type Facts, type Labeling } from "./content";
 import { Drawing, type Rgb } from "./drawing";
 
 const PLAIN: Rgb = [205, 197, 184];
 const GRAY: Rgb = [150, 150, 150];
+// Arrays that only the GPU needs, and that are deleted after upload to free memory.
+const UPLOADED = ["triangles", "edges", "normals", "pairs", "tile_of", "atlas", "vertex_colors", "cell_colors"];
 
 function shortNumber(value: number): string {
   const size = Math.abs(value);
@@ -22,7 +24,7 @@ const cssColor = (colors: Numbers, i: number): string => `rgb(${colors.subarray(
 export class Panel {
   readonly content: Content;
   readonly drawing: Drawing;
-  readonly textured: Promise<void>; // resolves when the texture has been uploaded
+  readonly colored: Promise<void>; // resolves when the texture or the colors have been uploaded
   private coloring: Coloring;
   level = 0;
   private readonly list = element<HTMLSelectElement>("coloring");
@@ -36,11 +38,13 @@ export class Panel {
     this.content = new Content(facts, arrays);
     const shape = shapeOf(facts, arrays);
     this.drawing = new Drawing(canvas, shape, arrays.edges);
-    this.textured = facts.texture ? this.drawing.setTexture(shape, facts.texture, arrays) : Promise.resolve();
-    for (const name of ["triangles", "edges", "normals", "pairs", "tile_of", "atlas"]) delete arrays[name]; // frees memory: these arrays have been uploaded to the GPU
+    this.colored = this.drawing.setOwnColors(shape, arrays);
+    const hasColors = hasOwnColors(facts, arrays);
+    for (const name of UPLOADED) delete arrays[name];
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
     this.coloring = this.content.colorings[0];
     this.fillControls();
+    this.blend.begin(hasColors, this.coloring.kind === "plain" ? 1 : 0.5);
     new ResizeObserver(() => this.drawing.request()).observe(canvas);
     this.show();
   }
@@ -68,8 +72,7 @@ export class Panel {
     element("level-row").hidden = content.levels.length < 2;
     element("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
-    this.drawing.opacityOfTexture = () => this.blend.opacity;
-    this.blend.begin(!!this.facts.texture, content.levels.length ? 0.5 : 1);
+    this.drawing.opacity = () => this.blend.opacity;
     onClick("reset", () => this.drawing.camera.home());
     onClick("theme", () => {
       const { dataset } = document.documentElement;

@@ -1,11 +1,10 @@
 // GLSL of the page. Each cell belongs to a color group, and each group has a color.
 
+import { OWN_COLORS } from "../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
-import { TEXTURE } from "../shared/texture";
 
-export const SHADE = `${HEAD}${LIGHT}${EYE}${TEXTURE}
-flat in uint triangle;
-uniform float blend;  // opacity of the texture, 0 to 1
+export const SHADE = `${HEAD}${LIGHT}${EYE}${OWN_COLORS}
+uniform float blend;  // opacity of own colors, 0 to 1
 uniform usampler2D groups;  // color group of each cell, or NONE
 uniform sampler2D colors;  // color of each group
 uniform usampler2D regions;  // region of each cell, or NONE
@@ -15,7 +14,7 @@ out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
-  if (has_texture && blend > 0.0) base = mix(base, textureColor(triangle, at), blend);
+  if (has_own_colors && blend > 0.0) base = mix(base, ownColor(), blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
   color = vec4(min(base * light(), 1.0), 1.0);
 }`;

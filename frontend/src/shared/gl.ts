@@ -224,6 +224,13 @@ export class Table implements Lookup, Held {
   }
 }
 
+/** Texels for the format "rgba8", from three bytes per color. */
+export function opaque(colors: ArrayLike<number>): Uint8Array {
+  const texels = new Uint8Array((4 * colors.length) / 3).fill(255);
+  for (let i = 0; i < colors.length; i++) texels[i + ((i / 3) | 0)] = colors[i];
+  return texels;
+}
+
 /** A texture with an image and its mipmaps; row 0 is the top row of the image. */
 export class Picture implements Lookup, Held {
   readonly unit: number;

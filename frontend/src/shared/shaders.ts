@@ -35,11 +35,14 @@ uniform usampler2D sources;  // cell of each triangle, if has_sources; otherwise
 uniform bool has_sources;
 uniform bool is_cloud;
 uniform float point_size;  // diameter of a point at distance 1, in pixels
+uniform sampler2D own_colors;  // color of each vertex or point, if are_of_vertices
+uniform bool are_of_vertices;
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
 out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for a vertex on a crease
 out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
+out vec3 tint;
 vec3 unpacked(uint bits) {
   vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
   vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
@@ -55,6 +58,7 @@ void main() {
   bool has_normal = texel.w != ${NO_NORMAL}u;
   normal = has_normal ? rotation * unpacked(texel.w) : vec3(0.0);
   smoothness = has_normal ? 1.0 : 0.0;
+  tint = are_of_vertices ? texelFetch(own_colors, place(vertex.x), 0).rgb : vec3(0.0);
   gl_Position = projection * vec4(at, 1.0);
   gl_PointSize = max(1.0, point_size / -at.z);
 }`;

@@ -77,36 +77,6 @@ vec3 textureColor(uint piece, vec3 at) {
 }
 `;
 
-/** Slider for the opacity of the texture. */
-export class Blend {
-  opacity = 0; // opacity of the texture: 0 hides the texture, 1 hides all other colors
-
-  constructor(private readonly row: HTMLElement, private readonly slider: HTMLInputElement, private readonly changed: () => void) {
-    slider.addEventListener("input", () => this.set(Number(slider.value)));
-  }
-
-  set(opacity: number): void {
-    this.opacity = opacity;
-    this.slider.value = String(opacity);
-    this.changed();
-  }
-
-  /** Show the slider and set the opacity if the mesh has a texture; otherwise hide the slider. */
-  begin(hasTexture: boolean, opacity: number): void {
-    this.row.hidden = !hasTexture;
-    this.set(hasTexture ? opacity : 0);
-  }
-
-  /**
-   * Make the texture fully opaque, or hide the texture if it is already fully opaque. Returns false if there is no
-   * texture.
-   */
-  toggle(): boolean {
-    if (!this.row.hidden) this.set(this.opacity === 1 ? 0 : 1);
-    return !this.row.hidden;
-  }
-}
-
 export class TexturePaint {
   private readonly corners: Table;
   private readonly pairs: Table;
@@ -122,11 +92,6 @@ export class TexturePaint {
 
   get bytes(): number {
     return this.corners.bytes + this.pairs.bytes + this.tiles.bytes + this.image.bytes;
-  }
-
-  /** Stop drawing the texture of the previous mesh. */
-  clear(): void {
-    this.isShown = false;
   }
 
   /** Decode the image, and upload the texture of a triangle mesh. */

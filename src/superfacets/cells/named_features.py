@@ -9,14 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from ..io.attributes import MeshAttributes
+from ..io.attributes import COLORS, MeshAttributes
 from ..mesh.faces import area_vectors
 from .features import FeatureTable
 from .kinds import kind_of
 from .point_graph import estimate_normals
 from .texels import FaceTexels, check_texture, face_texels
-
-_COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
@@ -79,24 +77,19 @@ def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
     """Return whether a cloud has colors, or its file has colors of faces, vertices or points."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
-    return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
+    return any({*COLORS} <= {*stored} for stored in _stored(attributes))
 
 
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
-    """Return red, green and blue of each cell, 0 to 255, or None if there are no colors.
+    """Return red, green and blue of each cell or of each vertex, or None if there are no colors.
 
     Files of point clouds store black for missing colors, so None is also returned if all colors are
-    black. Colors of vertices are averaged over the corners of each cell. The largest value of all
-    cells determines whether colors range from 0 to 1, from 0 to 255, or from 0 to 65535.
+    black. The range is 0 to 255: the largest value of all colors determines whether the colors of
+    the file range from 0 to 1, from 0 to 255, or from 0 to 65535.
     """
-    if not _has_color(cells, attributes):
-        return None
-    colors = np.nan_to_num(_columns_of("color", cells, attributes, 1))
-    most = float(colors.max(initial=0.0))
-    if most <= 0.0:
-        return None
-    top = next((top for top in (1.0, 255.0, 65535.0) if most <= top), most)
-    return np.rint(np.clip(colors[:, :3], 0.0, None) * (255.0 / top)).astype(np.uint8)
+    if not kind_of(cells).are_points or cells.colors is None:
+        return None if attributes is None else attributes.colors
+    return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 
 
 def _columns_of(
@@ -108,7 +101,7 @@ def _columns_of(
         return _per_cell(_positions_of(cells)[:, 2:], cells)
     if name == "color" and kind_of(cells).are_points and cells.colors is not None:
         return np.asarray(cells.colors, np.float64)
-    wanted = _COLORS if name == "color" else (name,)
+    wanted = COLORS if name == "color" else (name,)
     table = _properties_of(wanted, cells, attributes)
     if table is None:
         raise MeshError(
@@ -153,7 +146,7 @@ def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
     """Return the names of all available features, except features from the texture."""
     kind = kind_of(cells)
     fields = {name for table in stored for name in table}
-    has_color = fields.issuperset(_COLORS) or (kind.are_points and cells.colors is not None)
+    has_color = fields.issuperset(COLORS) or (kind.are_points and cells.colors is not None)
     computed = {"color": has_color, "normals": kind.are_points or kind.has_faces, "height": True}
     return [*(name for name, is_there in computed.items() if is_there), *sorted(fields)]
 

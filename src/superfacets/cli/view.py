@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .._types import Array
+from ..cells.named_features import stored_colors
 from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.npy import npz_array
@@ -46,8 +47,9 @@ def view_command(
 ) -> None:  # fmt: skip
     """Show a mesh or point cloud with its regions in a browser.
 
-    The page is a single file, which any browser can open offline. If IN has a texture, the page
-    shows the texture, too. Without --html, the page is a temporary file, and the browser opens it.
+    The page is a single file, which any browser can open offline. If IN has a texture or colors,
+    the page shows them, too. Without --html, the page is a temporary file, and the browser opens
+    it.
     """
     from ..pictures.camera import View
     from ..pictures.page.document import checked_page_path, view
@@ -62,6 +64,7 @@ def view_command(
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
     texture = None if attributes is None else attributes.texture
+    colors = stored_colors(cells, attributes)
     shown = _levels_of(source, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} has no labels: give a label file with --labels")
@@ -71,8 +74,9 @@ def view_command(
     name = mesh.name if title is None else title
     page = None
     show = partial(
-        view, cells, shown, ground_truth=truth, features=values, title=name, camera=camera
-    )
+        view, cells, shown, ground_truth=truth, features=values, colors=colors, title=name,
+        camera=camera,
+    )  # fmt: skip
     if texture is not None:
         try:
             page = show(texture=texture)

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array
+from .._types import Array, Bytes
 from .._validate import counted, owned, refuse_mask
 from .guards import narrowed
 from .textures import Texture
@@ -20,6 +20,8 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
              "f4": "float", "f8": "double"}  # fmt: skip
 """Names of types in PLY, keyed by NumPy's type code."""
 
+COLORS = ("red", "green", "blue")
+"""Names of the properties that are colors."""
 
 PROJECTION = "LASF_Projection"
 """User id of the LAS records that contain the coordinate reference system."""
@@ -161,6 +163,20 @@ class MeshAttributes:
         if not isinstance(self.texture, Texture | None):
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
 
+    @property
+    def colors(self) -> Bytes | None:
+        """Red, green and blue of each face or else of each vertex, (n, 3) uint8, or None.
+
+        The largest value determines whether the properties ``red``, ``green`` and ``blue`` are in
+        the range 0 to 1, 0 to 255, or 0 to 65535. Point clouds store black for missing colors, so
+        the result is also None if all colors are black. Colors that `write_mesh` writes beside
+        labels are left out, because they are colors of regions.
+        """
+        for stored in (self.face, self.vertex):
+            if stored.keys() >= {*COLORS} and not _have_region_colors(stored):
+                return _bytes_of(np.column_stack([stored[name] for name in COLORS])[:, :3])
+        return None
+
     def with_properties(
         self, *, vertex: Mapping[str, Any] | None = None, face: Mapping[str, Any] | None = None
     ) -> MeshAttributes:
@@ -196,6 +212,24 @@ class MeshAttributes:
         texture = "" if self.texture is None else f"; {self.texture}"
         comments = counted(len(self.comments), "comment")
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
+
+
+def _have_region_colors(stored: Mapping[str, Array]) -> bool:
+    """Return whether labels from `write_ply` are stored, which are written twice, with colors."""
+    labels, quality = stored.get("label"), stored.get("quality")
+    if labels is None or quality is None:
+        return False
+    return np.array_equal(labels.astype(np.float32), quality)
+
+
+def _bytes_of(colors: Array) -> Bytes | None:
+    """Scale colors to 0 to 255; return None if all colors are black."""
+    colors = np.nan_to_num(colors)
+    most = float(colors.max(initial=0.0))
+    if most <= 0.0:
+        return None
+    top = next((top for top in (1.0, 255.0, 65535.0) if most <= top), most)
+    return np.rint(np.clip(colors, 0, None) * (255.0 / top)).astype(np.uint8)
 
 
 def _checked(values: Any, name: str, owner: str) -> Array:

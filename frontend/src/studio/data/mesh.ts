@@ -3,7 +3,6 @@
 import { type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
 import type { Arrays } from "../../shared/arrays";
-import type { TextureFacts } from "../../shared/texture";
 import { readPacket } from "./packet";
 import type { Rgb } from "./colors";
 
@@ -27,10 +26,8 @@ const CELL_NAMES: Record<Kind, [string, string]> = {
 
 export class Mesh {
   readonly shape: Shape;
-  readonly texture: TextureFacts | null;
-  readonly textureArrays: Arrays;
+  readonly arrays: Arrays;
   readonly textureProblem: string;
-  readonly colors: Uint8Array | null; // red, green and blue of each cell; null if the file has no colors
   readonly nCells: number;
   readonly areas: Float32Array; // area of each cell, or volume if cells are tetrahedra
   readonly measure: "area" | "volume";
@@ -43,10 +40,8 @@ export class Mesh {
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);
     this.shape = shapeOf(header, arrays);
-    this.texture = header.texture ?? null;
-    this.textureArrays = arrays;
+    this.arrays = arrays;
     this.textureProblem = header.texture_problem;
-    this.colors = (arrays.colors as Uint8Array | undefined) ?? null;
     this.nCells = header.n_cells;
     this.measure = header.measure;
     this.palette = header.palette;

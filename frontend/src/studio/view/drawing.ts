@@ -3,11 +3,11 @@
 import { Camera } from "../../shared/camera";
 import { Frame, Gpu, Program, Table } from "../../shared/gl";
 import { element } from "../../shared/dom";
+import { Blend, hasOwnColors, OwnColors } from "../../shared/owncolors";
 import { cellsIn } from "../../shared/picking";
 import { SURFACE } from "../../shared/shaders";
 import { NONE } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
-import { Blend, TexturePaint } from "../../shared/texture";
 import type { Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { parseColor, type Rgb } from "../data/colors";
@@ -39,14 +39,13 @@ export class Drawing {
   hidesBacks = false; // whether triangles seen from behind are hidden
   readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
-  private readonly texture: TexturePaint;
+  private readonly ownColors: OwnColors;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
   private readonly regions: Table; // region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
   private readonly classColors: Table;
-  private readonly cellColors: Table; // color of each cell in the file; used if the mesh has no texture
   private readonly suggestions: Table; // 1-based index of the suggestion of each cell; 0 if the cell has none
   private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
   private hasSuggestions = false;
@@ -67,10 +66,10 @@ export class Drawing {
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
     this.surface = new Surface(gpu);
-    this.texture = new TexturePaint(gpu);
+    this.ownColors = new OwnColors(gpu);
     this.cells = new CellTable(gpu);
-    [this.regions, this.regionColors, this.classColors, this.cellColors, this.suggestions, this.suggestionColors] =
-      Array.from({ length: 6 }, () => new Table(gpu));
+    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
+      Array.from({ length: 5 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
@@ -115,14 +114,11 @@ export class Drawing {
   }
 
   /** Show the colors of a mesh, or its texture when the image has been decoded. */
-  private async showTexture(mesh: Mesh): Promise<void> {
-    const { texture, shape, textureArrays, colors, nCells } = mesh;
-    this.texture.clear();
-    this.blend.begin(texture !== null || colors !== null, 0.5);
-    const texels = new Uint8Array(colors ? 4 * nCells : 4);
-    if (colors) for (let i = 0; i < nCells; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
-    this.cellColors.fill("rgba8", texels);
-    if (texture) await this.texture.show(shape, texture, textureArrays);
+  private async showOwnColors(mesh: Mesh): Promise<void> {
+    const { shape, arrays } = mesh;
+    this.ownColors.clear();
+    this.blend.begin(hasOwnColors(shape.facts, arrays), 0.5);
+    await this.ownColors.show(shape, arrays);
     if (this.mesh === mesh) this.changeView();
   }
 
@@ -131,7 +127,7 @@ export class Drawing {
     this.mesh = mesh;
     this.viewMs = 0;
     this.surface.show(mesh.shape);
-    void this.showTexture(mesh);
+    void this.showOwnColors(mesh);
     this.cells.reset(mesh.nCells);
     this.setLabels(new Int32Array(mesh.nCells).fill(-1), []);
     this.mark({ hovered: -1, cursor: -1 });
@@ -284,8 +280,7 @@ export class Drawing {
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasLabels,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.texture.isShown || this.mesh.colors ? this.blend.opacity : 0,
-      cell_colors: this.cellColors, has_texture: this.texture.isShown,
+      blend: this.ownColors.isShown ? this.blend.opacity : 0,
       is_cloud: this.mesh.isCloud, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -300,7 +295,7 @@ export class Drawing {
     const frame = (this.frame = this.frames[stride - 1]);
     frame.begin(stride * width, stride * height);
     this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
-      ...this.texture.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
+      ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
     this.isStale = false;

@@ -3,11 +3,10 @@
 // draws borders between pixels of different regions. Painting repeats only the second pass.
 
 import { VARIANTS } from "../data/colors";
+import { OWN_COLORS } from "../../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
-import { TEXTURE } from "../../shared/texture";
 
-export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${TEXTURE}
-flat in uint triangle;
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${OWN_COLORS}
 uniform usampler2D cells;
 uniform bool has_hidden;
 uniform bool hides_backs;
@@ -15,9 +14,9 @@ uniform bool is_clipped;
 uniform vec3 clip_low;
 uniform vec3 clip_high;
 layout(location = 0) out vec4 code;
-layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: color of the texture
+layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
 void main() {
-  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
+  vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
   if (hides_backs && !gl_FrontFacing) discard;
   if (is_clipped) {
@@ -27,7 +26,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, texture_color);
+  brightness = vec4(light() / 1.5, own_color);
 }`;
 
 /** Vertex shader of the second pass: one triangle that covers the canvas. */
@@ -54,9 +53,7 @@ uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
 uniform bool has_labels;  // whether any cell has a class
-uniform float blend;  // opacity of the texture or, without a texture, of the colors in the file, 0 to 1
-uniform bool has_texture;
-uniform sampler2D cell_colors;  // color of each cell in the file
+uniform float blend;  // opacity of own colors, 0 to 1
 uniform bool is_cloud;
 uniform vec2 near_far;
 uniform vec3 high;  // background color at the top
@@ -108,10 +105,11 @@ vec3 shade(ivec2 p, ivec2 limit) {
     tone = texelFetch(suggestion_colors, place(suggestion), 0);
     base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
   }
-  if (blend > 0.0) base = mix(base, has_texture ? texelFetch(lights, p, 0).gba : texelFetch(cell_colors, place(cell), 0).rgb, blend);
+  vec4 lit = texelFetch(lights, p, 0);
+  base = mix(base, lit.gba, blend);
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
-  float light = 1.5 * texelFetch(lights, p, 0).r;
+  float light = 1.5 * lit.r;
   if (is_cloud) {
     float here = log2(distanceAt(p));
     float shadow = 0.0;

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ...adapters.convert import CloudLike, MeshLike, as_cells, as_mesh
 from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
+from ...io.readers.read import read_cells_and_attributes
 from ...io.textures import Texture
 from ..camera import View
 from ..colors import scale_colors
@@ -28,6 +29,7 @@ from .groups import (
     checked_labeling,
     checked_levels,
 )
+from .own_colors import color_parts, own_colors
 from .shape import STEPS, Shape, shape_of, view_facts
 from .texture import texture_parts
 
@@ -84,6 +86,7 @@ def view(
     ground_truth: npt.ArrayLike | None = None,
     features: Mapping[str, npt.ArrayLike] | None = None,
     texture: Texture | None = None,
+    colors: npt.ArrayLike | None = None,
     title: str = "superfacets",
     camera: View | None = None,
 ) -> Page:
@@ -94,7 +97,8 @@ def view(
     value, and a slider changes the level. Region colors are the same as from `face_colors`, and
     borders are the same as in `render`. Positions are rounded to 1/65535 of the bounding box, and
     values to 1/65534 of their range. The time and the size of the page are linear in the number of
-    cells; the size is about 12 bytes per triangle. The browser needs WebGL 2.
+    cells; the size is about 12 bytes per triangle and at most 4 bytes per color. The browser needs
+    WebGL 2.
 
     Parameters
     ----------
@@ -115,6 +119,14 @@ def view(
         Texture from `read_attributes`. A slider and the key T blend the texture with the colors of
         regions. All images together are scaled down to at most 2048 x 2048 pixels. To read the
         images, install the extra ``texture``.
+    colors : array_like, shape (N, 3) or (V, 3), optional
+        Red, green and blue of each cell, or of each vertex of a mesh (also if N = V), as floats
+        from 0 to 1 or as unsigned integers. `MeshAttributes.colors` are the colors in a mesh file.
+        By default, the colors of a `PointCloud` are used, or if `mesh` is a path, the colors in the
+        file. Colors are blended like a texture, and ignored if there is a texture. Colors of
+        vertices are interpolated in faces, except where each face has its own vertices and color.
+        Without labels, ground truth and features, the page initially shows only the texture or the
+        colors.
     title : str, default "superfacets"
         Title of the page; only the first 200 characters are used.
     camera : View, optional
@@ -128,8 +140,8 @@ def view(
     Raises
     ------
     MeshError
-        If the mesh is not valid, if the texture does not match the mesh, or if an image is missing
-        or damaged.
+        If the mesh is not valid, if the texture or the colors do not match the mesh, or if an image
+        is missing or damaged.
     MissingExtraError
         If a texture is given but Pillow is not installed.
     ValueError, TypeError
@@ -142,7 +154,11 @@ def view(
     >>> page.html.startswith("<!DOCTYPE html>")
     True
     """
-    cells = as_cells(mesh)
+    source: Any = mesh
+    attributes = None
+    if isinstance(mesh, (str, os.PathLike)):
+        source, attributes = read_cells_and_attributes(mesh)
+    cells = as_cells(source)
     kind, n_cells = kind_of(cells), cells.n_cells
     n_vertices = getattr(cells, "n_vertices", None)
     levels = checked_levels(labels, n_cells, n_vertices)
@@ -150,13 +166,14 @@ def view(
     values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
     if camera is not None and not isinstance(camera, View):
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
+    own = own_colors(cells, colors, attributes) if texture is None else None
     shape = shape_of(cells)
     arrays = _arrays(shape, levels, truth, values)
-    paint = None
+    paint, parts = None, {} if own is None else color_parts(cells, shape, own)
     if texture is not None:
         paint, parts = texture_parts(as_mesh(cells), texture)
-        for name, (array, coding) in parts.items():
-            arrays.add(name, array, coding)
+    for name, (array, coding) in parts.items():
+        arrays.add(name, array, coding)
     facts = {
         **_facts_of_shape(shape, camera or View()),
         "noun": kind.noun,

@@ -32,7 +32,7 @@ class Source:
     digest: str  # SHA-256 hash of the file
     _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
     texture: Texture | None = None
-    colors: Bytes | None = None  # red, green and blue of each cell, or None if there are no colors
+    colors: Bytes | None = None  # red, green and blue of each cell or each vertex
 
     @classmethod
     def read(cls, path: Path) -> Source:

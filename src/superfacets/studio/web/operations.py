@@ -15,6 +15,7 @@ from ...cells.kinds import kind_of
 from ...errors import MeshError, MissingExtraError
 from ...pictures.camera import View
 from ...pictures.colors import PALETTE
+from ...pictures.page.own_colors import color_parts
 from ...pictures.page.shape import shape_of, view_facts
 from ...pictures.page.texture import texture_parts
 from ..documents.agreement import Side
@@ -93,8 +94,8 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
     are merged, and sorted by their first use in a triangle. For polygons and tetrahedra, the array
     ``sources`` contains the cell that each triangle belongs to. For point clouds, ``normals``
-    contains packed normals. If the file has colors, ``colors`` contains red, green and blue of each
-    cell.
+    contains packed normals. If the file has colors and no texture, `color_parts`
+    describes them.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -112,8 +113,6 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
         "texture_problem": "",
     }
     arrays: dict[str, Any] = {"areas": document.areas.astype(np.float32)}
-    if document.source.colors is not None:
-        arrays["colors"] = document.source.colors
     if document.source.texture is not None:
         try:
             header["texture"], parts = texture_parts(
@@ -122,6 +121,9 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
             arrays |= {name: array for name, (array, _) in parts.items()}
         except (MeshError, MissingExtraError) as error:
             header["texture_problem"] = str(error)
+    if header["texture"] is None and document.source.colors is not None:
+        parts = color_parts(document.cells, shape, document.source.colors)
+        arrays |= {name: array for name, (array, _) in parts.items()}
     for name, (array, _) in shape.parts((shape.points - center).astype(np.float32)).items():
         arrays[name] = array
     return packet(header, arrays)

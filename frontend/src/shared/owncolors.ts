@@ -1,0 +1,91 @@
+// Own colors of a mesh or cloud: its texture or, without a texture, the colors of its vertices, points or cells.
+
+import type { Arrays } from "./arrays";
+import { type Gpu, opaque, Table, type Values } from "./gl";
+import type { Shape, ShapeFacts } from "./shape";
+import { TEXTURE, TexturePaint } from "./texture";
+
+/** Function `ownColor()`: own color of the current pixel. A shader must include LIGHT and EYE before OWN_COLORS. */
+export const OWN_COLORS = `${TEXTURE}
+uniform bool has_own_colors;
+uniform sampler2D own_colors;  // color of each vertex or point, if are_of_vertices; otherwise of each cell
+uniform bool are_of_vertices;
+flat in uint triangle;
+in vec3 tint;
+vec3 ownColor() {
+  if (has_texture) return textureColor(triangle, at);
+  return are_of_vertices ? tint : texelFetch(own_colors, place(cell), 0).rgb;
+}
+`;
+
+export const hasOwnColors = ({ texture }: ShapeFacts, arrays: Arrays): boolean =>
+  !!(texture || arrays.vertex_colors || arrays.cell_colors);
+
+export class OwnColors {
+  isShown = false;
+  private areOfVertices = false;
+  private readonly texture: TexturePaint;
+  private readonly colors: Table;
+
+  constructor(gpu: Gpu) {
+    this.texture = new TexturePaint(gpu);
+    this.colors = new Table(gpu);
+    this.clear();
+  }
+
+  get bytes(): number {
+    return this.texture.bytes + this.colors.bytes;
+  }
+
+  /** Stop drawing the own colors of the previous mesh. */
+  clear(): void {
+    this.isShown = this.areOfVertices = this.texture.isShown = false;
+    this.colors.fill("rgba8", [0]);
+  }
+
+  /** Upload the colors or, when its image is decoded, the texture. */
+  async show(shape: Shape, arrays: Arrays): Promise<void> {
+    const { vertex_colors, cell_colors } = arrays;
+    const { texture } = shape.facts;
+    if (texture) {
+      await this.texture.show(shape, texture, arrays);
+    } else if (vertex_colors || cell_colors) {
+      this.areOfVertices = vertex_colors !== undefined;
+      this.colors.fill("rgba8", opaque((vertex_colors ?? cell_colors)!));
+    }
+    this.isShown = hasOwnColors(shape.facts, arrays);
+  }
+
+  /** Values of the uniforms that OWN_COLORS declares. */
+  get values(): Values {
+    const { texture, colors, isShown, areOfVertices } = this;
+    return { ...texture.values, has_own_colors: isShown, own_colors: colors, are_of_vertices: areOfVertices };
+  }
+}
+
+/** Slider for the opacity of own colors. */
+export class Blend {
+  opacity = 0; // 0 hides own colors, 1 hides all other colors
+
+  constructor(private readonly row: HTMLElement, private readonly slider: HTMLInputElement, private readonly changed: () => void) {
+    slider.addEventListener("input", () => this.set(Number(slider.value)));
+  }
+
+  set(opacity: number): void {
+    this.opacity = opacity;
+    this.slider.value = String(opacity);
+    this.changed();
+  }
+
+  /** Show the slider and set the opacity if there are own colors; otherwise hide the slider. */
+  begin(hasColors: boolean, opacity: number): void {
+    this.row.hidden = !hasColors;
+    this.set(hasColors ? opacity : 0);
+  }
+
+  /** Make own colors fully opaque, or hide them if they already are. Returns false if there are no own colors. */
+  toggle(): boolean {
+    if (!this.row.hidden) this.set(this.opacity === 1 ? 0 : 1);
+    return !this.row.hidden;
+  }
+}
