@@ -45,9 +45,9 @@ def test_vertices_at_one_position_are_one_and_unused_ones_stay_alone():
 
 
 def test_segmentator_finds_as_many_regions():
-    mesh = shapes.bumpy_sheet(30)
-    segments = felzenszwalb_segments(mesh, 0.1, 20)
-    regions = sf.segmentator.segment_mesh(mesh.vertices, mesh.faces, 0.1, 20)
+    mesh = sf.sample_mesh(3000)
+    segments = felzenszwalb_segments(mesh)
+    regions = sf.segmentator.segment_mesh(mesh.vertices, mesh.faces)
     assert segments.max() == regions.max() > 1
 
 
