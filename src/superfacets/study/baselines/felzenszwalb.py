@@ -5,7 +5,7 @@ from __future__ import annotations
 from ... import _core
 from ..._types import Ints
 from ..._validate import checked_count, checked_number, checked_threads, ranked_labels
-from ...adapters.convert import MeshLike, as_mesh
+from ...adapters.convert import MeshLike, as_triangles
 from ...mesh.faces import mean_normals
 from ...mesh.weld import lowest_vertices
 
@@ -21,7 +21,7 @@ def felzenszwalb_segments(
     """Return the segment of each vertex, as computed by the segmenter of ScanNet.
 
     The method of Felzenszwalb and Huttenlocher is described at
-    `superfacets.segmentator.segment_mesh`, which returns the same number of regions, but follows
+    `superfacets.segmentator.segment_mesh`, which returns about the same number of regions, but follows
     creases more closely.
 
     Parameters
@@ -71,7 +71,7 @@ def felzenszwalb_segments(
     >>> felzenszwalb_segments(fold, min_vertices=1)
     array([0, 0, 1, 2, 3, 3], dtype=int32)
     """
-    checked = as_mesh(mesh)
+    checked = as_triangles(mesh)
     limit = checked_number(threshold, "threshold", zero=True)
     least = checked_count(min_vertices, "min_vertices")
     threads = checked_threads(n_threads)
