@@ -21,8 +21,8 @@ def felzenszwalb_segments(
     """Return the segment of each vertex, as computed by the segmenter of ScanNet.
 
     The method of Felzenszwalb and Huttenlocher is described at
-    `superfacets.segmentator.segment_mesh`, which returns about the same number of regions, but follows
-    creases more closely.
+    `superfacets.segmentator.segment_mesh`, which returns about the same number of
+    regions, but computes them with another method.
 
     Parameters
     ----------
