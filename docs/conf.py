@@ -15,6 +15,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from notebooks import write_notebook
 
+# Autosummary imports modules by their public names.
+for name in ("segmentator", "baselines", "princeton"):
+    sys.modules[f"superfacets.{name}"] = getattr(superfacets, name)
+
 project = "superfacets"
 author = copyright = "The superfacets developers"
 release = superfacets.__version__

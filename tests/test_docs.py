@@ -229,12 +229,15 @@ def test_a_command_with_an_option_that_there_is_not_is_found(tmp_path):
         test_commands_that_pages_show_have_the_options_that_they_use(page)
 
 
+MODULES = ("metrics", "segmentator", "baselines", "princeton")
+
+
 def public_names():
     """The full name of everything public, as the API reference lists it."""
-    modules = [sf, sf.metrics, sf.segmentator, sf.baselines, sf.princeton]
+    modules = {f"superfacets.{name}": getattr(sf, name) for name in MODULES} | {"superfacets": sf}
     return [
-        f"{module.__name__}.{name}"
-        for module in modules
+        f"{path}.{name}"
+        for path, module in modules.items()
         for name in module.__all__
         if not isinstance(getattr(module, name), ModuleType)
     ]

@@ -58,18 +58,21 @@ def counted(n: int, thing: str) -> str:
     return f"{n} {thing if n == 1 else _PLURALS.get(thing, thing + 's')}"
 
 
+TO_FACES = "convert the labels to faces with superfacets.face_labels(mesh, labels)"
+"""Advice for functions that need labels of faces, for users who have labels of vertices."""
+
+
 def check_length(
     given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
-    error: type[ValueError] = ValueError,
+    advice: str = TO_FACES, error: type[ValueError] = ValueError,
 ) -> None:  # fmt: skip
     """Raise an error unless `given` has `n` values, one value for each `noun`.
 
-    If there is one value per vertex instead of one per cell, the message advises a conversion.
+    If there is one value per vertex instead of one per cell, the message contains `advice`.
     """
     if len(given) == n:
         return
-    call = "superfacets.face_labels(mesh, labels)"
-    hint = f". For one label per vertex, convert the labels to faces with {call}"
+    hint = f". For one label per vertex, {advice}"
     raise error(
         f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"
         f"{hint if len(given) == n_vertices else ''}"
@@ -592,14 +595,14 @@ def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
 
 def checked_partial_labels(
     labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
-    n_vertices: int | None = None,
+    n_vertices: int | None = None, advice: str = TO_FACES,
 ) -> tuple[Ints, int]:  # fmt: skip
     """Return checked labels as an (N,) int32 array, and the number K of regions.
 
     Each label from 0 to K - 1 must occur. The label -1, for cells without a region, is only
-    allowed if `least` is -1.
+    allowed if `least` is -1. `n_vertices` and `advice` are the same as in `check_length`.
     """
-    given = _row_of_labels(labels, n_cells, name, n_vertices)
+    given = _row_of_labels(labels, n_cells, name, n_vertices, advice)
     is_wrong = (given < least) | (given >= n_cells)
     refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")
     array = owned_indices(given)
@@ -612,9 +615,11 @@ def checked_partial_labels(
     return array, len(counts)
 
 
-def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+def checked_regions(
+    labels: Any, n_cells: int, n_vertices: int | None = None, advice: str = TO_FACES
+) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices, advice=advice)
     if not n_regions:
         raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions
@@ -639,9 +644,11 @@ def _checked_classes(given: Array, name: str) -> Ints:
     return array
 
 
-def _row_of_labels(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Array:
+def _row_of_labels(
+    labels: Any, n_cells: int, name: str, n_vertices: int | None = None, advice: str = TO_FACES
+) -> Array:
     given = _integer_array(labels, name)
-    check_length(given, n_cells, name, n_vertices=n_vertices)
+    check_length(given, n_cells, name, n_vertices=n_vertices, advice=advice)
     return given
 
 

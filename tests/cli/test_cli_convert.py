@@ -82,6 +82,22 @@ def test_labels_of_vertices_become_labels_of_faces_by_majority(run, folder, name
         assert (folder / "v.png").read_bytes() == (folder / "b.png").read_bytes()
 
 
+def test_regions_without_a_face_are_counted_and_nodes_keep_their_labels(run, folder):
+    ids = np.zeros(49, int)
+    ids[24:], ids[0] = 2, 1  # the corner labeled 1 is never the majority
+    write_labels("v.segs.json", ids)
+    status, _, err = run("convert", "a.ply", "v.segs.json", "-o", "g.npz")
+    assert (status, "which can split regions; 1 region without a face left out" in err) == (0, True)
+    assert "numbered without gaps in .npz; the array region contains the label of each node" in err
+    with np.load("g.npz") as graph:
+        assert graph["region"].tolist() == [0, 2]
+    assert "1 region without a face left out" in run("regions", "a.ply", "v.segs.json")[2]
+    ids[0] = 0
+    write_labels("v.segs.json", np.minimum(ids, 1))
+    err = run("convert", "a.ply", "v.segs.json", "-o", "g.npz")[2]
+    assert ("left out" in err, "numbered" in err) == (False, False)
+
+
 def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_vertex(run, folder):
     ids = np.random.default_rng(0).integers(0, 9, 49)
     write_labels("v.segs.json", ids)

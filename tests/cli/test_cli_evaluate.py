@@ -101,3 +101,8 @@ def test_superpoints_rates_label_files_of_rooms(run, tmp_path):
     status, table, _ = run("superpoints", tmp_path, "--labels", tmp_path / "mine")
     row = next(line for line in table.splitlines() if f"{tmp_path / 'mine'} " in line)
     assert (status, row.replace(" ", "").split("|")[3:5]) == (0, ["2", "0.000"])
+    write_mesh(tmp_path / "mine" / "a_n1.ply", mesh, np.zeros(mesh.n_faces, int))
+    assert run("superpoints", tmp_path, "--labels", tmp_path / "mine")[1] == table
+    assert "without felzenszwalb and --labels, one per 200" in " ".join(
+        run("superpoints", "--help")[1].split()
+    )

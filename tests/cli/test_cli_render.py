@@ -5,7 +5,7 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import write_mesh
+from superfacets import MeshAttributes, write_labels, write_mesh
 
 
 def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
@@ -183,6 +183,26 @@ def test_points_are_colored_by_a_property_and_seen_from_a_viewpoint(run, tmp_pat
     assert labels.tolist() == [0, 1, 2] * 3
     assert (given["color_by"].tolist(), given["scale_title"]) == ([*range(9)], "intensity")
     assert (other["color_by"], other["scale_title"]) == ("normal_z", None)
+
+
+def test_own_colors_are_drawn_without_labels_and_on_request(run, tmp_path, drawn):
+    mesh, labels = shapes.strip(2), [0, 1]
+    rgb = {name: np.array([0, 255, 0, 255], np.uint8) for name in ("red", "green", "blue")}
+    rgb["red"][:] = 255
+    colored, plain = tmp_path / "colored.ply", tmp_path / "plain.ply"
+    write_mesh(colored, mesh, attributes=MeshAttributes(vertex=rgb))
+    write_mesh(plain, mesh)
+    write_labels(tmp_path / "l.npy", labels)
+    expected = [[255, 85, 85], [255, 170, 170]]
+    chosen = ("-o", tmp_path / "a.png", "--labels", tmp_path / "l.npy")
+    for args in ((colored, "-o", tmp_path / "a.png"), (colored, *chosen, "--color-by", "color")):
+        assert run("render", *args)[0] == 0
+        assert (drawn[-1][2]["colors"].tolist(), drawn[-1][2]["color_by"]) == (expected, None)
+    for args in ((colored, *chosen), (plain, "-o", tmp_path / "a.png")):
+        assert run("render", *args)[0] == 0
+        assert drawn[-1][2]["colors"] is None
+    status, _, err = run("render", plain, "-o", tmp_path / "a.png", "--color-by", "color")
+    assert (status, "plain.ply has no colors of faces, vertices or points" in err) == (1, True)
 
 
 def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):

@@ -239,6 +239,8 @@ class TestPyTorchGeometric:
             data = data_of(file)
         assert data["super_index"].tolist() == (np.arange(32) // 8 - 1).tolist()
         assert len(data["pos"]) == 3
+        assert data["region"].tolist() == [5, 10, 15]
+        assert data["region"].dtype == np.int64
         assert sorted(data["edge_index"].T.tolist()) == [[0, 2], [2, 0]]
         assert len(data["edge_attr"]) == 2
 

@@ -238,6 +238,8 @@ def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
     )
     cases = [
         (lambda: sf.pool([1] * 3, [0] * 5, cells=mesh), of_vertices),
+        (lambda: sf.pool([1] * 5, [0] * 5, cells=mesh), r"per vertex, omit cells$"),
+        (lambda: sf.snap([1] * 5, [0] * 5, cells=mesh), r"per vertex, omit cells$"),
         (lambda: sf.region_graph(mesh, [0] * 5), of_vertices),
         (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
         (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),

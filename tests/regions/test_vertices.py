@@ -164,11 +164,24 @@ def test_labels_of_vertices_are_checked():
         sf.face_labels(mesh, [0, -2, 1, 0, 0])
 
 
+def test_region_graph_of_labels_of_vertices_names_the_cloud_of_vertices():
+    mesh = shapes.bumpy_sheet(12)
+    of_vertices = sf.vertex_labels(mesh, sf.segment(mesh, 9).labels, method="creases")
+    with pytest.raises(ValueError, match=r"per vertex, pass .* in place of the mesh, or") as caught:
+        sf.region_graph(mesh, of_vertices)
+    call = str(caught.value).partition("pass ")[2].partition(" in place")[0]
+    graph = sf.region_graph(eval(call, {"superfacets": sf, "mesh": mesh}), of_vertices)
+    assert graph.labels.tolist() == of_vertices.tolist()
+    ends = of_vertices[np.concatenate([np.roll(mesh.faces, i, 1)[:, :2] for i in range(3)])]
+    expected = {tuple(pair) for pair in np.sort(ends).tolist() if pair[0] != pair[1]}
+    assert expected <= {tuple(pair) for pair in graph.edge_index.T.tolist()}
+
+
 def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():
     mesh = shapes.strip(3)
     of_vertices = np.arange(mesh.n_vertices) // 2
     with pytest.raises(ValueError, match="For one label per vertex, convert") as caught:
-        sf.region_graph(mesh, of_vertices)
+        sf.submesh(mesh, of_vertices, 0)
     (call,) = [word for word in str(caught.value).split(" with ") if "superfacets." in word]
     labels = eval(call, {"superfacets": sf, "mesh": mesh, "labels": of_vertices})
     assert len(labels) == mesh.n_faces

@@ -99,6 +99,12 @@ std::int64_t segments_of_mesh(Points positions, Points normals, Triangles faces,
   return count_mesh_segments(positions, normals, faces, representative, {threshold, least}, team);
 }
 
+Buffer<Vertex> segments_of_vertices(Points positions, Points normals, Triangles faces,
+                                    Integers representative, double threshold, std::int64_t least,
+                                    ThreadTeam& team) {
+  return mesh_segments(positions, normals, faces, representative, {threshold, least}, team);
+}
+
 Buffer<Label> labels_spread(Offsets offsets, Integers neighbors, Points positions, Points normals,
                             Integers labels, Integers hints, ThreadTeam& team) {
   return spread_labels({offsets, neighbors, positions, normals}, labels, hints, team);
@@ -166,6 +172,8 @@ void bind_regions(nb::module_& module) {
   module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
              "ends"_a, "threshold"_a, "least"_a, "n_threads"_a);
   module.def("count_mesh_segments", threaded(&segments_of_mesh), "positions"_a, "normals"_a,
+             "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
+  module.def("mesh_segments", threaded(&segments_of_vertices), "positions"_a, "normals"_a,
              "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
   module.def("spread_labels", threaded(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,
              "normals"_a, "labels"_a, "hints"_a, "n_threads"_a);

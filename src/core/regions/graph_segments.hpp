@@ -1,7 +1,7 @@
-// Stage 5: counts the segments found by the graph-based segmentation that is commonly used for
-// indoor scans (ScanNet).
+// Stage 5: the graph-based segmentation that is commonly used for indoor scans (ScanNet).
 #pragma once
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -34,5 +34,12 @@ std::int64_t count_mesh_segments(std::span<const Point> positions, std::span<con
                                  std::span<const Triangle> faces,
                                  std::span<const Vertex> representative,
                                  const SegmentLimits& limits, ThreadTeam& team);
+
+// Returns the segments of count_mesh_segments, and smaller connected components: for each vertex,
+// some vertex that represents its segment.
+Buffer<Vertex> mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
+                             std::span<const Triangle> faces,
+                             std::span<const Vertex> representative, const SegmentLimits& limits,
+                             ThreadTeam& team);
 
 }  // namespace superfacets

@@ -11,7 +11,7 @@ import click
 import numpy as np
 
 from .._types import Array, Ints
-from .._validate import check_length
+from .._validate import check_length, counted
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
@@ -110,12 +110,15 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
 
     if not given.are_of_vertices:
         return given.labels
+    labels = face_labels(cells, given.labels)
     if not is_quiet:
+        n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
+        lost = f"; {counted(n_lost, 'region')} without a face left out" if n_lost else ""
         print_note(
             f"{given.path}: labels of vertices were converted to labels of faces (the majority of"
-            " the corners), which can split regions"
+            f" the corners), which can split regions{lost}"
         )
-    return face_labels(cells, given.labels)
+    return labels
 
 
 def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:

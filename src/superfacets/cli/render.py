@@ -10,7 +10,7 @@ import click
 
 from .._types import Array
 from ..batches.files import seen_from
-from ..cells.named_features import property_of
+from ..cells.named_features import property_of, stored_colors
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from ..pictures.camera import Clip, Up
 
 _MAX_SIDE = 8192
+
+_OWN_COLORS = "color"  # value of --color-by for the colors in the file
 
 
 def _checked_size(
@@ -92,9 +94,9 @@ def _values_named(
            "Label file for another picture beside the first; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
-           "Color by values: a .npy or .txt file with one value per cell or per region, a property"
-           " of IN, such as intensity, or a column of the table that superfacets regions prints,"
-           " such as area."),
+           "color for the colors in IN; or values: a .npy or .txt file with one value per cell or"
+           " per region, a property of IN, such as intensity, or a column of the table that"
+           " superfacets regions prints, such as area.  [default: regions; without labels, color]"),
     opts.viewpoint_option,
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),
@@ -126,16 +128,23 @@ def render_command(
         raise click.UsageError(f"{output} must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     source = read_input(str(mesh))
-    cells, attributes = source.cells_and_attributes(keep=color_by is not None)
+    cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
         cells = seen_from(viewpoint, cells)
     shown, others, titles = _series_of(source, labels, compare, cells, labels_named)
+    colors = None
+    if color_by == _OWN_COLORS or (color_by is None and shown is None):
+        colors = stored_colors(cells, attributes)
+    if color_by == _OWN_COLORS:
+        if colors is None:
+            raise MeshError(f"{mesh} has no colors of faces, vertices or points")
+        color_by = None
     values = _values_named(color_by, cells, attributes)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
             plot(
-                cells, shown, output=path, compare=others, titles=titles, size=size,
+                cells, shown, output=path, compare=others, titles=titles, size=size, colors=colors,
                 color_by=values, scale_title=None if named is None else named.stem, view=view,
                 clip=clip, smooth_borders=smooth_borders,
             )  # fmt: skip

@@ -16,6 +16,7 @@ from ..cells.size import sliver_note
 from ..clustering.result import Segmentation
 from ..export.ids import RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
 from ..export.ply import names_replaced
+from ..export.pyg import GRAPH_OUTPUTS
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
@@ -172,16 +173,22 @@ def notes_on_written(
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs) -> list[str]:
-    """Return a note if output formats renumber labels; `sizes` as in `notes_on_written`."""
+    """Return notes if output formats renumber labels; `sizes` as in `notes_on_written`."""
     renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
-    if labels is None or not renumbered:
+    graphs = sorted({*endings} & {*GRAPH_OUTPUTS})
+    if labels is None or not (renumbered or graphs):
         return []
-    given = np.unique(labels)
-    if sizes.all() and given[-1] == len(given) - 1:
-        return []
-    shown = ", ".join(map(str, given[:3])) + (", ..." if len(given) > 3 else "")
-    files = " and ".join(renumbered)
-    return [f"labels are renumbered without gaps in {files}; .segs.json keeps the labels {shown}"]
+    given = np.unique(labels[labels >= 0])
+    has_gaps = given[-1] != len(given) - 1
+    notes = []
+    if renumbered and (has_gaps or not sizes.all()):
+        shown = ", ".join(map(str, given[:3])) + (", ..." if len(given) > 3 else "")
+        kept = f".segs.json keeps the labels {shown}"
+        notes.append(f"labels are renumbered without gaps in {' and '.join(renumbered)}; {kept}")
+    if graphs and has_gaps:
+        kept = "the array region contains the label of each node"
+        notes.append(f"nodes are numbered without gaps in {' and '.join(graphs)}; {kept}")
+    return notes
 
 
 def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list[str]:

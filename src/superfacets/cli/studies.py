@@ -97,17 +97,19 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
 @click.argument("rooms", type=opts.EXISTING_FOLDER)
 @options(
     option("--labels folders DIR", opts.EXISTING_FOLDER,
-           "Folder with one file of vertex labels for each room, such as DIR/ROOM.segs.json. Adds a"
-           " row to the table; may be given several times.", multiple=True),
+           "Folder with a file of vertex labels for each room: DIR/ROOM.segs.json or, if there is"
+           " none, one file of another format. Adds a row to the table; may be given several"
+           " times.", multiple=True),
 )  # fmt: skip
 def superpoints_command(rooms: Path, folders: tuple[Path, ...]) -> None:
     """Compare superpoints with the segments of other methods.
 
     ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces and instances
     (the true object of each vertex, or -1 for vertices without annotation). The array felzenszwalb
-    (the segment of each vertex from ScanNet's segmenter) is optional. Each superpoint is assigned
-    to the object that most of its vertices belong to. The table shows the fraction of vertices with
-    a wrong object, and the IoU of objects.
+    (the segment of each vertex from ScanNet's segmenter) is optional. The number of superpoints is
+    the number of these segments or, without felzenszwalb and --labels, one per 200 vertices. Each
+    superpoint is assigned to the object that most of its vertices belong to. The table shows the
+    fraction of vertices with a wrong object, and the mean IoU of objects.
     """
     from ..study.superpoints import study
 

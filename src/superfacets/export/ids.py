@@ -92,8 +92,9 @@ class IdWriter:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
-            ranks, _ = ranked_labels(self.labels)
-            write_arrays(file, region_graph(self.cells, ranks).to_pyg())
+            ranks, names = ranked_labels(self.labels)
+            graph = region_graph(self.cells, ranks).to_pyg()
+            write_arrays(file, graph | {"region": names.astype(np.int64)})
         elif ending in CORTEX_OUTPUTS and self.of_vertices is None:
             self._write_cortex(file, ending)
         else:

@@ -76,7 +76,7 @@ def write_mesh(
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
           Their table of colors and names has one entry for no region, and then one per region;
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
-          ``.npz`` (the result of `region_graph`, written by `write_graphs`).
+          ``.npz`` (the arrays of `RegionGraph.to_pyg`, and ``region``: the label of each node).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .._types import Array, Floats, Ints, Longs
 from .._validate import (
+    TO_FACES,
     checked_choice,
     checked_classes,
     checked_nonnegative_array,
@@ -102,9 +103,7 @@ def pool(
     checked_choice(how, "how", _POOLINGS)
     table = _checked_values(values, how)
     source = _checked_source(cells, measures)
-    array, n_regions = checked_partial_labels(
-        labels, _count(labels, source), n_vertices=getattr(source, "n_vertices", None)
-    )
+    array, n_regions = _checked_regions(labels, source, "labels", len(table))
     needs_weights = how not in ("max", "min")
     weights = _weights_of(source, measures, len(array)) if needs_weights else None
     members = _members_of(table, array, n_regions, weights, source)
@@ -201,7 +200,7 @@ def snap(
     array([4, 4, 4, 4, 9, 2], dtype=int32)
     """
     source = _checked_source(cells, None)
-    array, n_regions = checked_partial_labels(regions, _count(regions, source), "regions")
+    array, n_regions = _checked_regions(regions, source, "regions", np.size(noisy_labels))
     noisy = checked_classes(noisy_labels, len(array), "noisy_labels")
     weights = _weights_of(source, None, len(array))
     members = _members_of(noisy, array, n_regions, weights, None)
@@ -209,6 +208,10 @@ def snap(
     is_inside = array >= 0
     noisy[is_inside] = winners[array[is_inside]]
     return noisy
+
+
+_WITHOUT_CELLS = "omit cells"
+"""Advice in messages if values and labels both have one entry per vertex."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,10 +376,14 @@ def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
     return None if cells is None else as_known(cells)
 
 
-def _count(labels: npt.ArrayLike, source: Cells | CellGraph | None) -> int:
-    if source is None:
-        return int(np.size(labels))
-    return source.n_cells
+def _checked_regions(
+    labels: npt.ArrayLike, source: Cells | CellGraph | None, name: str, n_values: int
+) -> tuple[Ints, int]:
+    """Check labels of the cells of `source` or, if it is None, any number of labels."""
+    count = int(np.size(labels)) if source is None else source.n_cells
+    n_vertices = getattr(source, "n_vertices", None)
+    advice = _WITHOUT_CELLS if n_values == n_vertices else TO_FACES
+    return checked_partial_labels(labels, count, name, n_vertices=n_vertices, advice=advice)
 
 
 def _weights_of(

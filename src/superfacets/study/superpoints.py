@@ -68,8 +68,9 @@ class Room:
     def read(cls, path: Path, folders: Iterable[Path] = ()) -> Room:
         """Read a room from a file, and segments of other methods from a label file in each folder.
 
-        The name of a label file is the name of the room, a dot, and an ending. Raises a MeshError
-        if the file contains no room, or if a folder does not contain exactly one such label file.
+        The name of a label file is the name of the room, a dot, and an ending. If one of several
+        label files of a room ends in .segs.json, it is read. Raises a MeshError if the file
+        contains no room, or if it is not clear which label file to read.
         """
         try:
             with np.load(path) as file:
@@ -183,6 +184,9 @@ def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
 
 def _labels_in(folder: Path, room: str) -> Ints:
     paths = [path for path in folder.glob(f"{room}.*") if path.name.endswith(LABEL_ENDINGS)]
+    segments = folder / f"{room}.segs.json"  # preferred to a picture of the segments, such as .ply
+    if segments in paths:
+        return read_labels(segments)
     if len(paths) != 1:
         raise MeshError(
             f"{folder}: must contain one label file of the room {room}, such as {room}.segs.json,"
