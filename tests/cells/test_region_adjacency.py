@@ -66,7 +66,7 @@ def test_the_sides_of_a_cube(is_cut):
     assert graph.centers.tolist() == list(range(0, 6 * (1 + is_cut), 1 + is_cut))
     assert graph.neighbors(2).tolist() == [0, 1, 4, 5]
     assert graph.planarity == pytest.approx(np.ones(6))
-    for flat in (graph.linearity, graph.sphericity, graph.curvature):
+    for flat in (graph.linearity, graph.sphericity, graph.surface_variation):
         assert flat == pytest.approx(np.zeros(6), abs=1e-12)
     assert repr(graph) == (
         "RegionGraph(6 regions, 12 arcs; .to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
@@ -82,7 +82,8 @@ def test_a_cube_in_one_region_has_no_normal_and_no_border():
     variance = (2 * 0.25 + 4 / 12) / 6
     assert graph.deviations == pytest.approx(np.sqrt([[variance] * 3]))
     assert graph.sphericity == pytest.approx([1])
-    assert graph.curvature == pytest.approx([1 / 3])
+    assert not hasattr(graph, "curvature")  # its old name: it is not 1/r
+    assert graph.surface_variation == pytest.approx([1 / 3])
     assert graph.linearity == pytest.approx([0], abs=1e-12)
 
 
@@ -440,6 +441,7 @@ def test_a_table_of_pandas():
     table = region_graph(L_SHAPE, [0, 1, 2]).to_pandas()
     assert table.index.tolist() == [0, 1, 2]
     assert table["area"].tolist() == [2, 1, 1]
+    assert table["surface_variation"].tolist() == [0, 0, 0]
     assert table.loc[1, ["normal_x", "low_z", "high_z"]].tolist() == [1, 0, 1]
 
 

@@ -112,8 +112,8 @@ class RegionGraph:
     the result of `to_pyg`."""
 
     REGION_FEATURES: ClassVar[tuple[str, ...]] = (
-        "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
-        "normal_x", "normal_y", "normal_z",
+        "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity",
+        "surface_variation", "normal_x", "normal_y", "normal_z",
     )  # fmt: skip
     """Names of the columns of ``x`` in the result of `to_pyg`."""
 
@@ -150,7 +150,7 @@ class RegionGraph:
         """(s1 - s2) / s0 for the `deviations` s0, s1, s2, shape (K,).
 
         The value is 1 for a disk, low for a long flat region, and NaN for a point. To find flat
-        regions, use `curvature`.
+        regions, use `surface_variation`.
         """
         first, second, third = self.deviations.T
         return _ratio(second - third, first)
@@ -165,10 +165,11 @@ class RegionGraph:
         return _ratio(self.deviations[:, 2], self.deviations[:, 0])
 
     @property
-    def curvature(self) -> Floats:
+    def surface_variation(self) -> Floats:
         """s2 / (s0 + s1 + s2) for the `deviations` s0, s1, s2, shape (K,).
 
-        The value is 0 for a flat region, 1/3 for a ball, and NaN for a point.
+        The value is 0 for a flat region, 1/3 for a ball, and NaN for a point. Pauly, Gross and
+        Kobbelt (2002) define it with variances. It has no unit, and is not a curvature 1/r.
         """
         return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
 
@@ -238,10 +239,8 @@ class RegionGraph:
             "center": self.centers,
         }
         columns |= _by_axis("centroid", self.centroids) | _by_axis("normal", self.normals)
-        columns |= {
-            name: getattr(self, name)
-            for name in ("linearity", "planarity", "sphericity", "curvature", "compactness")
-        }
+        for name in ("linearity", "planarity", "sphericity", "surface_variation", "compactness"):
+            columns[name] = getattr(self, name)
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         return columns | _by_axis("low", low) | _by_axis("high", high)
 
