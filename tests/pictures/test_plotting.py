@@ -248,7 +248,7 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
             "color_by='area' is a property of regions and needs labels",
         ),
         (
-            {"color_by": "size", "labels": [0, 1]},
+            {"color_by": "curvature", "labels": [0, 1]},
             ValueError,
             "color_by must be one of region, cell",
         ),
