@@ -192,6 +192,11 @@ def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list
     return [f"--denoise auto used {counted(taken or 0, 'smoothing step')}{other}"]
 
 
+def note_on_up(asked: str, up: str) -> str:
+    """Return the text that follows a file name if ``--up auto`` guessed the axis `up`."""
+    return f" (up: {up}, guessed; change it with --up)" if asked == "auto" else ""
+
+
 def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:
     """Return the contents of the JSON report; `noun` is the word for a labeled element."""
     return {

@@ -17,8 +17,9 @@ from ...adapters.convert import CloudLike, MeshLike, as_cells, as_mesh
 from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
 from ...io.textures import Texture
-from ..camera import View
+from ..camera import Up, View
 from ..colors import scale_colors
+from ..scene import upright
 from .coding import Arrays
 from .groups import (
     Feature,
@@ -47,9 +48,12 @@ class Page:
     ----------
     html : str
         Complete page, as self-contained HTML.
+    up : {"y", "z", "x"}
+        Axis that points up. If the camera has ``up="auto"``, this is the guessed axis.
     """
 
     html: str = field(repr=False)
+    up: Up = field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file whose name ends in .html or .htm; return the path of the file.
@@ -123,7 +127,7 @@ def view(
     Returns
     -------
     Page
-        Page with the method ``save(path)``. A notebook shows the page.
+        Page with ``html``, ``up`` and ``save(path)``. A notebook shows the page.
 
     Raises
     ------
@@ -151,6 +155,7 @@ def view(
     if camera is not None and not isinstance(camera, View):
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
     shape = shape_of(cells)
+    camera = upright(camera or View(), shape.scene)
     arrays = _arrays(shape, levels, truth, values)
     paint = None
     if texture is not None:
@@ -158,7 +163,7 @@ def view(
         for name, (array, coding) in parts.items():
             arrays.add(name, array, coding)
     facts = {
-        **_facts_of_shape(shape, camera or View()),
+        **_facts_of_shape(shape, camera),
         "noun": kind.noun,
         "n_cells": n_cells,
         "measure": "volume" if kind.dimension == 3 else "area",
@@ -169,7 +174,7 @@ def view(
         "arrays": arrays.entries,
     }
     size = f"{n_cells:,} {kind.noun}s"
-    return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()))
+    return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()), camera.up)
 
 
 def checked_page_path(path: str | os.PathLike[str]) -> Path:
