@@ -283,7 +283,8 @@ def _draw_side_by_side(
 ) -> tuple[list[Picture], Up]:
     """Return `n_frames` pictures of all panels side by side, and the axis that points up.
 
-    Titles are above the panels, and the scale is below. No titles are drawn if `titles` is None, and no scale if `scale` is None.
+    Titles are above the panels, and the scale is below. No titles are drawn if `titles` is None,
+    and no scale if `scale` is None.
     """
     width, height = style.frame
     count = len(panels.series)
