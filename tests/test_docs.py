@@ -18,6 +18,7 @@ import gallery_meshes
 import notebooks
 import numpy as np
 import pytest
+import shapes
 import shrink_images
 import textured_meshes
 from tools.sample_bear import parts_of
@@ -172,6 +173,27 @@ def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_p
     is_flat = (np.abs(normals) > 1e-9).sum(axis=1) == 1
     assert np.array_equal(names["is_flat_face"], is_flat)
     assert np.array_equal(sf.read_labels("labels.npy"), names["labels"])
+
+
+def test_the_code_of_the_cad_page_measures_a_tilted_bore_with_a_groove():
+    code = next(
+        block.code for block in python_blocks(DOCS / "howto" / "cad.md") if "lstsq" in block.code
+    )
+    block = shapes.drilled_block(64)
+    labels = sf.segment(block, 1, barriers=sf.sharp_edges(block, 30)).labels
+    hole = np.argmin(sf.region_graph(block, labels).normal_lengths)
+    is_kept = np.ones(block.n_faces, bool)
+    is_kept[np.flatnonzero(labels == hole)[:16]] = False
+    axis = np.array([2, 3, 6]) / 7  # the image of z
+    turn = np.stack([np.array([3, -6, 2]) / 7, np.array([6, 2, -3]) / 7, axis])
+    for flip, kind in [(1, "bore"), (-1, "boss")]:  # inside out, the hole is a boss
+        faces = block.faces[is_kept][:, ::flip]
+        part = sf.Mesh(10 * block.vertices @ turn + [5, 6, 7], faces)
+        cad_faces = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30))
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(code, {"part": part, "cad_faces": cad_faces, "np": np})
+        [line] = printed.getvalue().splitlines()
+        assert line.endswith(f" {kind} 6.00, axis [0.29 0.43 0.86]")
 
 
 def test_the_first_example_runs_where_there_are_no_files(tmp_path, monkeypatch):

@@ -497,6 +497,10 @@ def test_an_error_in_on_stage_ends_the_run():
 def test_names_of_other_tools_are_told_what_is_meant(name, meant):
     with pytest.raises(TypeError, match=f"segment has no parameter {name}: use {meant}"):
         segment(shapes.cube(), 3, **{name: 1})
+    with pytest.raises(
+        TypeError, match=r"barrier_angle: pass barriers=.*\.sharp_edges\(mesh, 30\)"
+    ):
+        segment(shapes.cube(), 3, barrier_angle=30)
     with pytest.raises(TypeError, match="unexpected keyword argument 'compactnes'"):
         segment(shapes.cube(), 3, compactnes=1)
 

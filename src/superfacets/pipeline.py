@@ -109,6 +109,8 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "segMinVerts": "use min_size: a fraction of the mean area of regions",
         "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
+        # Not "use": the command would then advise its option --barriers, which takes a file.
+        "barrier_angle": "pass barriers=superfacets.sharp_edges(mesh, 30)",
         "seed": "labels are the same on every run; init accepts the faces to start from",
     }
 )
@@ -858,11 +860,8 @@ def fewer_note(result: Segmentation) -> str | None:
     )
 
 
-def barriers_note(asked: int, n_made: int) -> str:
-    """Return a note that explains why barriers led to more regions than requested."""
-    if asked == 1:
-        return f"barriers divide the mesh into {n_made} components, each of which is a region"
-    return "barriers divide the mesh into components, each of which has at least one region"
+BARRIERS_NOTE = "barriers divide the mesh into components, each of which has at least one region"
+"""Explains why barriers led to more regions than requested."""
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
@@ -885,7 +884,7 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
         advice = "to join them to the nearest region, use islands='nearest'"
         note = f"{counted(result.n_unreached, 'component')} of the mesh got no seed; {advice}"
         if has_barriers:
-            note = barriers_note(asked, result.n_segments)
+            note = BARRIERS_NOTE
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
         note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
     else:

@@ -56,6 +56,7 @@ def test_the_sides_of_a_cube(is_cut):
     assert graph.measures.tolist() == graph.areas.tolist() == [1] * 6
     assert graph.centroids == pytest.approx(np.array(OUTWARDS) / 2 + 0.5)
     assert graph.normals == pytest.approx(np.array(OUTWARDS))
+    assert graph.normal_lengths == pytest.approx(np.ones(6))
     assert graph.deviations == pytest.approx(np.array([[SPREAD, SPREAD, 0]] * 6))
     assert graph.bounds[1].tolist() == [[0, 0, 1], [1, 1, 1]]
     assert graph.perimeters.tolist() == graph.compactness.tolist() == [4] * 6
@@ -66,7 +67,7 @@ def test_the_sides_of_a_cube(is_cut):
     assert graph.centers.tolist() == list(range(0, 6 * (1 + is_cut), 1 + is_cut))
     assert graph.neighbors(2).tolist() == [0, 1, 4, 5]
     assert graph.planarity == pytest.approx(np.ones(6))
-    for flat in (graph.linearity, graph.sphericity, graph.curvature):
+    for flat in (graph.linearity, graph.sphericity, graph.surface_variation):
         assert flat == pytest.approx(np.zeros(6), abs=1e-12)
     assert repr(graph) == (
         "RegionGraph(6 regions, 12 arcs; .to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
@@ -76,13 +77,15 @@ def test_the_sides_of_a_cube(is_cut):
 def test_a_cube_in_one_region_has_no_normal_and_no_border():
     graph = region_graph(shapes.cube(), [0] * 12)
     assert np.isnan(graph.normals).all()
+    assert graph.normal_lengths == pytest.approx([0], abs=1e-12)
     assert (graph.n_arcs, graph.perimeters.tolist()) == (0, [0])
     assert graph.centroids.tolist() == [[0.5, 0.5, 0.5]]
     # Along an axis: two squares at 1/2 from the center, four that are as long as it.
     variance = (2 * 0.25 + 4 / 12) / 6
     assert graph.deviations == pytest.approx(np.sqrt([[variance] * 3]))
     assert graph.sphericity == pytest.approx([1])
-    assert graph.curvature == pytest.approx([1 / 3])
+    assert not hasattr(graph, "curvature")  # its old name: it is not 1/r
+    assert graph.surface_variation == pytest.approx([1 / 3])
     assert graph.linearity == pytest.approx([0], abs=1e-12)
 
 
@@ -93,6 +96,7 @@ def test_a_box_and_its_lid():
     assert graph.perimeters.tolist() == [4, 4]
     # Opposite sides cancel out: the bottom is left.
     assert graph.normals == pytest.approx(np.array([[0, 0, -1], [0, 0, 1]]))
+    assert graph.normal_lengths == pytest.approx([1 / 5, 1])
     assert graph.centroids[0] == pytest.approx([0.5, 0.5, (0 + 4 * 0.5) / 5])
 
 
@@ -164,6 +168,7 @@ def test_a_column_of_tetrahedra():
     assert graph.deviations == pytest.approx(SPREAD * np.array([[1, 1, 1], [2, 1, 1]]))
     assert graph.bounds[1].tolist() == [[0, 0, 1], [1, 1, 3]]
     assert np.isnan(graph.normals).all()
+    assert np.isnan(graph.normal_lengths).all()
     assert (graph.dimension, graph.cell_counts.tolist()) == (3, [6, 12])
     assert graph.table()["volume"] is graph.measures
     with pytest.raises(
@@ -208,7 +213,9 @@ def test_where_normals_of_points_were_left_out_regions_have_none():
     bare = point_surface(cloud, replace(find_point_graph(cloud, 1), normals=behind[:0]), 1)
     graph, expected = region_graph_of(bare, labels, 2), region_graph(cloud, labels)
     assert np.isnan(graph.normals).all()
+    assert np.isnan(graph.normal_lengths).all()
     assert not np.isnan(expected.normals).any()
+    assert expected.normal_lengths == pytest.approx([1, 1])
     assert graph.mean_angles.tolist() == [0.0]
     for name in ("measures", "centroids", "deviations", "bounds", "perimeters"):
         assert np.array_equal(getattr(graph, name), getattr(expected, name)), name
@@ -242,6 +249,7 @@ def test_regions_without_area_have_plain_means():
     assert graph.areas == pytest.approx([2, 0, 0])
     assert graph.centroids[1:] == pytest.approx(np.array([[1, 1, 0], [5, 5, 5]]))
     assert np.isnan(graph.normals[1:]).all()
+    assert np.isnan(graph.normal_lengths[1:]).all()
     assert np.isnan(graph.compactness[1:]).all()
     assert np.isnan(graph.planarity[2])
     assert graph.normals[0] == pytest.approx([0, 0, 1])
@@ -297,6 +305,9 @@ def test_the_kernels_give_what_the_reference_gives(name, seed):
         variances = np.linalg.eigvalsh(shape.covariance)[::-1].clip(0)
         assert graph.deviations[region] == pytest.approx(np.sqrt(variances), abs=1e-7)
         length = np.linalg.norm(shape.area_vector)
+        if surface.dimension == 2:
+            expected = length / shape.measure
+            assert graph.normal_lengths[region] == pytest.approx(expected, abs=1e-9)
         if length > 1e-9:
             assert graph.normals[region] == pytest.approx(shape.area_vector / length)
     borders, _, angles, sides, open_lengths = surface.handle.arc_measures(1)
@@ -440,6 +451,8 @@ def test_a_table_of_pandas():
     table = region_graph(L_SHAPE, [0, 1, 2]).to_pandas()
     assert table.index.tolist() == [0, 1, 2]
     assert table["area"].tolist() == [2, 1, 1]
+    assert table["surface_variation"].tolist() == [0, 0, 0]
+    assert table["normal_length"].tolist() == [1, 1, 1]
     assert table.loc[1, ["normal_x", "low_z", "high_z"]].tolist() == [1, 0, 1]
 
 
@@ -490,6 +503,7 @@ def test_a_segmentation_of_a_graph_has_regions_where_arcs_have_measures():
     assert result.regions.border_lengths == pytest.approx(expected.border_lengths)
     assert result.regions.concavities == pytest.approx(expected.concavities)
     assert np.isnan(result.regions.normals).all()
+    assert np.isnan(result.regions.normal_lengths).all()
 
 
 def test_a_segmentation_made_by_hand_does_not_know_its_cells():
@@ -524,7 +538,7 @@ def test_ugly_meshes_have_finite_numbers(seed):
     labels = random_labels(n_cells, 3, seed)
     graph = region_graph(mesh, labels)
     for name, value in numbers_of(graph).items():
-        assert name == "normals" or np.isfinite(value).all(), name
+        assert name.startswith("normal") or np.isfinite(value).all(), name
     size = np.ptp(mesh.bounds, axis=0).max()
     inside = (graph.bounds[:, 0] - 1e-9 * size <= graph.centroids) & (
         graph.centroids <= graph.bounds[:, 1] + 1e-9 * size
@@ -533,6 +547,7 @@ def test_ugly_meshes_have_finite_numbers(seed):
     assert (graph.deviations <= size).all()
     lengths = np.linalg.norm(graph.normals, axis=1)
     assert ((np.abs(lengths - 1) < 1e-12) | np.isnan(lengths)).all()
+    assert not (graph.normal_lengths > 1).any()
     if not isinstance(mesh, TetMesh):
         lines = sf.border_lines(mesh, labels)
         table = np.zeros((3, 4))

@@ -1,5 +1,7 @@
 """Masks and barriers of the command `segment`."""
 
+import json
+
 import numpy as np
 import pytest
 import shapes
@@ -181,22 +183,30 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     write_mesh(tmp_path / "block.ply", block)
     out = tmp_path / "out.npy"
     options = ("-n", 1, "--barrier-angle", 30, "--force", "-o", out)
-    more = (
-        "superfacets: note: 6 more regions than requested: barriers divide the mesh into 7"
-        " components, each of which is a region\n"
-    )
-    status, _, err = run("segment", tmp_path / "block.ply", *options)
-    assert (status, err) == (0, more)
+    status, report, err = run("segment", tmp_path / "block.ply", *options)
+    assert (status, err) == (0, "")
+    assert report.endswith("; all sharp edges are on borders\n")
     labels = np.load(out)
     assert len(np.unique(labels)) == 7
     status, _, err = run("segment", tmp_path / "block.ply", *options, "--max-edge", 0.3)
     assert status == 0
-    assert err.endswith(more)
+    assert "more regions" not in err
     back = np.load(out)
     assert len(np.unique(labels * 7 + back)) == 7  # the same faces, subdivided
     status, _, err = run("segment", tmp_path / "block.ply", "-n", 12, "--balance", 1, *options[2:])
     assert (status, err) == (0, "")
     assert len(np.unique(np.load(out))) == 12
+    status, _, err = run("segment", tmp_path / "block.ply", "-n", 2, *options[2:])
+    assert (status, err) == (
+        0,
+        "superfacets: note: 6 more regions than requested: barriers divide the mesh into"
+        " components, each of which has at least one region\n",
+    )
+    for angle, share in [(30, 0), (91, None)]:  # no edge is as sharp as 91 degrees
+        given = ("-n", 9, "--barrier-angle", angle, *options[4:])
+        status, report, _ = run("segment", tmp_path / "block.ply", *given, "--json")
+        assert (status, json.loads(report)["sharp_inside"]) == (0, share)
+    assert "sharp edges" not in run("segment", tmp_path / "block.ply", *given)[1]
 
 
 def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
@@ -224,6 +234,8 @@ def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
     side = np.ptp(cube.vertices[:, 0])
     percent = 100 * lengths.sum() / (lengths.sum() + 12 * side)
     assert f" {percent:.3g}% of the length of sharp edges is inside 2 regions: " in err
+    status, report, _ = run("segment", tmp_path / "all.ply", *options, tmp_path / "x.npy", "--json")
+    assert json.loads(report)["sharp_inside"] == pytest.approx(percent / 100)
 
 
 def test_a_barrier_angle_of_points_is_one_line(run, tmp_path):

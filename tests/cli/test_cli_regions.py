@@ -152,6 +152,16 @@ def test_tables_and_borders_are_written(run, fold):
     assert sorted(map(len, along)) == [2, 3, 3]
 
 
+def test_borders_for_paraview_have_the_regions_on_both_sides(run, fold):
+    pyvista = pytest.importorskip("pyvista")
+    borders = fold / "borders.vtp"
+    assert run("regions", fold / "fold.ply", fold / "labels.seg", "--borders", borders)[0] == 0
+    lines = pyvista.read(borders)
+    regions = zip(lines.cell_data["low"].tolist(), lines.cell_data["high"].tolist(), strict=True)
+    assert sorted(regions) == [(3, -1), (3, 7), (7, -1)]
+    assert lines.compute_cell_sizes().cell_data["Length"].min() == pytest.approx(2)
+
+
 def test_a_closed_border_ends_where_it_begins(run, tmp_path):
     write_mesh(tmp_path / "cube.ply", shapes.cube())
     (tmp_path / "labels.txt").write_text("0\n0\n" + "1\n" * 10)

@@ -5,7 +5,7 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import MeshAttributes, write_labels, write_mesh
+from superfacets import MeshAttributes, Plot, write_labels, write_mesh
 
 
 def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
@@ -58,7 +58,7 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     assert run("segment", sheet, "-n", 20, *both)[0] == 0
     assert run("render", sheet, "-o", plain) == (
         0,
-        f"wrote {plain}\n",
+        f"wrote {plain} (up: y, guessed; change it with --up)\n",
         f"superfacets: note: {sheet} has no labels, so no regions are drawn: give"
         " labels with --labels\n",
     )
@@ -103,7 +103,8 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
         (["--labels", four, "--view", "top", "--up", "z"], 160),
         (["--labels", four, "--azimuth", 0, "--elevation", 90, "--up", "z"], 160),
     ]:
-        assert run(*picture, *more) == (0, f"wrote {path}\n", "")
+        guess = "" if "--up" in more else " (up: y, guessed; change it with --up)"
+        assert run(*picture, *more) == (0, f"wrote {path}{guess}\n", "")
         assert size_of(path) == ((width, 120), 1)
         seen.append(path.read_bytes())
     assert len(set(seen)) == 4
@@ -117,7 +118,8 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
     turn, still = tmp_path / "turn.gif", tmp_path / "still.png"
     more = ["--labels", labeled[0], "--size", "64x48"]
     status, out, err = run("render", sheet, "-o", still, "--turntable", turn, *more)
-    assert (status, out, err) == (0, f"wrote {still}\nwrote {turn}\n", "")
+    guess = "(up: y, guessed; change it with --up)"
+    assert (status, out, err) == (0, f"wrote {still} {guess}\nwrote {turn} {guess}\n", "")
     assert size_of(turn) == ((64, 48), 3)
     assert size_of(still) == ((64, 48), 1)
 
@@ -162,10 +164,12 @@ def test_values_that_do_not_fit_name_their_file(run, sheet, labeled, tmp_path):
 def drawn(monkeypatch):
     """Arguments of each picture, which is not drawn."""
     calls = []
-    monkeypatch.setattr(
-        "superfacets.pictures.plotting.plot",
-        lambda cells, labels, **given: calls.append((cells, labels, given)),
-    )
+
+    def plot(cells, labels, **given):
+        calls.append((cells, labels, given))
+        return Plot([], "y")
+
+    monkeypatch.setattr("superfacets.pictures.plotting.plot", plot)
     return calls
 
 

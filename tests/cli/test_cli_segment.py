@@ -231,6 +231,8 @@ def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
     status, _, error = run("segment", sheet, name, 1)
     assert status == 2
     assert f"No such option: {name}: use {meant}" in error
+    status, _, error = run("levels", sheet, "--barrier-angle", 30)  # its --barriers takes a file
+    assert (status, "sharp_edges" in error) == (2, False)
 
 
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):

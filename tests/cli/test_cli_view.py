@@ -35,7 +35,8 @@ def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_p
 def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
     mesh, page = tmp_path / "<b>.ply", tmp_path / "page.html"
     write_mesh(mesh, strip(2), [0, 1])
-    assert run("view", mesh, "--html", page)[::2] == (0, "")
+    guess = "(up: z, guessed; change it with --up)"
+    assert run("view", mesh, "--html", page) == (0, f"wrote {page} {guess}\n", "")
     text = page.read_text(encoding="utf-8")
     assert "level_0_labels" in text
     assert "<title>&lt;b&gt;.ply</title>" in text
@@ -145,7 +146,9 @@ def test_without_a_file_the_browser_opens_the_page(run, sheet, tmp_path, monkeyp
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     status, out, err = run("view", sheet)
     assert status == 0
-    path = Path(out.removeprefix("wrote ").rstrip())
+    path, guess = out.removeprefix("wrote ").rstrip().split(" (", 1)
+    path = Path(path)
+    assert guess == "up: y, guessed; change it with --up)"
     assert path.name == "sheet.html"
     assert opened == [path.as_uri()]
     assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")

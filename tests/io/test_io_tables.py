@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError
-from superfacets.export.tables import write_lines, write_tables
+from superfacets.export.tables import Line, write_lines, write_tables
 
 COLUMNS = {"region": np.array([3, 7]), "area": np.array([0.1, np.nan])}
 
@@ -29,13 +29,23 @@ def test_all_tables_appear_or_none(tmp_path):
 
 def test_lines_hold_the_vertices_that_they_use(tmp_path):
     vertices = np.arange(12.0).reshape(4, 3) / 10
-    path = tmp_path / "lines.obj"
-    write_lines(path, vertices, [("one", np.array([3, 1])), ("two", np.array([1, 0, 1]))])
+    path, lines = tmp_path / "lines.obj", [Line(3, 7, np.array([3, 1]))]
+    lines.append(Line(7, -1, np.array([1, 0, 1])))
+    write_lines(path, vertices, lines)
     assert path.read_text().splitlines() == [
         "v 0.0 0.1 0.2", "v 0.3 0.4 0.5", "v 0.9 1.0 1.1",
-        "g one", "l 3 2", "g two", "l 2 1 2",
+        "g border_3_7", "l 3 2", "g border_7_open", "l 2 1 2",
     ]  # fmt: skip
     write_lines(path, vertices, [])
     assert path.read_text() == ""
-    with pytest.raises(MeshError, match=r"expected the ending \.obj"):
+    pyvista = pytest.importorskip("pyvista")
+    write_lines(tmp_path / "lines.vtp", vertices, lines)
+    read = pyvista.read(tmp_path / "lines.vtp")
+    assert read.points.tolist() == vertices[[0, 1, 3]].tolist()
+    assert read.lines.tolist() == [2, 2, 1, 3, 1, 0, 1]
+    assert read.cell_data["low"].tolist() == [3, 7]
+    assert read.cell_data["high"].tolist() == [7, -1]
+    write_lines(tmp_path / "none.vtp", vertices, [])
+    assert pyvista.read(tmp_path / "none.vtp").n_cells == 0
+    with pytest.raises(MeshError, match=r"expected the ending \.obj, \.vtp"):
         write_lines(tmp_path / "lines.ply", vertices, [])

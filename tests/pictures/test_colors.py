@@ -241,6 +241,15 @@ def test_few_regions_have_distinct_colors(seed):
     assert distance_across_arcs(graph, labels, colors).min() >= MIN_COLOR_DISTANCE
 
 
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.3, 0.6, 1.0])
+def test_up_to_24_regions_have_distinct_colors_however_they_touch(share):
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        pairs = [pair for pair in combinations(range(24), 2) if rng.random() < share]
+        colors = region_colors(graph_of_pairs(24, pairs), identity(24))
+        assert len({tuple(color) for color in colors}) == 24
+
+
 def test_one_region_has_the_first_color():
     np.testing.assert_array_equal(region_colors(graph_of_pairs(2, [(0, 1)]), [0, 0]), PALETTE[:1])
 

@@ -233,11 +233,13 @@ def test_a_page_is_saved_whole(tmp_path):
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
     assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
-    assert repr(Page("much")) == "Page()"
+    assert repr(Page("much", "y")) == "Page()"
 
 
 def test_the_first_view_is_that_of_pictures():
-    facts = facts_of(sf.view(cube(), camera=View(azimuth=10, elevation=-20, up="z", zoom=2)))
+    page = sf.view(cube(), camera=View(azimuth=10, elevation=-20, up="z", zoom=2))
+    assert (page.up, sf.view(cube()).up) == ("z", "y")
+    facts = facts_of(page)
     assert facts["view"] == {"azimuth": 10, "elevation": -20, "zoom": 2}
     assert facts["axes"] == [[1, 0, 0], [0, 0, 1], [0, -1, 0]]  # right, up, toward the viewer
 

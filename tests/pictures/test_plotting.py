@@ -41,7 +41,7 @@ def test_a_plot_of_labels_is_what_render_draws(gl, tmp_path):
 
 
 def test_a_plot_is_an_array_of_any_type():
-    plotted = Plot([np.full((2, 3, 3), 7, np.uint8)])
+    plotted = Plot([np.full((2, 3, 3), 7, np.uint8)], "y")
     assert np.asarray(plotted, dtype=np.float64).dtype == np.float64
     copied = np.array(plotted)
     copied[:] = 0
@@ -197,7 +197,7 @@ def ffmpeg(monkeypatch):
 
 def test_videos_have_sides_of_even_length(tmp_path, ffmpeg):
     frames = [np.full((5, 7, 3), 9, np.uint8)] * 30
-    path = Plot(frames).save(tmp_path / "turn.mp4")
+    path = Plot(frames, "y").save(tmp_path / "turn.mp4")
     assert ffmpeg == [((8, 6), pytest.approx(6.25))]
     assert path.read_text() == repr([8 * 6 * 3] * 30)
 
@@ -205,7 +205,7 @@ def test_videos_have_sides_of_even_length(tmp_path, ffmpeg):
 def test_a_video_can_be_played(tmp_path):
     reader = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")
     frames = [np.full((33, 65, 3), shade, np.uint8) for shade in range(0, 250, 10)]
-    path = Plot(frames).save(tmp_path / "turn.mp4")
+    path = Plot(frames, "y").save(tmp_path / "turn.mp4")
     assert reader.count_frames_and_secs(str(path))[0] == 25
 
 
@@ -248,7 +248,7 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
             "color_by='area' is a property of regions and needs labels",
         ),
         (
-            {"color_by": "size", "labels": [0, 1]},
+            {"color_by": "curvature", "labels": [0, 1]},
             ValueError,
             "color_by must be one of region, cell",
         ),
@@ -299,6 +299,6 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
         lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")),
     )
     with pytest.raises(OSError, match="No space"):
-        Plot([np.zeros((2, 2, 3), np.uint8)] * 2).save(path)
+        Plot([np.zeros((2, 2, 3), np.uint8)] * 2, "y").save(path)
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["turn.gif"]

@@ -131,7 +131,7 @@ class Outcome:
     listed_mesh: Cells | None = None  # input mesh; None if the mesh was not subdivided
     sharp_inside: Floats | None = None
     """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
-    None if no `barrier_angle` was given."""
+    None if there are no barrier edges, or if no `barrier_angle` was given."""
 
 
 def segment_file(
@@ -181,7 +181,7 @@ def segment_file(
     seen = mesh if options.viewpoint is None else seen_from(options.viewpoint, mesh)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     outcome = Outcome(mesh, attributes, result)
-    if barrier_angle is not None:
+    if barrier_angle is not None and len(of_cells["barriers"]):
         inside = sharp_edges_inside(as_mesh(mesh), result.labels, barrier_angle, n_threads=threads)
         outcome = replace(outcome, sharp_inside=inside)
     if parts is None:

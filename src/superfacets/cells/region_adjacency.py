@@ -60,6 +60,10 @@ class RegionGraph:
         Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
         `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, for cells of a
         `CellGraph`, and for regions that have no area or are closed surfaces.
+    normal_lengths : ndarray of float64, shape (K,)
+        Length of the area-weighted mean of the unit normals of each region, from 0 (a closed
+        surface, or a cylinder without its ends) to 1 (a flat region). NaN for tetrahedra, for cells
+        of a `CellGraph`, and for regions without area.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of each region along its three principal axes, in descending order.
         Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
@@ -101,6 +105,7 @@ class RegionGraph:
     measures: Floats
     centroids: Floats
     normals: Floats
+    normal_lengths: Floats
     deviations: Floats
     bounds: Floats
     perimeters: Floats
@@ -122,8 +127,8 @@ class RegionGraph:
     the result of `to_pyg`."""
 
     REGION_FEATURES: ClassVar[tuple[str, ...]] = (
-        "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
-        "normal_x", "normal_y", "normal_z",
+        "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity",
+        "surface_variation", "normal_x", "normal_y", "normal_z",
     )  # fmt: skip
     """Names of the columns of ``x`` in the result of `to_pyg`."""
 
@@ -160,7 +165,7 @@ class RegionGraph:
         """(s1 - s2) / s0 for the `deviations` s0, s1, s2, shape (K,).
 
         The value is 1 for a disk, low for a long flat region, and NaN for a point. To find flat
-        regions, use `curvature`.
+        regions, use `surface_variation`.
         """
         first, second, third = self.deviations.T
         return _ratio(second - third, first)
@@ -175,10 +180,11 @@ class RegionGraph:
         return _ratio(self.deviations[:, 2], self.deviations[:, 0])
 
     @property
-    def curvature(self) -> Floats:
+    def surface_variation(self) -> Floats:
         """s2 / (s0 + s1 + s2) for the `deviations` s0, s1, s2, shape (K,).
 
-        The value is 0 for a flat region, 1/3 for a ball, and NaN for a point.
+        The value is 0 for a flat region, 1/3 for a ball, and NaN for a point. Pauly, Gross and
+        Kobbelt (2002) define it with variances. It has no unit, and is not a curvature 1/r.
         """
         return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
 
@@ -248,10 +254,9 @@ class RegionGraph:
             "center": self.centers,
         }
         columns |= _by_axis("centroid", self.centroids) | _by_axis("normal", self.normals)
-        columns |= {
-            name: getattr(self, name)
-            for name in ("linearity", "planarity", "sphericity", "curvature", "compactness")
-        }
+        columns["normal_length"] = self.normal_lengths
+        for name in ("linearity", "planarity", "sphericity", "surface_variation", "compactness"):
+            columns[name] = getattr(self, name)
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         return columns | _by_axis("low", low) | _by_axis("high", high)
 
@@ -423,6 +428,7 @@ def region_graph_of(
         "measures": measures,
         "centroids": centroids,
         "normals": _unit_normals(normal_sums, measures),
+        "normal_lengths": _normal_lengths(normal_sums, measures, surface),
         "deviations": _deviations(squares, products),
         "bounds": np.stack([lows, highs], axis=1),
         "perimeters": _core.region_perimeters(handle, labels, n_regions, n_threads),
@@ -460,6 +466,13 @@ def _unit_normals(sums: Floats, measures: Floats) -> Floats:
     lengths[lengths <= _NO_NORMAL * measures] = np.nan
     normals: Floats = sums / lengths[:, np.newaxis]
     return normals
+
+
+def _normal_lengths(sums: Floats, measures: Floats, surface: Surface) -> Floats:
+    """Divide the lengths of sums of area vectors by areas; NaN where cells have no normals."""
+    if surface.mesh is None and not sums.any():  # only faces always have normals
+        return np.full(len(sums), np.nan)
+    return np.minimum(_ratio(np.sqrt(np.einsum("ij,ij->i", sums, sums)), measures), 1.0)
 
 
 def _ratio(above: Floats, below: Floats) -> Floats:

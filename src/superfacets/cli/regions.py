@@ -19,7 +19,14 @@ from ..cells.named_features import property_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
-from ..export.tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_lines, write_tables
+from ..export.tables import (
+    LINE_ENDINGS,
+    TABLE_ENDINGS,
+    Line,
+    print_csv,
+    write_lines,
+    write_tables,
+)
 from ..io.atomic import checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
@@ -32,8 +39,8 @@ from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
 
-Drawn = tuple[Floats, list[tuple[str, Ints]]]
-"""Vertices of a mesh, and the name and the vertex indices of each border line."""
+Drawn = tuple[Floats, list[Line]]
+"""Vertices of a mesh, and its border lines."""
 
 
 @click.command("regions")
@@ -46,7 +53,7 @@ Drawn = tuple[Floats, list[tuple[str, Ints]]]
     option("--arcs", FILE,
            "Write a table of all pairs of adjacent regions to this .csv, .json or .parquet file."),
     option("--borders", FILE,
-           "Write the borders of regions of a mesh as polylines to this .obj file."),
+           "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
     option("--majority NAME", None,
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
            " such as classification, in each region; may be given several times.", multiple=True),
@@ -177,13 +184,9 @@ def _checked_outputs(
     return tuple(path for path in (output, arcs, borders) if path is not None)
 
 
-def _named(lines: BorderLines, names: Ints) -> Iterator[tuple[str, Ints]]:
-    """Yield the name and vertex indices of each border line.
-
-    A name is ``border_3_7`` between regions 3 and 7, or ``border_3_open`` at the mesh boundary.
-    """
+def _named(lines: BorderLines, names: Ints) -> Iterator[Line]:
+    """Yield each border line, with the numbers of its regions in the label file."""
     for i, (low, high) in enumerate(lines.regions.tolist()):
         line = lines.line(i)
-        other = "open" if high < 0 else names[high]
         closed = np.append(line, line[0]) if lines.is_closed[i] else line
-        yield f"border_{names[low]}_{other}", closed
+        yield Line(int(names[low]), high if high < 0 else int(names[high]), closed)

@@ -20,6 +20,7 @@ from . import options as opts
 from .failures import print_note
 from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
 from .options import FILE, FLAG, option, options
+from .report import note_on_up
 
 if TYPE_CHECKING:
     from ..pictures.camera import Clip, Up
@@ -143,7 +144,7 @@ def render_command(
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
-            plot(
+            plotted = plot(
                 cells, shown, output=path, compare=others, titles=titles, size=size, colors=colors,
                 color_by=values, scale_title=None if named is None else named.stem, view=view,
                 clip=clip, smooth_borders=smooth_borders,
@@ -152,7 +153,7 @@ def render_command(
             if named is None or isinstance(error, MeshError):
                 raise
             raise MeshError(f"{named}: {error}") from None
-        click.echo(f"wrote {path}")
+        click.echo(f"wrote {path}{note_on_up(up, plotted.up)}")
 
 
 def _series_of(

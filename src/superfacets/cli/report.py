@@ -20,7 +20,7 @@ from ..export.pyg import GRAPH_OUTPUTS
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
-from ..pipeline import SCANS, barriers_note, fewer_note
+from ..pipeline import BARRIERS_NOTE, SCANS, fewer_note
 from ..regions.vertices import LEAST_IN_FILES
 
 
@@ -105,7 +105,8 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     if params["radius_factor"] is not None:
         parts += ", and faces that no center reached,"
     elif has_barriers:
-        return [f"{more}: {barriers_note(asked, n_made)}"]
+        # With -n 1, users request one region per component.
+        return [] if asked == 1 else [f"{more}: {BARRIERS_NOTE}"]
     advice = "" if has_barriers else "; --islands nearest joins them to the nearest region"
     return [f"{more}: {parts} became regions{advice}"]
 
@@ -199,8 +200,19 @@ def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list
     return [f"--denoise auto used {counted(taken or 0, 'smoothing step')}{other}"]
 
 
-def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:
-    """Return the contents of the JSON report; `noun` is the word for a labeled element."""
+def note_on_up(asked: str, up: str) -> str:
+    """Return the text that follows a file name if ``--up auto`` guessed the axis `up`."""
+    return f" (up: {up}, guessed; change it with --up)" if asked == "auto" else ""
+
+
+def facts_of(
+    result: Segmentation, timings: Mapping[str, float], noun: str, sharp_inside: float | None
+) -> dict[str, Any]:
+    """Return the contents of the JSON report; `noun` is the word for a labeled element.
+
+    `sharp_inside` is the fraction of the length of barrier edges that is inside regions, or None if
+    there are no barrier edges.
+    """
     return {
         f"n_{noun}s": len(result.labels),
         "n_segments": result.n_segments,
@@ -210,6 +222,7 @@ def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> d
         "seconds": dict(timings),
         "n_unreached": result.n_unreached,
         "sliver_share": result.sliver_share,
+        "sharp_inside": sharp_inside,
         "params": result.params,
     }
 

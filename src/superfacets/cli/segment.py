@@ -145,7 +145,9 @@ class _Run:
         n_left_out = int(np.count_nonzero(result.labels < 0))
         if self.has_mask and not n_left_out and not self.is_quiet:
             print_note(f"the mask leaves out no {noun}")
-        self._report(job, result, timings, noun, n_left_out)
+        inside = outcome.sharp_inside
+        share = None if inside is None else float(inside.sum())
+        self._report(job, result, timings, noun, n_left_out, share)
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
@@ -157,13 +159,15 @@ class _Run:
 
     def _report(
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
-        n_left_out: int = 0,
+        n_left_out: int = 0, sharp_inside: float | None = None,
     ) -> None:  # fmt: skip
         asked = self.options.keywords.get("denoise")
         if not self.is_quiet:
             print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
         text = f"{job.name}: {summary_of(result, timings, noun, n_left_out)}"
-        facts = facts_of(result, timings, noun)
+        if sharp_inside == 0:
+            text += "; all sharp edges are on borders"
+        facts = facts_of(result, timings, noun, sharp_inside)
         job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
     def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:

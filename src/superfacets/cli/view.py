@@ -19,6 +19,7 @@ from ..mesh.base import Cells
 from .failures import print_note
 from .inputs import Input, labels_beside, labels_for, read_input, read_values
 from .options import FILE, camera_options, labels_named_option, option, options
+from .report import note_on_up
 
 if TYPE_CHECKING:
     from ..pictures.camera import Up
@@ -88,15 +89,15 @@ def view_command(
         raise MeshError(f"{mesh}: {error}") from None
     if target is not None:
         page.save(target)
-        click.echo(f"wrote {output}")
+        click.echo(f"wrote {output}{note_on_up(up, page.up)}")
     else:
-        _open(page, mesh.stem)
+        _open(page, mesh.stem, note_on_up(up, page.up))
 
 
-def _open(page: Page, name: str) -> None:
+def _open(page: Page, name: str, note: str) -> None:
     """Open the page in the browser. The file is kept, because the browser may read it later."""
     path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
-    click.echo(f"wrote {path}")
+    click.echo(f"wrote {path}{note}")
     if not webbrowser.open(path.as_uri()):
         print_note("no browser was found: open the file yourself, or name a file with --html")
 

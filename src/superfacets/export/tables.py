@@ -1,4 +1,4 @@
-"""Write tables of numbers as CSV, JSON or Parquet, and polylines along mesh edges as OBJ."""
+"""Write tables of numbers as CSV, JSON or Parquet, and border lines as OBJ or VTP."""
 
 from __future__ import annotations
 
@@ -7,21 +7,30 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array, Floats
+from .._types import Array, Floats, Longs
 from ..errors import import_extra
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
+from .vtk import Arrays, write_vtk_xml
 
 Columns = Mapping[str, Array]
 """Columns of a table, keyed by column name; all columns have the same length."""
 
 TABLE_ENDINGS = (".csv", ".json", ".parquet")
-LINE_ENDINGS = (".obj",)
+LINE_ENDINGS = (".obj", ".vtp")
+
+
+class Line(NamedTuple):
+    """Border line between two regions."""
+
+    low: int  # number of the first region
+    high: int  # number of the second region, or -1 at the boundary of the mesh
+    vertices: npt.NDArray[np.integer]  # indices of vertices; a closed line repeats the first vertex
 
 
 def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
@@ -70,18 +79,44 @@ def _write_parquet(path: Path, columns: Columns) -> None:
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 
-def write_lines(
-    path: StrPath, vertices: Floats, lines: Iterable[tuple[str, npt.NDArray[np.integer]]]
+def write_lines(path: StrPath, vertices: Floats, lines: Iterable[Line]) -> None:
+    """Write border lines as OBJ or VTP, with the vertices on the lines.
+
+    In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
+    In VTP, the numbers of the two regions are the cell data ``low`` and ``high``.
+    """
+    ending, written = known_ending(Path(path), LINE_ENDINGS), list(lines)
+    rows = [line.vertices for line in written]
+    used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
+    offsets = np.cumsum([0, *map(len, rows)])
+    with atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
+        write = _write_obj_lines if ending == ".obj" else _write_vtp_lines
+        write(file, vertices[used], written, along, offsets)
+
+
+def _write_obj_lines(
+    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
 ) -> None:
-    """Write polylines as OBJ groups; each polyline is a pair of its name and its vertex indices."""
-    known_ending(Path(path), LINE_ENDINGS)
-    named = list(lines)
-    rows = [line for _, line in named]
-    used, numbers = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
-    with atomic_outputs([path]) as temporaries, temporaries[0].open("w", newline="") as file:
-        file.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices[used].tolist())
-        start = 0
-        for name, line in named:
-            along = " ".join(map(str, (numbers[start : start + len(line)] + 1).tolist()))
-            file.write(f"g {name}\nl {along}\n")
-            start += len(line)
+    """Write lines as OBJ; the points of line i are ``along[offsets[i]:offsets[i + 1]]``."""
+    file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points.tolist())
+    for i, line in enumerate(lines):
+        other = "open" if line.high < 0 else line.high
+        numbers = (along[offsets[i] : offsets[i + 1]] + 1).tolist()
+        row = " ".join(map(str, numbers))
+        file.write(f"g border_{line.low}_{other}\nl {row}\n".encode())
+
+
+def _write_vtp_lines(
+    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
+) -> None:
+    """Write lines as VTP; see `_write_obj_lines` for the arguments."""
+    sections: dict[str, Arrays] = {
+        "CellData": {
+            "low": np.array([line.low for line in lines], np.int32),
+            "high": np.array([line.high for line in lines], np.int32),
+        },
+        "Points": {"Points": points},
+        "Lines": {"connectivity": along.astype(np.int64), "offsets": offsets[1:].astype(np.int64)},
+    }
+    counts = {"NumberOfPoints": len(points), "NumberOfLines": len(lines)}
+    write_vtk_xml(file, "PolyData", counts, sections, ascii=False)

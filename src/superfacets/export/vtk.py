@@ -51,7 +51,7 @@ def write_vtk_xml(
 
 def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> None:
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
-    table = values.reshape(len(values), -1)
+    table = values if values.ndim > 1 else values[:, np.newaxis]
     form = "ascii" if ascii else "binary"
     # If NumberOfComponents is missing, meshio reads an (N,) array; if it is 1, an (N, 1) array.
     width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""

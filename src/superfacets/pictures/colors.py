@@ -155,8 +155,8 @@ def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
     its neighbors or, if there is none, the least used color that no neighbor has. If the neighbors
     use all 10 colors of the palette, the region gets an additional color: the color that differs
     most from the colors of the neighbors. If there are at most 24 regions, a region that would
-    repeat a color gets an unused color instead, unless all unused colors are too similar to colors
-    of its neighbors. Time and memory are linear in the number of arcs.
+    repeat a color gets an unused color instead, so all colors are distinct. Time and memory are
+    linear in the number of arcs.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -209,6 +209,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
     `_region_adjacency`. Sets of colors are stored as bit masks.
     """
     near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
+    are_few = len(order) <= _MAX_DISTINCT
     colors = [-1] * len(order)  # -1: not yet colored
     n_uses = [0] * len(PALETTE)
     for region in order:
@@ -218,30 +219,33 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
             close |= near[color]
             same |= 1 << color
         free = (whole_palette & ~close) or (whole_palette & ~same)
-        if not free:
-            # Use the color with the largest distance to the colors of all neighbors.
-            colors[region] = int(_distances()[:, sorted(taken)].min(axis=1).argmax())
-            continue
         candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
-        color = min(candidates, key=n_uses.__getitem__)
-        n_uses[color] += 1
-        if n_uses[color] > 1 and len(order) <= _MAX_DISTINCT:
-            color = _unused_color(sorted(taken), colors, color)
+        color = min(candidates, key=n_uses.__getitem__, default=-1)
+        if color < 0 or (are_few and n_uses[color]):
+            used = [other for other in colors if other >= 0] if are_few else []
+            color = _additional_color(sorted(taken), used)
+        if color < len(PALETTE):
+            n_uses[color] += 1
         colors[region] = color
     return colors
 
 
-def _unused_color(near: list[int], colors: list[int], otherwise: int) -> int:
-    """Return the index of the unused color that differs most from all used colors.
+def _additional_color(near: list[int], used: list[int]) -> int:
+    """Return the index of the color that differs most from the colors in `near` and `used`.
 
-    `near` contains the colors of the neighbors, and `colors` the color of each region, or -1.
-    Colors that are too similar to a color in `near` are excluded. If no color is left, returns
-    `otherwise`.
+    `near` contains the colors of the neighbors. `used` contains the colors of all other regions if
+    colors must not repeat. A distance of `MIN_COLOR_DISTANCE` from the colors in `near` is enough,
+    so that the color may differ more from the colors in `used`.
     """
     from_near = _distances()[:, near].min(axis=1, initial=np.inf)
-    from_used = _distances()[:, [color for color in colors if color >= 0]].min(axis=1)
+    if not used:
+        return int(from_near.argmax())
+    from_used = _distances()[:, used].min(axis=1)
     from_used[from_near < MIN_COLOR_DISTANCE] = 0
-    return int(from_used.argmax()) if from_used.any() else otherwise
+    if not from_used.any():  # all unused colors are similar to the color of a neighbor
+        from_near[used] = 0
+        return int(from_near.argmax())
+    return int(from_used.argmax())
 
 
 @cache

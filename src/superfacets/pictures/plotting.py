@@ -21,7 +21,7 @@ from ..mesh.base import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk
-from .camera import Clip, View, orbiting_cameras, place_camera
+from .camera import Clip, Up, View, orbiting_cameras, place_camera
 from .colors import Scale, checked_values, scale_of
 from .rendering import (
     Style,
@@ -30,9 +30,8 @@ from .rendering import (
     draw_scene,
     png_of_picture,
     scene_of,
-    upright,
 )
-from .scene import Picture
+from .scene import Picture, upright
 
 _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 
@@ -52,9 +51,12 @@ class Plot:
     ----------
     frames : list of ndarray of uint8, shape (height, width, 3)
         One picture, or all pictures of a rotation, in sRGB. Row 0 is at the top.
+    up : {"y", "z", "x"}
+        Axis that points up. If the view has ``up="auto"``, this is the guessed axis.
     """
 
     frames: list[Picture] = field(repr=False)
+    up: Up = field(repr=False)
 
     @property
     def image(self) -> Picture:
@@ -159,7 +161,7 @@ def plot(
     Returns
     -------
     Plot
-        Plot with ``image``, ``frames`` and ``save(path)``. A notebook shows the plot.
+        Plot with ``image``, ``frames``, ``up`` and ``save(path)``. A notebook shows the plot.
 
     Raises
     ------
@@ -196,10 +198,10 @@ def plot(
     shades, scale = [colors] * len(series), None
     if color_by is not None:
         shades, scale = _colors_by(whole, series, color_by, scale_title)
-    frames = _draw_side_by_side(
+    frames, up = _draw_side_by_side(
         _Panels(whole, series, shades, clip, is_smooth), style, n, titles, scale
     )
-    plotted = Plot(frames)
+    plotted = Plot(frames, up)
     if path is not None:
         plotted.save(path)
     return plotted
@@ -278,10 +280,11 @@ class _Panels:
 
 def _draw_side_by_side(
     panels: _Panels, style: Style, n_frames: int, titles: Sequence[str] | None, scale: Scale | None
-) -> list[Picture]:
-    """Return `n_frames` pictures of all panels side by side, with titles above and a scale below.
+) -> tuple[list[Picture], Up]:
+    """Return `n_frames` pictures of all panels side by side, and the axis that points up.
 
-    No titles are drawn if `titles` is None, and no scale if `scale` is None.
+    Titles are above the panels, and the scale is below. No titles are drawn if `titles` is None,
+    and no scale if `scale` is None.
     """
     width, height = style.frame
     count = len(panels.series)
@@ -295,20 +298,20 @@ def _draw_side_by_side(
         below.append(scale_strip(scale, width * count, strip_height, style.background))
         height -= strip_height
     inner = replace(style, frame=(width, height))
-    columns = _drawn(panels, inner, n_frames)
+    columns, up = _drawn(panels, inner, n_frames)
     rows = [np.concatenate(row, axis=1) for row in zip(*columns, strict=True)]
-    return [np.concatenate([*above, row, *below]) for row in rows]
+    return [np.concatenate([*above, row, *below]) for row in rows], up
 
 
-def _drawn(panels: _Panels, style: Style, n_frames: int) -> list[list[Picture]]:
-    columns, cameras = [], None
+def _drawn(panels: _Panels, style: Style, n_frames: int) -> tuple[list[list[Picture]], Up]:
+    columns, cameras, view = [], None, style.view
     for labels, colors in zip(panels.series, panels.colors, strict=True):
         scene = scene_of(panels.cells, labels, colors, panels.clip, is_smooth=panels.is_smooth)
         if cameras is None:
-            view = upright(style.view, scene)
+            view = upright(view, scene)
             if n_frames == 1:
                 cameras = [place_camera(scene.points, view, style.aspect)]
             else:
                 cameras = orbiting_cameras(scene.points, view, style.aspect, n_frames)
         columns.append(draw_scene(scene, cameras, style))
-    return columns
+    return columns, view.up

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ from .scene import (
     build_scene,
     checked_colors,
     default_border_width,
-    guess_up,
+    upright,
 )
 
 _PNG_RUNS = 3  # the strategy Z_RLE of zlib, which is fast: it compresses only runs of equal bytes
@@ -226,11 +226,6 @@ def _half(cells: Any, clip: Clip) -> Bools:
     axis = "xyz".index(clip[-1])
     heights = kind.positions(cells)[:, axis] - cells.bounds[:, axis].mean()
     return np.asarray(heights < 0 if clip.startswith("-") else heights >= 0)
-
-
-def upright(view: View, scene: Scene) -> View:
-    """Return the view. If its up axis is "auto", it is replaced by the result of `guess_up`."""
-    return replace(view, up=guess_up(scene)) if view.up == "auto" else view
 
 
 def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -17,7 +17,7 @@ from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.point_graph import PointGraph, find_point_graph
 from ..mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides
 from ..mesh.point_cloud import PointCloud
-from .camera import Camera
+from .camera import Camera, View
 from .colors import colors_of_cells, region_colors
 
 # Width of a border line, as a fraction of the diameter of a region. A line of this width covers 4 %
@@ -206,6 +206,11 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
     center = areas @ (first + second + third) / (3 * areas.sum())
     on_y, on_z = (_firmness(scene.points, center, axis) for axis in (1, 2))
     return "z" if on_z > 0 and on_z > on_y + _LEAD else "y"
+
+
+def upright(view: View, scene: Scene) -> View:
+    """Return the view. If its up axis is "auto", it is replaced by the result of `guess_up`."""
+    return replace(view, up=guess_up(scene)) if view.up == "auto" else view
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:

@@ -18,8 +18,9 @@ from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
 from ...io.readers.read import read_cells_and_attributes
 from ...io.textures import Texture
-from ..camera import View
+from ..camera import Up, View
 from ..colors import scale_colors
+from ..scene import upright
 from .coding import Arrays
 from .groups import (
     Feature,
@@ -49,9 +50,12 @@ class Page:
     ----------
     html : str
         Complete page, as self-contained HTML.
+    up : {"y", "z", "x"}
+        Axis that points up. If the camera has ``up="auto"``, this is the guessed axis.
     """
 
     html: str = field(repr=False)
+    up: Up = field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file whose name ends in .html or .htm; return the path of the file.
@@ -135,7 +139,7 @@ def view(
     Returns
     -------
     Page
-        Page with the method ``save(path)``. A notebook shows the page.
+        Page with ``html``, ``up`` and ``save(path)``. A notebook shows the page.
 
     Raises
     ------
@@ -168,6 +172,7 @@ def view(
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
     own = own_colors(cells, colors, attributes) if texture is None else None
     shape = shape_of(cells)
+    camera = upright(camera or View(), shape.scene)
     arrays = _arrays(shape, levels, truth, values)
     paint, parts = None, {} if own is None else color_parts(cells, shape, own)
     if texture is not None:
@@ -175,7 +180,7 @@ def view(
     for name, (array, coding) in parts.items():
         arrays.add(name, array, coding)
     facts = {
-        **_facts_of_shape(shape, camera or View()),
+        **_facts_of_shape(shape, camera),
         "noun": kind.noun,
         "n_cells": n_cells,
         "measure": "volume" if kind.dimension == 3 else "area",
@@ -186,7 +191,7 @@ def view(
         "arrays": arrays.entries,
     }
     size = f"{n_cells:,} {kind.noun}s"
-    return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()))
+    return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()), camera.up)
 
 
 def checked_page_path(path: str | os.PathLike[str]) -> Path:

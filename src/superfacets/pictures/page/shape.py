@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +21,7 @@ from ...mesh.base import Cells
 from ...mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ..camera import View, view_axes
-from ..scene import Scene, guess_up, hexagons_of
+from ..scene import Scene, hexagons_of, upright
 from .coding import Coding
 
 STEPS = 65535
@@ -141,8 +141,8 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
 
     The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
     """
-    up = guess_up(shape.scene) if camera.up == "auto" else camera.up
-    right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
+    up = upright(camera, shape.scene).up
+    right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
     return {
         "axes": np.stack([right, upward, toward]).tolist(),
         "view": {

@@ -133,10 +133,11 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
 
 
 def _shapes(graph: RegionGraph) -> Floats:
-    """Return linearity, planarity, sphericity, 3 * curvature and crease of each region, (K, 5).
+    """Return five measures of the shape of each region, (K, 5).
 
-    The first four values are between 0 and 1. The crease is the mean signed angle at borders with
-    other regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.
+    They are linearity, planarity, sphericity, 3 * surface variation, and crease. The first four
+    values are between 0 and 1. The crease is the mean signed angle at borders with other regions,
+    in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.
     """
     n, ends = graph.n_regions, graph.edge_index.ravel()
     lengths = np.tile(graph.border_lengths, 2)
@@ -144,5 +145,5 @@ def _shapes(graph: RegionGraph) -> Floats:
     sums = np.bincount(ends, lengths * angles, n)
     totals = np.bincount(ends, lengths, n)
     creases = np.divide(sums, np.pi * totals, out=np.zeros(n), where=totals > 0)
-    extents = (graph.linearity, graph.planarity, graph.sphericity, 3.0 * graph.curvature)
+    extents = (graph.linearity, graph.planarity, graph.sphericity, 3.0 * graph.surface_variation)
     return np.asarray(np.nan_to_num(np.stack([*extents, creases], axis=1)))
