@@ -92,6 +92,17 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[
     return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 
 
+def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
+    """Return `stored_colors`, where colors of vertices are averaged over the corners of each cell.
+
+    If a mesh has as many vertices as cells, the colors are those of vertices.
+    """
+    colors = stored_colors(cells, attributes)
+    if colors is None or len(colors) != getattr(cells, "n_vertices", None):
+        return colors
+    return np.asarray(np.rint(_per_cell(colors.astype(np.float64), cells)), np.uint8)
+
+
 def _columns_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> npt.NDArray[np.float64]:

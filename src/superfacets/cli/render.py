@@ -10,7 +10,7 @@ import click
 
 from .._types import Array
 from ..batches.files import seen_from
-from ..cells.named_features import property_of, stored_colors
+from ..cells.named_features import colors_of_cells, property_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
@@ -135,7 +135,7 @@ def render_command(
     shown, others, titles = _series_of(source, labels, compare, cells, labels_named)
     colors = None
     if color_by == _OWN_COLORS or (color_by is None and shown is None):
-        colors = stored_colors(cells, attributes)
+        colors = colors_of_cells(cells, attributes)
     if color_by == _OWN_COLORS:
         if colors is None:
             raise MeshError(f"{mesh} has no colors of faces, vertices or points")
