@@ -12,8 +12,8 @@ from superfacets._validate import checked_threads
 from superfacets.pipeline import Prepared
 from superfacets.studio.regions.segmenting import (
     Cancelled,
+    SegmentationTask,
     Segmenter,
-    Turn,
     default_parameters,
     levels_of,
 )
@@ -48,12 +48,12 @@ def test_regions_that_are_kept_take_no_time(segmenter):
     parameters = default_parameters(1152)
     base = segmenter.run(parameters)
     stages = []
-    assert segmenter.run(parameters, Turn(stages.append)) is base
+    assert segmenter.run(parameters, SegmentationTask(stages.append)) is base
     assert stages == []
 
 
 def test_a_turn_that_is_cancelled_ends(segmenter):
-    turn = Turn(lambda fact: turn.cancel())
+    turn = SegmentationTask(lambda fact: turn.cancel())
     with pytest.raises(Cancelled):
         segmenter.run(default_parameters(1152), turn)
     assert segmenter.run(default_parameters(1152)).n_regions == 150
@@ -69,7 +69,7 @@ def test_closing_ends_the_run():
 
     def run():
         try:
-            segmenter.run(default_parameters(1152), Turn(tell))
+            segmenter.run(default_parameters(1152), SegmentationTask(tell))
         except Cancelled as error:
             errors.append(error)
 
