@@ -44,7 +44,10 @@ def arcs_of(graph):
     """Pairs of regions and what lies between them, as a dict of tuples."""
     values = np.stack([graph.arc_values(name) for name in graph.ARC_VALUES], axis=1)
     pairs = zip(*graph.edge_index.tolist(), strict=True)
-    return {pair: pytest.approx(row, nan_ok=True) for pair, row in zip(pairs, values.tolist(), strict=True)}
+    return {
+        pair: pytest.approx(row, nan_ok=True)
+        for pair, row in zip(pairs, values.tolist(), strict=True)
+    }
 
 
 @pytest.mark.parametrize("is_cut", [False, True])
