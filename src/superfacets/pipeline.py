@@ -861,8 +861,8 @@ def fewer_note(result: Segmentation) -> str | None:
 def barriers_note(asked: int, n_made: int) -> str:
     """Return a note that explains why barriers led to more regions than requested."""
     if asked == 1:
-        return f"barriers divide the mesh into {n_made} components, each of which is a region"
-    return "barriers divide the mesh into components, each of which has at least one region"
+        return f"barriers divide the cells into {n_made} components, each of which is a region"
+    return "barriers divide the cells into components, each of which has at least one region"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
@@ -883,7 +883,7 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
         if has_barriers and asked == 1:  # users request this to get one region per component
             return
         advice = "to join them to the nearest region, use islands='nearest'"
-        note = f"{counted(result.n_unreached, 'component')} of the mesh got no seed; {advice}"
+        note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
         if has_barriers:
             note = barriers_note(asked, result.n_segments)
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):

@@ -232,7 +232,7 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     out = tmp_path / "out.npy"
     options = ("-n", 1, "--barrier-angle", 30, "--force", "-o", out)
     more = (
-        "superfacets: note: 6 more regions than requested: barriers divide the mesh into 7"
+        "superfacets: note: 6 more regions than requested: barriers divide the cells into 7"
         " components, each of which is a region\n"
     )
     status, _, err = run("segment", tmp_path / "block.ply", *options)
