@@ -538,7 +538,8 @@ def _prepare(work: _Work) -> _Work:
         prepared = mesh
     else:
         with work.timed("mesh"):
-            source, options = _read(mesh, options)
+            source, features = read_with_features(mesh, options.features, options.loop.n_threads)
+            options = replace(options, features=features)
         with work.timed("face_graph"):
             prepared = Prepared.of(
                 source, weld=options.weld, n_threads=options.loop.n_threads,
@@ -555,11 +556,13 @@ def _prepare(work: _Work) -> _Work:
     )
 
 
-def _read(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
+def read_with_features(
+    mesh: MeshLike | CloudLike, features: FeatureOptions, n_threads: int
+) -> tuple[Cells, FeatureOptions]:
     """Read the mesh or cloud, and replace names of features by a table of their values."""
-    names = options.features.names
+    names = features.names
     if not names:
-        return as_cells(mesh), options
+        return as_cells(mesh), features
     if isinstance(mesh, (str, os.PathLike)):
         source, attributes = read_cells_and_attributes(mesh)
     else:
@@ -569,8 +572,8 @@ def _read(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
             )
-    table = features_of(names, source, attributes, options.loop.n_threads)
-    return source, replace(options, features=replace(options.features, given=table))
+    table = features_of(names, source, attributes, n_threads)
+    return source, replace(features, given=table)
 
 
 def _plan(work: _Work) -> _Work:
