@@ -481,7 +481,7 @@ def test_sharp_edges_divide_a_part_into_its_faces():
     with pytest.warns(IslandWarning) as warned:
         segment(block, 2, barriers=edges)
     assert str(warned[0].message) == (
-        "8 regions instead of 2: barriers divide the mesh into components, each of which has at"
+        "8 regions instead of 2: barriers divide the cells into components, each of which has at"
         " least one region"
     )
     assert len(sharp_edges(block, 5)) == len(edges) + 64  # the hole bends by 360 / 64 degrees

@@ -76,6 +76,7 @@ def files(tmp_path, monkeypatch, real_data):
     sf.write_mesh("assembly.ply", with_specks(bear))
     write_stl("part.stl", gallery_meshes.flange())
     write_obj("quads.obj", gallery_meshes.knot())
+    write_tile("tile.las")
     textured_meshes.write_facade(tmp_path)
     if find_spec("meshio"):
         sf.write_mesh("body.vtu", gallery_meshes.body())
@@ -101,6 +102,29 @@ def write_obj(path, mesh):
     lines = ["v {} {} {}\n".format(*vertex) for vertex in mesh.vertices.tolist()]
     lines += ["f {} {} {} {}\n".format(*mesh.face(i) + 1) for i in range(mesh.n_faces)]
     Path(path).write_text("".join(lines))
+
+
+def tile_of_lidar():
+    """Points of flat ground and two gable roofs with 3 cm of noise, and the plane of each point.
+
+    The ground is plane -1, and the slopes of the roofs are planes 0 to 3.
+    """
+    rng = np.random.default_rng(0)
+    parts = [np.insert(rng.uniform(0, 40, (20_000, 2)), 2, 0, axis=1)]
+    planes = [np.full(20_000, -1)]
+    for i, (x, y) in enumerate([(10, 12), (28, 25)]):
+        across, along = rng.uniform([-5, -7], [5, 7], (9_000, 2)).T
+        parts.append(np.stack([x + across, y + along, 8 - np.abs(across) / 2], axis=1))
+        planes.append(2 * i + (across > 0))
+    points = np.concatenate(parts) + [500_000, 5_400_000, 0]
+    points[:, 2] += rng.normal(0, 0.03, len(points))
+    return points, np.concatenate(planes)
+
+
+def write_tile(path):
+    points, planes = tile_of_lidar()
+    classes = np.where(planes < 0, 2, 6).astype(np.uint8)
+    sf.write_mesh(path, points, attributes=sf.MeshAttributes(vertex={"classification": classes}))
 
 
 def export_labels(path):
@@ -194,6 +218,31 @@ def test_the_code_of_the_cad_page_measures_a_tilted_bore_with_a_groove():
             exec(code, {"part": part, "cad_faces": cad_faces, "np": np})
         [line] = printed.getvalue().splitlines()
         assert line.endswith(f" {kind} 6.00, axis [0.29 0.43 0.86]")
+
+
+def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(tmp_path, monkeypatch):
+    pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
+    write_tile("tile.las")
+    _, planes = tile_of_lidar()
+    code = next(
+        block.code
+        for block in python_blocks(DOCS / "howto" / "clouds.md")
+        if "is_coplanar" in block.code
+    )
+    with contextlib.redirect_stdout(io.StringIO()):
+        exec(code, names := {"sf": sf, "np": np})
+    labels = sf.read_labels("planes.las")
+    assert np.array_equal(labels < 0, planes < 0)
+    counts = np.zeros((labels.max() + 1, 4), int)
+    np.add.at(counts, (labels[labels >= 0], planes[planes >= 0]), 1)
+    assert len(counts) == 4
+    assert counts.max(axis=1).sum() > 0.99 * counts.sum()  # all except points at the ridges
+    # The formulas of the page for slope and aspect: the sides of the roofs face west and east.
+    normals = sf.region_graph(names["cloud"], labels).normals[counts.argmax(axis=0)]
+    assert np.degrees(np.arccos(abs(normals[:, 2]))) == pytest.approx([26.57] * 4, abs=1)
+    aspects = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
+    assert aspects == pytest.approx([270, 90, 270, 90], abs=3)
 
 
 def test_the_first_example_runs_where_there_are_no_files(tmp_path, monkeypatch):

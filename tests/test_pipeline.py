@@ -95,7 +95,7 @@ def test_two_islands_never_share_a_region():
 def test_a_component_without_a_seed_adds_a_region_and_a_warning():
     with pytest.warns(
         IslandWarning,
-        match="^2 regions instead of 1: 1 component of the mesh got no seed; to join them"
+        match="^2 regions instead of 1: 1 component got no seed; to join them"
         " to the nearest region, use islands='nearest'",
     ):
         result = segment(shapes.two_islands(), 1)

@@ -15,7 +15,7 @@ from . import _core
 from ._options import ISLANDS, Islands
 from ._types import Floats, Ints
 from ._validate import VALUE_RANGE, checked_choice, checked_count, checked_threads
-from .adapters.convert import CloudLike, MeshLike, as_cells
+from .adapters.convert import CloudLike, MeshLike
 from .cells.cell_graph import CellGraph
 from .cells.constraints import ANY_GROUP, ConstraintOptions
 from .cells.features import FeatureOptions
@@ -23,7 +23,7 @@ from .cells.kinds import graph_and_surface
 from .clustering.result import Segmentation
 from .clustering.run import segment_graph
 from .errors import IslandWarning
-from .pipeline import segment
+from .pipeline import read_with_features, segment
 from .regions.edit import read_regions
 from .regions.hierarchy import Hierarchy, checked_cut, merge_neighbors
 
@@ -33,7 +33,7 @@ def hierarchy(
     counts: Sequence[int] | npt.NDArray[np.integer[Any]],
     *,
     labels: npt.ArrayLike | None = None,
-    features: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | str | Sequence[str] | None = None,
     scale_features: bool = True,
     islands: Islands = "keep",
     barriers: npt.ArrayLike | None = None,
@@ -66,11 +66,12 @@ def hierarchy(
         Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
         in no region. By default, the labels come from ``segment(cells, max(counts), **options)``,
         or from `segment_graph` if `cells` is a graph.
-    features : array_like, shape (N, F) or (V, F), optional
-        F numbers per cell or per vertex, from which the cost of merging is computed instead of from
-        geometry. The cost is then ``a b / (a + b)`` times the squared distance between the mean
-        features of two regions (Ward's method). The formula above is only used to break ties. If
-        `labels` is not given, the finest regions also follow the features, as in `segment`.
+    features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
+        F numbers per cell or per vertex, or names of features as in `segment`, from which the cost
+        of merging is computed instead of from geometry. The cost is then ``a b / (a + b)`` times
+        the squared distance between the mean features of two regions (Ward's method). The formula
+        above is only used to break ties. If `labels` is not given, the finest regions also follow
+        the features, as in `segment`.
     scale_features : bool, default True
         Whether each feature is first divided by its area-weighted standard deviation.
     islands : {"keep", "nearest"}
@@ -142,7 +143,10 @@ def hierarchy(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
             " labels or these options"
         )
-    source = cells if isinstance(cells, CellGraph) else as_cells(cells)
+    if isinstance(cells, CellGraph):
+        source: Any = cells
+    else:
+        source, given = read_with_features(cells, given, threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
         raise ValueError(
@@ -152,7 +156,7 @@ def hierarchy(
     found = None
     if labels is None:
         if features is not None:
-            options = {**options, "features": features, "scale_features": scale_features}
+            options = {**options, "features": given.given, "scale_features": scale_features}
         options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
         found = _finest(source, wanted[0], weld, options)
         labels = found.labels

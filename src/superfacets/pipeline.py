@@ -540,7 +540,8 @@ def _prepare(work: _Work) -> _Work:
         prepared = mesh
     else:
         with work.timed("mesh"):
-            source, options = _read(mesh, options)
+            source, features = read_with_features(mesh, options.features, options.loop.n_threads)
+            options = replace(options, features=features)
         with work.timed("face_graph"):
             prepared = Prepared.of(
                 source, weld=options.weld, n_threads=options.loop.n_threads,
@@ -557,11 +558,13 @@ def _prepare(work: _Work) -> _Work:
     )
 
 
-def _read(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
+def read_with_features(
+    mesh: MeshLike | CloudLike, features: FeatureOptions, n_threads: int
+) -> tuple[Cells, FeatureOptions]:
     """Read the mesh or cloud, and replace names of features by a table of their values."""
-    names = options.features.names
+    names = features.names
     if not names:
-        return as_cells(mesh), options
+        return as_cells(mesh), features
     if isinstance(mesh, (str, os.PathLike)):
         source, attributes = read_cells_and_attributes(mesh)
     else:
@@ -571,8 +574,8 @@ def _read(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
             )
-    table = features_of(names, source, attributes, options.loop.n_threads)
-    return source, replace(options, features=replace(options.features, given=table))
+    table = features_of(names, source, attributes, n_threads)
+    return source, replace(features, given=table)
 
 
 def _plan(work: _Work) -> _Work:
@@ -860,7 +863,7 @@ def fewer_note(result: Segmentation) -> str | None:
     )
 
 
-BARRIERS_NOTE = "barriers divide the mesh into components, each of which has at least one region"
+BARRIERS_NOTE = "barriers divide the cells into components, each of which has at least one region"
 """Explains why barriers led to more regions than requested."""
 
 
@@ -882,7 +885,7 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
         if has_barriers and asked == 1:  # users request this to get one region per component
             return
         advice = "to join them to the nearest region, use islands='nearest'"
-        note = f"{counted(result.n_unreached, 'component')} of the mesh got no seed; {advice}"
+        note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
         if has_barriers:
             note = BARRIERS_NOTE
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):

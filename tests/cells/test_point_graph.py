@@ -107,6 +107,14 @@ def test_arcs_lead_both_ways_with_the_same_measures():
     assert np.array_equal(graph.arc_measures.angles[order], graph.arc_measures.angles)
 
 
+def test_noise_makes_areas_larger_by_as_much_as_the_page_of_clouds_says():
+    rng = np.random.default_rng(0)
+    roof = np.insert(rng.uniform(0, 8, (9_000, 2)), 2, 0, axis=1)  # a point per 8 cm squared
+    assert build_point_graph(roof).measures.sum() == pytest.approx(64, rel=0.03)
+    roof[:, 2] += rng.normal(0, 0.03, len(roof))
+    assert build_point_graph(roof).measures.sum() == pytest.approx(1.22 * 64, rel=0.03)
+
+
 def test_duplicates_share_the_area_and_hang_on_the_lowest():
     points = plane(200)
     alone = build_point_graph(points)

@@ -111,7 +111,11 @@ def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--mask-values", "6"], "--mask-values needs --mask"),
+        (["--mask-values", "6", "--tiled"], "--tiled does not support --mask-values"),
+        (
+            ["--mask-values", "6", "-o", "out.segs.json"],
+            ".segs.json files cannot store cells that a mask leaves out",
+        ),
         (["--mask", "m.npy", "--mask-values", "six"], "expected whole numbers >= 0, got 'six'"),
     ],
 )
@@ -119,6 +123,52 @@ def test_values_of_a_mask_that_are_wrong_are_a_usage_error(run, sheet, options, 
     status, _, err = run("segment", sheet, *options)
     assert status == 2
     assert message in err
+
+
+@pytest.mark.parametrize("command", ["segment", "levels"])
+def test_without_a_mask_file_the_input_has_the_values(run, sheet, tmp_path, command):
+    mesh = read_mesh(sheet)
+    places = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
+    kept = places < np.median(places)
+    options = ("-n", 9, "--mask-values", 6, "--labels-named", "kind", "-o", tmp_path / "out.npy")
+    for name, is_kept in {"a": kept, "b": ~kept}.items():
+        kinds = MeshAttributes(face={"kind": np.where(is_kept, 6, 2).astype(np.int32)})
+        write_mesh(tmp_path / f"{name}.ply", mesh, attributes=kinds)
+    if command == "levels":
+        assert run(command, tmp_path / "a.ply", *options)[0] == 0
+        assert np.array_equal(np.load(tmp_path / "out.9.npy") >= 0, kept)
+        return
+    inputs = [tmp_path / "a.ply", tmp_path / "b.ply"]
+    status, _, err = run(command, *inputs, *options[:-1], tmp_path, "--to", "npy")
+    assert (status, err) == (0, "")
+    expected = segment(mesh, 9, mask=~kept).labels
+    assert np.array_equal(np.load(tmp_path / "a.superfacets.npy") >= 0, kept)
+    assert np.array_equal(np.load(tmp_path / "b.superfacets.npy"), expected)
+
+
+@pytest.mark.parametrize("option", ["--mask", "--barriers"])
+def test_a_mask_or_barriers_of_one_input_are_not_used_for_another(run, sheet, halves, option):
+    (halves / "other.ply").write_bytes(sheet.read_bytes())
+    inputs, output = (sheet, halves / "other.ply"), ("-o", halves / "out", "--to", "npy")
+    status, _, err = run("segment", *inputs, option, halves / "left.npy", *output)
+    assert status == 2
+    assert "files of --mask and --barriers fit only one input" in err
+
+
+@pytest.mark.parametrize("command", ["segment", "levels"])
+def test_values_that_no_cell_has_are_named(run, sheet, halves, command):
+    options = ("-n", 9, "-o", halves / "out.npy", "--mask")
+    status, _, err = run(command, sheet, *options, halves / "left.npy", "--mask-values", "9")
+    assert status == 1
+    assert err == f"superfacets: error: {halves / 'left.npy'}: no face has the value 9\n"
+    write_labels(halves / "zeros.npy", np.zeros(1152, int))
+    status, _, err = run(command, sheet, *options, halves / "zeros.npy")
+    assert (status, err.count("no face has a value other than 0")) == (1, 1)
+    attributes = MeshAttributes(vertex={"kind": np.full(9, 2)})
+    write_mesh(halves / "cloud.ply", PointCloud(np.eye(9, 3)), attributes=attributes)
+    named = ("--mask-values", "6,9", "--labels-named", "kind")
+    status, _, err = run(command, halves / "cloud.ply", *options[:-1], *named)
+    assert (status, err.count("cloud.ply: no point has the value 6 or 9\n")) == (1, 1)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +210,7 @@ def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sh
     for name in ("x.segs.json", "x.bin", "x_sp_label.npy"):
         status, _, err = run("segment", "none.ply", "--mask", "none.npy", "-o", halves / name)
         assert status == 2
-        assert "files cannot store cells that --mask leaves out" in err
+        assert "files cannot store cells that a mask leaves out" in err
 
 
 def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):

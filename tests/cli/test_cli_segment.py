@@ -183,6 +183,12 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
         " components of the mesh without a seed became regions;"
         " --islands nearest joins them to the nearest region\n"
     )
+    islands = [np.random.default_rng(0).uniform(x, x + 1, (50, 3)) for x in (0, 90)]
+    np.save(tmp_path / "islands.npy", np.concatenate(islands))
+    err = run("segment", tmp_path / "islands.npy", "-n", 1)[2]
+    assert ": components of the point cloud without a seed became regions;" in err
+    err = run("segment", tmp_path / "islands.npy", "-r", 0.9)[2]
+    assert "fraction of the point cloud's diagonal" in err
     status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
     assert "8 faces, 1 region, 1 iteration" in out
     assert err == "superfacets: note: 1 island without a seed joined the nearest region\n"

@@ -10,6 +10,8 @@ from superfacets import (
     ArcMeasures,
     CellGraph,
     Mesh,
+    MeshAttributes,
+    MeshError,
     PointCloud,
     PolygonMesh,
     TetMesh,
@@ -23,6 +25,7 @@ from superfacets import (
     reference,
     segment,
     segment_graph,
+    write_mesh,
 )
 
 
@@ -128,6 +131,23 @@ def test_features_of_vertices_and_of_segment_are_used():
     assert np.array_equal(nested.segmentation.labels, expected.labels)
     check_levels(nested, build_face_graph(mesh))
     assert not np.array_equal(nested.cut(4), hierarchy(mesh, [4], labels=expected.labels).cut(4))
+
+
+def test_features_may_be_names(tmp_path):
+    rng = np.random.default_rng(0)
+    cloud = PointCloud(rng.uniform(size=(600, 3)) * [3, 2, 0.1], rng.normal(size=(600, 3)))
+    by_name = hierarchy(cloud, [20, 4], features=["normals", "height"])
+    columns = np.concatenate([cloud.normals, cloud.points[:, 2:]], axis=1)
+    by_value = hierarchy(cloud, [20, 4], features=columns)
+    assert np.array_equal(by_name.levels, by_value.levels)
+    assert by_name.costs == pytest.approx(by_value.costs)
+    path = tmp_path / "cloud.ply"
+    write_mesh(path, cloud, attributes=MeshAttributes(vertex={"heat": cloud.points[:, 0]}))
+    by_property = hierarchy(path, [20, 4], features="heat")
+    expected = hierarchy(cloud, [20, 4], features=cloud.points[:, 0])
+    assert np.array_equal(by_property.levels, expected.levels)
+    with pytest.raises(MeshError, match="features heat: the mesh has no property heat"):
+        hierarchy(cloud, [20, 4], features="heat")
 
 
 @pytest.mark.parametrize("features", [False, True])

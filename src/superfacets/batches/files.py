@@ -31,8 +31,9 @@ from ..mesh.base import Cells
 from ..mesh.point_cloud import PointCloud
 from ..pipeline import Options, segment
 
-Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Function that reads a file. Its argument says whether to read attributes in addition to cells."""
+Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]
+"""Function that reads a file. Its argument says whether to read attributes in addition to cells. It
+returns the cells, the attributes, and arguments of `segment`: ``mask`` and ``barriers``, if any."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
 """Parameters of `segment` that are not in `FileOptions.keywords`, mostly because they are arrays.
@@ -140,7 +141,6 @@ def segment_file(
     *,
     holds_attributes: bool,
     timings: dict[str, float],
-    constraints: Callable[[Cells], dict[str, Array]] | None = None,
     barrier_angle: float | None = None,
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
@@ -148,16 +148,16 @@ def segment_file(
     """Read, subdivide and segment one file, without writing results.
 
     `holds_attributes` is True if an output file can store attributes of vertices and faces. The
-    times of the stages "mesh" and "subdivide" are added to `timings`. `constraints` is a function
-    that gets the cells, and returns the arguments ``mask`` and ``barriers`` of `segment`. If
-    `barrier_angle` is given, all edges with at least this angle between the face normals, in
-    degrees, are barriers.
+    times of the stages "mesh" and "subdivide" are added to `timings`. If `barrier_angle` is given,
+    all edges with at least this angle between the face normals, in degrees, are barriers.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
-        mesh, attributes = load(keeps or bool(options.features) or options.min_opacity > 0)
+        mesh, attributes, constraints = load(
+            keeps or bool(options.features) or options.min_opacity > 0
+        )
         threads = checked_threads(options.keywords.get("n_threads"))
-        of_cells: dict[str, Any] = {} if constraints is None else constraints(mesh)
+        of_cells: dict[str, Any] = {**constraints}
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
             if not is_opaque.any():
@@ -226,7 +226,7 @@ def _segmented(
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
-        keywords["n_segments"] = min(keywords["n_segments"], n_kept)
+        keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
     with warnings.catch_warnings():  # `Segmentation` contains the same information
         for kind in (IslandWarning, SliverWarning, BalanceWarning):
             warnings.simplefilter("ignore", kind)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .._timing import timed
+from .._types import Array
 from ..errors import MeshError, reason_of
 from ..export.cells import ATTRIBUTE_OUTPUTS
 from ..export.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
@@ -122,7 +123,7 @@ def _done(job: BatchJob, record: Record) -> Record:
     endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
     form = job.options.form(endings)
 
-    def load(keep: bool) -> tuple[Cells, MeshAttributes | None]:
+    def load(keep: bool) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
         try:
             content = read_content(path)
         except MeshError:  # for example, an empty file
@@ -130,11 +131,11 @@ def _done(job: BatchJob, record: Record) -> Record:
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
         refuse_tileset(path)
-        found = parse_cells_and_attributes(
+        cells, attributes = parse_cells_and_attributes(
             content, cell_ending(path), path.parent, keep=keep, placement=job.placement
         )
-        check_fit(found[0], None, endings, form)
-        return found
+        check_fit(cells, None, endings, form)
+        return cells, attributes, {}
 
     timings: dict[str, float] = {}
     holds_attributes = not {*endings}.isdisjoint(ATTRIBUTE_OUTPUTS)

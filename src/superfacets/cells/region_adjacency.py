@@ -121,7 +121,7 @@ class RegionGraph:
     dimension: int = 2
 
     ARC_VALUES: ClassVar[tuple[str, ...]] = (
-        "border_length", "mean_angle", "max_angle", "concavity", "edge_count",
+        "border_length", "mean_angle", "max_angle", "concavity", "edge_count", "normal_angle",
     )  # fmt: skip
     """Names of the measures of pairs of neighbors, in the order of the columns of ``edge_attr`` in
     the result of `to_pyg`."""
@@ -196,6 +196,18 @@ class RegionGraph:
         area or volume.
         """
         return _ratio(self.perimeters, self.measures ** ((self.dimension - 1) / self.dimension))
+
+    @property
+    def normal_angles(self) -> Floats:
+        """Angle between the `normals` of the two regions of each pair, shape (E,), from 0 to pi.
+
+        The value is 0 for coplanar regions, and NaN if a normal is undefined. Unlike
+        ``mean_angles``, it hardly depends on the noise and the cells along the border.
+        """
+        low, high = self.normals[self.edge_index]
+        # Unlike acos of the dot product, this is accurate near 0 and pi.
+        sines, cosines = np.linalg.norm(high - low, axis=1), np.linalg.norm(high + low, axis=1)
+        return np.asarray(2.0 * np.arctan2(sines, cosines))
 
     @property
     def neighbor_counts(self) -> Longs:
@@ -322,7 +334,8 @@ class RegionGraph:
         -------
         dict of str to ndarray
             - ``edge_index``, (2, 2 E) int64: pairs of neighbors in both directions, sorted.
-            - ``edge_attr``, (2 E, 5) float32: the measures in `ARC_VALUES` of each pair.
+            - ``edge_attr``, (2 E, 6) float32: the measures in `ARC_VALUES` of each pair, with 0 in
+              place of NaN.
             - ``pos``, (K, 3) float32: the centroids of regions.
             - ``x``, (K, 10) float32: the values in `REGION_FEATURES`, with 0 in place of NaN.
             - ``super_index``, (N,) int64: the region of each cell, or -1 for cells in no region.
@@ -336,7 +349,7 @@ class RegionGraph:
         x = np.stack([columns[name] for name in self.REGION_FEATURES], axis=1)
         return {
             "edge_index": np.stack([sources, targets]).astype(np.int64),
-            "edge_attr": _float32(edge_attr[arcs]),
+            "edge_attr": _float32(np.where(np.isnan(edge_attr), 0.0, edge_attr)[arcs]),
             "pos": _float32(self.centroids),
             "x": _float32(np.where(np.isnan(x), 0.0, x)),
             "super_index": self.labels.astype(np.int64),

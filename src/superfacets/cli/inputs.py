@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from .._types import Array, Ints
+from .._types import Array, Bools, Ints
 from .._validate import check_length, counted
 from ..cells.kinds import kind_of
 from ..errors import MeshError
@@ -201,8 +201,9 @@ constraint_options = options(
            "Label file with one value per face or point. Cells with value 0 (or False) are left out"
            " and get label -1."),
     option("--mask-values N,N", None,
-           "Keep only cells with one of these values in the file of --mask, for example 6 or 2,6."
-           "  [default: all values except 0]", callback=partial(numbers, least=0)),
+           "Keep only cells with one of these values, such as 2,6, in the file of --mask or,"
+           " without --mask, in the property --labels-named of IN.  [default: all values except 0]",
+           callback=partial(numbers, least=0)),
     option("--barriers FILE", FILE,
            "Label file with one whole number per face or point. Cells with different numbers never"
            " share a region."),
@@ -219,21 +220,36 @@ barrier_angle_option = option(
 
 
 def constraints_of(
-    mask: Path | None, values: tuple[int, ...] | None, barriers: Path | None, n_cells: int,
-    name: str,
+    mask: Path | None, values: tuple[int, ...] | None, barriers: Path | None, source: Input,
+    cells: Cells, *, name: str,
 ) -> dict[str, Any]:  # fmt: skip
     """Read the mask and the barriers, and return them as keyword arguments of `segment`.
 
     Cells whose value in the mask is one of `values` are kept. If `values` is None, cells with any
-    value except 0 are kept.
+    value except 0 are kept. If `values` are given without `mask`, the mask is the property `name`
+    of `source`, the input that contains the `cells`. Raises a MeshError if no cell is kept.
     """
     keywords: dict[str, Any] = {}
     if mask is not None:
-        labels = _read_mask(mask, n_cells, name)
-        keywords["mask"] = labels != 0 if values is None else np.isin(labels, values)
+        keywords["mask"] = _kept(_read_mask(mask, cells.n_cells, name), values, mask, cells)
+    elif values is not None:
+        labels = source.integers(cells.n_cells, name)
+        keywords["mask"] = _kept(labels, values, name_of(source.text), cells)
     if barriers is not None:
-        keywords["barriers"] = read_labels(barriers, n_cells, name=name)
+        keywords["barriers"] = read_labels(barriers, cells.n_cells, name=name)
     return keywords
+
+
+def _kept(labels: Ints, values: tuple[int, ...] | None, file: object, cells: Cells) -> Bools:
+    is_kept = labels != 0 if values is None else np.isin(labels, values)
+    if not is_kept.any():
+        wanted = (
+            "a value other than 0"
+            if values is None
+            else f"the value {' or '.join(map(str, values))}"
+        )
+        raise MeshError(f"{file}: no {kind_of(cells).noun} has {wanted}")
+    return is_kept
 
 
 def _read_mask(path: Path, n_cells: int, name: str) -> Ints:

@@ -82,14 +82,15 @@ def levels_command(
     input.
     """
     check_inputs((input,))
-    if labels is not None and mask is not None:
+    has_mask = mask is not None or mask_values is not None
+    if labels is not None and has_mask:
         raise click.UsageError(
-            "give --labels or --mask, not both: cells with label -1 are left out already"
+            "give --labels or a mask, not both: cells with label -1 are left out already"
         )
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
     named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
     job = _plan(input, outputs, counts, format_of_stream, also_read)
-    check_mask(mask, mask_values, job.endings)
+    check_mask(job.endings, has_mask=has_mask)
     checked_targets(job.files)
     keeps = job.holds_attributes and not drop_attributes
 
@@ -101,7 +102,7 @@ def levels_command(
             given, _ = ranked_labels(labels_for(cells, labels, labels_named, is_quiet=is_quiet))
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
-        constraints = constraints_of(mask, mask_values, barriers, cells.n_cells, labels_named)
+        constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
         with warnings.catch_warnings():  # of the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)

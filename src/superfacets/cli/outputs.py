@@ -338,15 +338,10 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
     return found.st_dev, found.st_ino
 
 
-def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Iterable[str]) -> None:
-    """Raise a usage error if a mask is given, but a format needs a label for every cell.
-
-    Also raise a usage error if `values` are given without a mask.
-    """
-    if mask is None and values is not None:
-        raise click.UsageError("--mask-values needs --mask")
+def check_mask(endings: Iterable[str], *, has_mask: bool) -> None:
+    """Raise a usage error if there is a mask, but a format needs a label for every cell."""
     refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
-    if mask is not None and refusing:
+    if has_mask and refusing:
         raise click.UsageError(
-            f"{refusing[0]} files cannot store cells that --mask leaves out: use another format"
+            f"{refusing[0]} files cannot store cells that a mask leaves out: use another format"
         )

@@ -47,7 +47,7 @@ def notes_of(
             f"{asked} regions were requested, but the {whole} has only"
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
-    notes += notes_on_result(result)
+    notes += notes_on_result(result, kind.noun)
     if outcome.sharp_inside is not None:
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
@@ -55,12 +55,15 @@ def notes_of(
     return notes + notes_on_written(mesh, outcome.attributes, endings, sizes)
 
 
-def notes_on_result(result: Segmentation) -> list[str]:
-    """Return notes on the number of regions, and on merged, isolated or disconnected regions."""
+def notes_on_result(result: Segmentation, noun: str) -> list[str]:
+    """Return notes on the number of regions, and on merged, isolated or disconnected regions.
+
+    `noun` is the word for a labeled element.
+    """
     params = result.params
     asked: int | None = params["n_segments"]  # None if a radius was given
     is_kept = params["islands"] == "keep"
-    notes = _notes_on_number(result, asked)
+    notes = _notes_on_number(result, asked, noun)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
     n_nearest = result.n_unreached - n_own
     if n_nearest > 0 and not is_kept:
@@ -82,13 +85,14 @@ def notes_on_result(result: Segmentation) -> list[str]:
     return notes if slivers is None else [*notes, slivers]
 
 
-def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
+def _notes_on_number(result: Segmentation, asked: int | None, noun: str) -> list[str]:
     """Return a note if the number of regions is not `asked`, or if a radius gives only one."""
     params = result.params
+    whole = "point cloud" if noun == "point" else "mesh"
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if asked is None:
-        note = "the radius gives only one region: -r is a fraction of the mesh's diagonal"
+        note = f"the radius gives only one region: -r is a fraction of the {whole}'s diagonal"
         return [] if n_made - n_kept > 1 else [note]
     if n_made != asked and params["init"] in ("flood", "grid"):
         return [
@@ -101,9 +105,9 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     more = f"{counted(n_made - asked, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: parts between barriers without a seed became regions"]
-    parts, has_barriers = "components of the mesh without a seed", "barriers" in params
+    parts, has_barriers = f"components of the {whole} without a seed", "barriers" in params
     if params["radius_factor"] is not None:
-        parts += ", and faces that no center reached,"
+        parts += f", and {noun}s that no center reached,"
     elif has_barriers:
         # With -n 1, users request one region per component.
         return [] if asked == 1 else [f"{more}: {BARRIERS_NOTE}"]

@@ -13,6 +13,7 @@ import click
 import numpy as np
 
 from .._timing import timed
+from .._types import Array
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..cells.kinds import kind_of
 from ..clustering.result import Segmentation
@@ -24,6 +25,7 @@ from ..io.readers.pieces import holds_points
 from ..mesh.base import Cells
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
+    Input,
     barrier_angle_option,
     check_inputs,
     constraint_options,
@@ -83,19 +85,25 @@ def segment_command(
         raise click.UsageError("give --barriers or --barrier-angle, not both")
     if tiles is not None:
         others = {
-            "--mask": mask, "--barriers": barriers, "--barrier-angle": barrier_angle,
-            "--format": format,
+            "--mask": mask, "--mask-values": mask_values, "--barriers": barriers,
+            "--barrier-angle": barrier_angle, "--format": format,
         }  # fmt: skip
         formats = tiles.checked_formats(inputs, outputs, formats, chosen, others)
+    if len(inputs) > 1 and (mask is not None or barriers is not None):
+        raise click.UsageError(
+            "files of --mask and --barriers fit only one input: with --mask-values and without"
+            " --mask, values are read from each input"
+        )
     also_read = [str(path) for path in (mask, barriers) if path is not None]
     names = names_of_results if tiles is None else names_by_tiles
     jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names)
     endings = [ending for job in jobs for ending in job.endings]
-    check_mask(mask, mask_values, endings)
+    has_mask = mask is not None or mask_values is not None
+    check_mask(endings, has_mask=has_mask)
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
     run = _Run(
-        chosen, format, form, constraints, barrier_angle, mask is not None, tiles, scans, is_quiet,
+        chosen, format, form, constraints, barrier_angle, has_mask, tiles, scans, is_quiet,
         as_json,
     )  # fmt: skip
     named = [name_of(job.input) for job in jobs]
@@ -110,7 +118,7 @@ class _Run:
     options: FileOptions
     format: str | None
     form: FormatOptions
-    constraints: Callable[[int], dict[str, Any]]
+    constraints: Callable[[Input, Cells], dict[str, Array]]
     barrier_angle: float | None
     has_mask: bool
     tiles: TileOptions | None
@@ -154,7 +162,7 @@ class _Run:
             result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
         noun = "point" if holds_points(Path(job.input)) else "face"
         if not self.is_quiet:
-            print_notes(notes_on_result(result))
+            print_notes(notes_on_result(result, noun))
         self._report(job, result, result.timings, noun)
 
     def _report(
@@ -177,18 +185,23 @@ class _Run:
             self.options,
             holds_attributes=job.holds_attributes,
             timings=timings,
-            constraints=lambda cells: self.constraints(cells.n_cells),
             barrier_angle=self.barrier_angle,
             progress=bar.on_iteration,
             on_stage=bar.on_stage,
         )
 
-    def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
-        """Read the input; raise an error if an output format cannot store this kind of cells."""
-        cells, attributes = read_input(job.input, self.format).cells_and_attributes(keep=keep)
+    def _load(
+        self, job: Job, *, keep: bool
+    ) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
+        """Read the input and its constraints.
+
+        Raises an error if an output format cannot store this kind of cells.
+        """
+        source = read_input(job.input, self.format)
+        cells, attributes = source.cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
         check_fit(cells, None, job.endings, self.form)
-        return cells, attributes
+        return cells, attributes, self.constraints(source, cells)
 
     def _check_kind(self, job: Job, cells: Cells) -> None:
         """Raise a MeshError if options for meshes are given with a point cloud."""
