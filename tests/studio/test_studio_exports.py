@@ -204,7 +204,8 @@ def test_points_have_labels_of_their_own():
 
 
 def test_a_cell_gets_what_most_of_its_corners_have():
-    assert _read({"a.segs.json": b'{"segIndices":[1,1,2,2]}'}).classes.tolist() == [1, 2]
+    for files in ({"a.segs.json": b'{"segIndices":[1,1,2,2]}'}, {"a.txt": b"1\n1\n2\n2\n"}):
+        assert _read(files).classes.tolist() == [1, 2]
 
 
 @pytest.mark.parametrize(

@@ -106,9 +106,13 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
             path = Path(folder, f"labels{ending}")
             path.write_bytes(data)
             try:
-                return read_labels(path, n_cells).astype(np.int64)
+                labels = read_labels(path).astype(np.int64)
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
+        if len(labels) != n_cells and len(labels) == getattr(cells, "n_vertices", None):
+            return labels_of_corners(cells, labels)
+        check_length(labels, n_cells, "labels", error=MeshError)
+        return labels
     document = json.loads(data)
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
