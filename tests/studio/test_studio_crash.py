@@ -75,7 +75,7 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
     write_mesh(path, shapes.bumpy_sheet(24))
     worker = Worker(1152, seed=7)
     total, addresses = 0, set()
-    for round_number in range(N_ROUNDS):
+    for _ in range(N_ROUNDS):
         server = Server(path)
         try:
             addresses.add(server.address)
@@ -92,7 +92,7 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
         finally:
             server.close()
         total += worker.n_acknowledged
-        assert total, round_number
+    assert total  # a round on a busy machine may end before its first operation
     assert len(addresses) == 1  # an open page goes on
     journal = path.with_name("sheet.ply.studio.jsonl")
     cut = journal.read_bytes()[:-9]  # and in the middle of a line

@@ -1,4 +1,4 @@
-// Finds elements of the document by id, and creates elements.
+// Finds, creates and changes elements of the document, and formats numbers for them.
 
 export function element<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);

@@ -235,7 +235,7 @@ export function opaque(colors: ArrayLike<number>): Uint8Array {
 export class Picture implements Lookup, Held {
   readonly unit: number;
   bytes = 0;
-  private image: ImageBitmap | null = null; // copy of the image for `restore`; null if the Gpu keeps no copies
+  private image: ImageBitmap | null = null; // the image, kept for `restore`; null before `fill`, or if the Gpu keeps no copies
 
   constructor(private readonly gpu: Gpu) {
     this.unit = gpu.nextUnit();

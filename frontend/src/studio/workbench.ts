@@ -402,7 +402,7 @@ export class Workbench {
     this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
   }
 
-  /** Choose whether strokes leave cells that already have a class unchanged. */
+  /** Set whether strokes skip cells that already have a class. */
   lock(isLocked = !this.session.isLocked): void {
     this.session.isLocked = isLocked;
     element<HTMLInputElement>("lock").checked = isLocked;

@@ -20,9 +20,9 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
 }
 
 // The second moment of a polygon is summed over the same fan of triangles (0, i, i + 1) as its area
-// and centroid. Flipped triangles have negative weight. The second moment of a triangle is 1/12 of
-// (the sum of c c^T over its corners c, plus s s^T with the sum s of the corners). A face without a
-// normal is treated as a point at its centroid.
+// and centroid. Flipped triangles have negative weight. Per unit area, the second moment of a
+// triangle with corners a, b and c is (a a^T + b b^T + c c^T + s s^T) / 12, where s = a + b + c. A
+// face without a normal is treated as a point at its centroid.
 CellShape PolygonSurface::shape(Cell face) const {
   const Point& center = shapes_.centroids[face];
   CellShape shape{center, shapes_.areas[face], shapes_.areas[face] * shapes_.normals[face], {}, {}};

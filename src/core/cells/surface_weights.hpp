@@ -1,4 +1,4 @@
-// Stage 2 for cells of any kind: arc weights computed with eq. 1-3 (see weights.hpp).
+// Stage 2 for cells of any kind: arc weights of all kinds (see weights.hpp).
 #pragma once
 
 #include "cells/polygon_surface.hpp"

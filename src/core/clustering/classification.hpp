@@ -39,7 +39,8 @@ class Classification {
   template <typename Take>
   void take_changes(const Take& take) {
     team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
-      // HaltedPaths does not record which paths have changed, so all cells are visited.
+      // HaltedPaths does not record which paths have changed, so all cells are visited if paths are
+      // halted.
       if (!halted_ && !exact_.has_changed(chunk)) return;
       const auto [begin, end] = exact_.places(chunk);
       take(begin, end);

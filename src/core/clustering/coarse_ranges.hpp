@@ -42,8 +42,9 @@ RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begi
   return cells;
 }
 
-// Appends an arc. If one of the last kSearched arcs has the same target, shortens that arc to the
-// minimum instead. A coarse cell has few neighbors, so few parallel arcs remain to be sorted.
+// Appends an arc. If one of the last kSearched arcs has the same target, that arc gets the lower
+// length of the two instead. A coarse cell has few neighbors, so few parallel arcs remain to be
+// sorted.
 inline void add_or_shorten(std::vector<Arc>& arcs, const Arc& arc) {
   constexpr std::size_t kSearched = 8;
   const std::size_t end = arcs.size() - std::min(arcs.size(), kSearched);

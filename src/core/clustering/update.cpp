@@ -115,7 +115,7 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
   team.for_each_block(graph.n_cells(), take_over);
   std::vector<Place> members(n_regions, kNoPlace);
   for (Place place = 0; place < graph.n_cells(); ++place) members[labels[place]] = place;
-  // Each region has a member, because no region is empty.
+  // Every entry is set, because each region has at least one cell.
   SUPERFACETS_ASSERT(all_below(members, graph.n_cells()));
   return means.nearest(members);
 }

@@ -4,9 +4,10 @@
 // too long is eventually bisected in each of its faces. Faces are therefore independent, except for
 // the indices of midpoints on shared sides.
 //
-// Source of the bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles
-// constructed by bisecting the longest side", 1975. Source of the algorithm: Rivara, "Algorithms
-// for refining triangular grids suitable for adaptive and multigrid techniques", 1984.
+// The algorithm is from Rivara, "Algorithms for refining triangular grids suitable for adaptive and
+// multigrid techniques", 1984. The bound on angles that subdivision.hpp states is from Rosenberg
+// and Stenger, "A lower bound on the angles of triangles constructed by bisecting the longest
+// side", 1975.
 #include "mesh/subdivision.hpp"
 
 #include <limits>

@@ -87,8 +87,8 @@ class BucketQueue {
   // Number of buckets. The ring covers arcs of up to about 100 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
-  // Refills the empty ring from the far entries. The new first bucket contains the lowest far
-  // length.
+  // Moves far entries into the empty ring. The new first bucket contains the far entry with the
+  // shortest length.
   void bring_near() {
     auto by_length = [](const FarEntry& a, const FarEntry& b) { return a.length < b.length; };
     std::vector<FarEntry> waiting;

@@ -19,8 +19,8 @@ struct RegionLength {
 };
 
 // Appends the lengths of the sides of a cell that are part of the perimeter of the cell's region:
-// sides at which another cell is in another region. If several cells of the region meet at a side,
-// its length is counted at the lowest cell only.
+// the open part of its border, and sides at which another cell is in another region. If several
+// cells of the region meet at a side, its length is counted at the lowest cell only.
 void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
                    std::vector<RegionLength>& lengths) {
   const Label own = labels[cell];

@@ -188,8 +188,9 @@ class RayTree {
   // Adds an oriented box to each node whose axis-aligned box has a much larger area than the node's
   // triangles, if the oriented box is much smaller.
   void add_oriented(ThreadTeam& team) {
-    // Minimum ratio of the area of a box to the area of its triangles. For a square at 45 degrees
-    // to two axes, the ratio is about 4.
+    // An oriented box is considered only if the area of the axis-aligned box is more than kThin
+    // times the area of its triangles. For comparison, a square at 45 degrees to two axes has a
+    // ratio of about 4.
     constexpr double kThin = 32.0;
     constexpr double kMuchSmaller = 0.25;
     std::vector<double> of_targets(targets_.size());

@@ -67,7 +67,7 @@ MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
 or a mesh of trimesh, PyVista, Open3D or meshio."""
 
 
-class _Points(Protocol):  # an Open3D point cloud of either API
+class _Points(Protocol):  # a point cloud of Open3D's tensor API
     @property
     def point(self) -> Any: ...
 

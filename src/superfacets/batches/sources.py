@@ -30,7 +30,7 @@ class Source:
     """An input file of a batch."""
 
     input: str  # path of the file, as given by the caller or found in a folder
-    name: str  # path relative to the input folder, with slashes; results get similar paths
+    name: str  # path relative to the input folder, with forward slashes on all platforms
     placement: Placement | None = None  # position and orientation of the file in its tileset
 
 

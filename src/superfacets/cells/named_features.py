@@ -84,8 +84,7 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[
     """Return red, green and blue of each cell or of each vertex, or None if there are no colors.
 
     Files of point clouds store black for missing colors, so None is also returned if all colors are
-    black. The range is 0 to 255: the largest value of all colors determines whether the colors of
-    the file range from 0 to 1, from 0 to 255, or from 0 to 65535.
+    black. The result ranges from 0 to 255; see `MeshAttributes.colors` for the range in a file.
     """
     if not kind_of(cells).are_points or cells.colors is None:
         return None if attributes is None else attributes.colors

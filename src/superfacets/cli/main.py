@@ -101,7 +101,7 @@ class LazyGroup(click.Group):
 
 @click.group(
     cls=LazyGroup,
-    invoke_without_command=True,  # the default differs between click 8.1 and 8.2
+    invoke_without_command=True,  # click 8.1 and 8.2 differ otherwise in the exit status
     subcommand_metavar="COMMAND [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit status: 0 on success, 1 if a file could not be processed, 2 if the command line is"

@@ -19,7 +19,7 @@ inside of the volume is visible."""
 # Half of the vertical field of view, in degrees. A narrow field of view causes little distortion.
 _HALF_VIEW_ANGLE = 10.0
 
-# Width of the empty margin on each side, as a fraction of the height or width of the picture.
+# Sum of the empty margins on both sides, as a fraction of the height or width of the picture.
 _MARGIN = 0.03
 
 # For each up axis, the directions to the right and toward the viewer at azimuth 0.

@@ -155,7 +155,7 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # few cells to search for
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # usually few cells
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 

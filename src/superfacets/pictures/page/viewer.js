@@ -74,7 +74,7 @@ const uint NONE = ${g}u;
 ivec2 place(uint i) { return ivec2(int(i % ${y}u), int(i / ${y}u)); }
 `,q=`
 uniform usampler2D vertices;  // one texel per vertex: x, y, z and the encoded normal
-uniform bool has_floats;  // whether x, y, z are the bits of floats; otherwise they are integer multiples of step_
+uniform bool has_floats;  // whether x, y, z are the bits of floats, not integers; a coordinate is low + step_ * value
 uniform vec3 low;
 uniform vec3 step_;
 uniform mat3 rotation;  // rotation from mesh to eye coordinates
