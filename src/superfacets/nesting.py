@@ -143,10 +143,7 @@ def hierarchy(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
             " labels or these options"
         )
-    if isinstance(cells, CellGraph):
-        source: Any = cells
-    else:
-        source, given = read_with_features(cells, given, threads)
+    source, given = _read(cells, given, threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
         raise ValueError(
@@ -172,6 +169,15 @@ def hierarchy(
     for count in wanted:
         checked_cut(count, "each number in counts", tree)
     return Hierarchy(wanted, regions, tree.children, tree.costs, found)
+
+
+def _read(
+    cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, n_threads: int
+) -> tuple[Any, FeatureOptions]:
+    """Return the cells, and features whose names are replaced by numbers; a graph has no names."""
+    if isinstance(cells, CellGraph):
+        return cells, features
+    return read_with_features(cells, features, n_threads)
 
 
 def _checked_features(table: Floats | None) -> Floats | None:
