@@ -180,19 +180,22 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     assert "2 regions" in out
     assert err == (
         "superfacets: note: 1 more region than requested:"
-        " components of the mesh without a seed became regions;"
+        " components without a seed became regions;"
         " --islands nearest joins them to the nearest region\n"
     )
     islands = [np.random.default_rng(0).uniform(x, x + 1, (50, 3)) for x in (0, 90)]
     np.save(tmp_path / "islands.npy", np.concatenate(islands))
     err = run("segment", tmp_path / "islands.npy", "-n", 1)[2]
-    assert ": components of the point cloud without a seed became regions;" in err
+    assert ": components without a seed became regions;" in err
     err = run("segment", tmp_path / "islands.npy", "-r", 0.9)[2]
-    assert "fraction of the point cloud's diagonal" in err
+    assert "fraction of the bounding box's diagonal" in err
     status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
     assert "8 faces, 1 region, 1 iteration" in out
     assert err == "superfacets: note: 1 island without a seed joined the nearest region\n"
-    assert "no center reached" in run("segment", path, "-n", 1, "--paper")[2]
+    assert (
+        "and cells that no center reached, became regions"
+        in run("segment", path, "-n", 1, "--paper")[2]
+    )
     assert run("segment", path, "-n", 2)[2] == ""
 
 
@@ -420,7 +423,7 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
     assert status == 0
     assert "72 faces, 72 regions" in out
     assert err == (
-        "superfacets: note: 73 regions were requested, but the mesh has only 72 faces: each face"
+        "superfacets: note: 73 regions were requested, but there are only 72 faces: each face"
         " became a region\n"
     )
     assert np.array_equal(np.load(output), segment(three[2], 72).labels)

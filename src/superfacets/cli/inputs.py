@@ -241,6 +241,7 @@ def constraints_of(
 
 
 def _kept(labels: Ints, values: tuple[int, ...] | None, file: object, cells: Cells) -> Bools:
+    """Return the mask of the cells to keep, or raise a MeshError if there are none."""
     is_kept = labels != 0 if values is None else np.isin(labels, values)
     if not is_kept.any():
         wanted = (

@@ -42,12 +42,11 @@ def notes_of(
         notes.append("no face was subdivided: all edges are short enough" if is_same else said)
     n_kept = int(np.count_nonzero(result.labels >= 0))
     if asked is not None and asked > n_kept:
-        whole = "cloud" if kind.are_points else "mesh"
         notes.append(
-            f"{asked} regions were requested, but the {whole} has only"
+            f"{asked} regions were requested, but there are only"
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
-    notes += notes_on_result(result, kind.noun)
+    notes += notes_on_result(result)
     if outcome.sharp_inside is not None:
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
@@ -55,15 +54,12 @@ def notes_of(
     return notes + notes_on_written(mesh, outcome.attributes, endings, sizes)
 
 
-def notes_on_result(result: Segmentation, noun: str) -> list[str]:
-    """Return notes on the number of regions, and on merged, isolated or disconnected regions.
-
-    `noun` is the word for a labeled element.
-    """
+def notes_on_result(result: Segmentation) -> list[str]:
+    """Return notes on the number of regions, and on merged, isolated or disconnected regions."""
     params = result.params
     asked: int | None = params["n_segments"]  # None if a radius was given
     is_kept = params["islands"] == "keep"
-    notes = _notes_on_number(result, asked, noun)
+    notes = _notes_on_number(result, asked)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
     n_nearest = result.n_unreached - n_own
     if n_nearest > 0 and not is_kept:
@@ -85,14 +81,13 @@ def notes_on_result(result: Segmentation, noun: str) -> list[str]:
     return notes if slivers is None else [*notes, slivers]
 
 
-def _notes_on_number(result: Segmentation, asked: int | None, noun: str) -> list[str]:
+def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     """Return a note if the number of regions is not `asked`, or if a radius gives only one."""
     params = result.params
-    whole = "point cloud" if noun == "point" else "mesh"
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if asked is None:
-        note = f"the radius gives only one region: -r is a fraction of the {whole}'s diagonal"
+        note = "the radius gives only one region: -r is a fraction of the bounding box's diagonal"
         return [] if n_made - n_kept > 1 else [note]
     if n_made != asked and params["init"] in ("flood", "grid"):
         return [
@@ -105,9 +100,9 @@ def _notes_on_number(result: Segmentation, asked: int | None, noun: str) -> list
     more = f"{counted(n_made - asked, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: parts between barriers without a seed became regions"]
-    parts, has_barriers = f"components of the {whole} without a seed", "barriers" in params
+    parts, has_barriers = "components without a seed", "barriers" in params
     if params["radius_factor"] is not None:
-        parts += f", and {noun}s that no center reached,"
+        parts += ", and cells that no center reached,"
     elif has_barriers:
         # With -n 1, users request one region per component.
         return [] if asked == 1 else [f"{more}: {BARRIERS_NOTE}"]

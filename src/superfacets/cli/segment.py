@@ -162,7 +162,7 @@ class _Run:
             result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
         noun = "point" if holds_points(Path(job.input)) else "face"
         if not self.is_quiet:
-            print_notes(notes_on_result(result, noun))
+            print_notes(notes_on_result(result))
         self._report(job, result, result.timings, noun)
 
     def _report(
