@@ -135,7 +135,7 @@ def test_scans_of_an_e57_become_one_cloud(folder):
 def test_more_regions_than_points(folder):
     np.save("few.npy", np.eye(3))
     output = run("segment", "few.npy", "-n", 9, "-o", "labels.npy")
-    assert "the cloud has only 3 points" in output
+    assert "9 regions were requested, but there are only 3 points" in output
 
 
 def test_a_mask_tells_how_many_points_it_leaves_out(folder):

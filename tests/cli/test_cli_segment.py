@@ -245,11 +245,11 @@ def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
 
 
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
-    note = "superfacets: note: the radius gives only one region: -r is a fraction of the mesh's"
-    assert run("segment", sheet, "-r", 5)[2] == f"{note} diagonal\n"
+    note = "superfacets: note: the radius gives only one region: -r is a fraction of the bounding"
+    assert run("segment", sheet, "-r", 5)[2] == f"{note} box's diagonal\n"
     assert run("segment", sheet, "-n", 1)[2] == ""
     write_mesh(tmp_path / "islands.ply", shapes.two_islands())
-    assert run("segment", tmp_path / "islands.ply", "-r", 5)[2] == f"{note} diagonal\n"
+    assert run("segment", tmp_path / "islands.ply", "-r", 5)[2] == f"{note} box's diagonal\n"
 
 
 def test_ascii_writes_text(run, sheet):
