@@ -65,7 +65,7 @@ def hierarchy(
     labels : array_like of int, shape (N,), optional
         Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
         in no region. By default, the labels come from ``segment(cells, max(counts), **options)``,
-        or from `segment_graph` if `cells` is a graph.
+        or from `segment_graph` if ``cells`` is a graph.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
         F numbers per cell or per vertex, or names of features as in `segment`, from which the cost
         of merging is computed instead of from geometry. The cost is then ``a b / (a + b)`` times

@@ -149,7 +149,7 @@ class CellGraph(BaseGraph):
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
         Area of each cell, finite and >= 0, in the squared unit of the positions; or volume of each
-        cell, if `dimension` is 3. The centroid of a region is the mean position of its cells,
+        cell, if ``dimension`` is 3. The centroid of a region is the mean position of its cells,
         weighted by area. The sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of
         k regions.
     offsets : array_like of integers, shape (N + 1,)
@@ -257,7 +257,7 @@ class CellGraph(BaseGraph):
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as an object of `_core`. The first call builds and caches the object."""
+        """Return the graph as an object of ``_core``, which the first call builds and caches."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)

@@ -380,7 +380,7 @@ def region_graph(
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region. For
-        labels of vertices (superpoints), pass ``PointCloud(mesh.vertices, normals)`` as `cells`.
+        labels of vertices (superpoints), pass ``PointCloud(mesh.vertices, normals)`` as the cells.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
@@ -396,8 +396,8 @@ def region_graph(
         If the mesh is not valid.
     ValueError, TypeError
         If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if
-        all labels are -1. If centers are not one cell of each region. If `cells` is a `CellGraph`
-        without `ArcMeasures`.
+        all labels are -1. If centers are not one cell of each region. If the cells are a
+        `CellGraph` without `ArcMeasures`.
 
     Notes
     -----

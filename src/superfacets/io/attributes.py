@@ -133,7 +133,7 @@ class MeshAttributes:
         begins with ``comment`` or ``obj_info``.
     TypeError
         If an array does not contain real numbers, if `vertex` or `face` is not a mapping, or if
-        `texture` is not a `Texture`.
+        ``texture`` is not a `Texture`.
 
     Examples
     --------
