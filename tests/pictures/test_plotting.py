@@ -245,7 +245,7 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
         (
             {"color_by": "area"},
             ValueError,
-            "color_by='area' is a property of regions and needs labels",
+            "color_by='area' is the name of a region property: pass labels too",
         ),
         (
             {"color_by": "curvature", "labels": [0, 1]},

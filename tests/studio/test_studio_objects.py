@@ -143,7 +143,7 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("paint", {"class": 1, "object": 1000}, "object must be a whole number from 0 to 999"),
         ("paint", {"class": 1, "object": True}, "object must be a whole number from 0 to 999"),
         ("name-object", {"class": 1, "object": 5, "name": "a"}, "there is no object 5 of class 1"),
-        ("name-object", {"class": 1, "object": 1, "name": 5}, "must have at most 200 characters"),
+        ("name-object", {"class": 1, "object": 1, "name": 5}, "must be a string of valid Unicode"),
         ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
         ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),

@@ -265,13 +265,15 @@ export class Workbench {
       return;
     }
     const replaced = new Map<number, number>();
-    this.noteReplaced(list, paint, replaced);
+    this.countReplaced(list, paint, replaced);
     this.paintCells(this.session.regions.cellsOfAll(list), paint);
     this.sayPainted(list, paint, replaced);
   }
 
-  /** Count the regions whose main paint (class and object) is replaced by `paint`, and add the counts to `replaced`. */
-  noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
+  /**
+   * Add to `replaced`, for each main paint (class and object) that `paint` replaces, the number of regions that have it.
+   */
+  countReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
     const { session: { paints, regions: all, isLocked } } = this;
     if (isLocked || !paint) return;
     for (const region of regions) {

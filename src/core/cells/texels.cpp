@@ -15,7 +15,8 @@ constexpr double kMaxTexels = 1 << 14;
 constexpr double kMaxRows = 1 << 14;
 // Maximum number of parts per side of a triangle that covers no center of a texel.
 constexpr int kMaxSplits = 16;
-// Maximum number of repetitions of the image, per direction, that a triangle paints.
+// The image repeats in both directions. A triangle paints at most this number of copies of the
+// image per direction.
 constexpr double kMaxPaintedTiles = 4.0;
 // Number of triangles per task. Tasks are small, because the sizes of triangles vary.
 constexpr std::int64_t kTrianglesAtOnce = 256;
@@ -279,7 +280,7 @@ Found color_of(const Image& image, const Corners& corners) {
                   static_cast<double>(sums.count));
 }
 
-// Clamps a triangle to at most kMaxPaintedTiles repetitions of the image per direction.
+// Clamps a triangle to at most kMaxPaintedTiles copies of the image per direction.
 Corners cut_to_tiles(const TexelGrid& grid, Corners corners) {
   const auto& [a, b, c] = corners;
   const double left = std::min({a.x, b.x, c.x});

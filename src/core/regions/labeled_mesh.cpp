@@ -81,7 +81,8 @@ class Pins {
     return edge;
   }
 
-  // The cosine of the angle between the normals of two faces; 1 if one of them has no normal.
+  // The cosine of the angle between the normals of the two faces of an edge; 1 if a face has no
+  // normal.
   double cosine_of_fold(const EdgeFaces& edge, Vertex a, Vertex b) const {
     const Point& one = around_.normal(edge.first);
     const Point& other = around_.normal(edge.second);

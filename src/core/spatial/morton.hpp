@@ -14,7 +14,7 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
 
 // Like morton_order, but if more than n_together cells have the same code, they are ordered by
 // recursively halving their box. So consecutive cells are near in space even if the density of
-// cells varies widely. The worst-case expected time is O(N log N).
+// cells varies widely. Takes O(N log N) time at most.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 

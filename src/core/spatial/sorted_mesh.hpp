@@ -16,8 +16,8 @@ struct SortedMesh {
 
 // Sorts vertices along a Morton curve, and cells by the first of their vertices on the curve, then
 // by index. Vertices are welded: `representative` is the result of weld_vertices. Unused vertices
-// are kept, and corners keep their order within a cell. The worst-case expected time is O(V log V +
-// C). Uses at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
+// are kept, and corners keep their order within a cell. Takes O(V log V + C) time
+// at most. Uses at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
                      const CornerLists& cells, ThreadTeam& team);
 

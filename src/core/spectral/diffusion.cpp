@@ -90,6 +90,7 @@ double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {
 }
 
 Buffer<double> straight_steps(const OrderedGraph& graph, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(!graph.has_rows());
   Buffer<double> steps(graph.n_arcs);
   team.for_each_index(graph.n_cells(), [&](Place place) {
     std::int64_t next = graph.offsets[place];

@@ -37,7 +37,8 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
 // of the width of their border, so it is never 0, even if two cells have the same position.
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc);
 
-// The straight_step of each arc of a graph whose cells are sorted in the order of the input.
+// The straight_step of each arc of a graph whose cells are sorted in the order of the input. The
+// arcs must not be stored in rows.
 Buffer<double> straight_steps(const OrderedGraph& graph, ThreadTeam& team);
 
 // For each arc between two coarse cells, sums (conductance times step length) over all fine arcs

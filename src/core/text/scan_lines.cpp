@@ -71,8 +71,8 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
     const std::int64_t from = next_line(text, begin, begin + chunk * kChunk, to);
     for_each_line(text, from, to, comment, visit);
   };
-  // firsts[i + 1] is first the number of lines in chunk i. After the prefix sum, firsts[i] is the
-  // number of lines before chunk i.
+  // Before the prefix sum, firsts[i + 1] is the number of lines in chunk i. After it, firsts[i] is
+  // the number of lines before chunk i.
   std::vector<std::int64_t> firsts(n_chunks + 1, 0);
   team.for_each(n_chunks, [&](std::int64_t chunk, int) {
     lines_of_chunk(chunk, [&](std::int64_t, std::int64_t) { ++firsts[chunk + 1]; });

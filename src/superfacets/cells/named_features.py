@@ -178,7 +178,7 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
         given = cells.normals
         return estimate_normals(cells, n_threads=n_threads) if given is None else given
     if not kind.has_faces:
-        raise MeshError(f"features normals: {kind.plural} have no normals")
+        raise MeshError(f"normals cannot be a feature: {kind.plural} have no normals")
     vectors = area_vectors(cells, n_threads)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))

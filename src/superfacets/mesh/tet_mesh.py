@@ -119,7 +119,9 @@ class TetMesh(CellsOfVertices):
         tets, opposite = np.nonzero(is_outside)
         if not len(tets):
             raise MeshError(
-                "the mesh has no boundary, because every triangle belongs to two or more tetrahedra"
+                "the mesh has no boundary, because no tetrahedron is kept"
+                if not kept.any()
+                else "the mesh has no boundary, because every triangle belongs to two or more tetrahedra"
             )
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_inverted = signed_volumes(self)[tets] < 0

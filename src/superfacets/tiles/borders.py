@@ -204,7 +204,7 @@ def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks at `places` to `marks`, and marks nearby; return the marks of the ghosts."""
+    """Raise the marks of the cells of a tile at `places`, and marks nearby; see `_spread`."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 

@@ -98,7 +98,7 @@ export class RegionBrush extends Brush {
     const region = workbench.regionOf(cell);
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
-      workbench.noteReplaced([region], this.paint, this.replaced);
+      workbench.countReplaced([region], this.paint, this.replaced);
       workbench.paintCells(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
     }
     workbench.hover(cell);
@@ -258,7 +258,7 @@ export class Lasso extends Tool {
     const isSeen = this.isSeenIn(seen);
     const chosen = [...enclosed.keys()].filter(isMostlyInside).filter(isSeen);
     const replaced = new Map<number, number>();
-    workbench.noteReplaced(chosen, this.paint, replaced);
+    workbench.countReplaced(chosen, this.paint, replaced);
     workbench.paintRegions(chosen, this.paint);
     workbench.sayPainted(chosen, this.paint, replaced);
   }

@@ -175,7 +175,9 @@ def with_object_name(
 
     Raises ValueError if the name is too long, is not a string, or is not valid Unicode.
     """
-    if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
+    if not isinstance(name, str) or not is_encodable(name):
+        raise ValueError("the name of an object must be a string of valid Unicode")
+    if len(name) > _MAX_NAME:
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
     others = [
         entry for entry in names if (entry["class"], entry["object"]) != (class_id, object_id)
