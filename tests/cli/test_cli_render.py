@@ -133,7 +133,10 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not a size such as 1200x900"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
         (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
-        (["-o", "p.png", "--color-by", "area"], "'area' is the name of a region property: pass labels too"),
+        (
+            ["-o", "p.png", "--color-by", "area"],
+            "'area' is the name of a region property: pass labels too",
+        ),
     ],
 )
 def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):

@@ -19,8 +19,6 @@ from superfacets import (
 from superfacets._options import SizeOptions
 from superfacets.cells.size import region_size
 
-N_MODELS = 22
-
 AWKWARD = {
     "strip": lambda: shapes.strip(9),
     "one face": lambda: shapes.strip(1),
@@ -145,7 +143,7 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     )
 
 
-@pytest.mark.parametrize("place", [0, 1, 5, 9, N_MODELS - 1])
+@pytest.mark.parametrize("place", [0, 5, 9])
 def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, place):
     """Only small models, because the twins are slow."""
     graph = check_mesh_stages(read_off(benchmark_paths[place]))

@@ -252,7 +252,9 @@ def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Float
     n_cells = cells.n_cells
     if labels is None:
         if isinstance(color_by, str):
-            raise ValueError(f"color_by={color_by!r} is the name of a region property: pass labels too")
+            raise ValueError(
+                f"color_by={color_by!r} is the name of a region property: pass labels too"
+            )
         return checked_values(color_by, "color_by", n_cells, None)[0]
     compact, ids = compact_partial_labels(labels, n_cells, getattr(cells, "n_vertices", None))
     if isinstance(color_by, str):
