@@ -772,8 +772,8 @@ def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, sq
     write_mesh(tmp_path / "a.glb", square, [5, 9])
     with pytest.raises(
         MeshError,
-        match=r"GLB can store at most 2 ids, but there are 12 regions \(faces without a region count"
-        r" as one\): write \.ply or \.npy instead",
+        match=r"GLB can store at most 2 ids, but there are 12 regions \(faces without a region"
+        r" count as one\): write \.ply or \.npy instead",
     ):
         write_mesh(tmp_path / "a.glb", shapes.cube(), np.arange(12))
 

@@ -84,9 +84,8 @@ class _Regions:
         n_regions = len(names) - int(names[0] < 0)
         if len(names) > MAX_IDS:
             raise MeshError(
-                f"GLB can store at most {MAX_IDS} ids, but there are {len(names)} regions (faces without"
-                " a region count as one):"
-                " write .ply or .npy instead"
+                f"GLB can store at most {MAX_IDS} ids, but there are {len(names)} regions (faces"
+                " without a region count as one): write .ply or .npy instead"
             )
         return cls(names, np.where(labels < 0, n_regions, ids - int(names[0] < 0)), n_regions)
 

@@ -118,11 +118,10 @@ class TetMesh(CellsOfVertices):
         is_outside[sources[inner], sides[inner]] = False
         tets, opposite = np.nonzero(is_outside)
         if not len(tets):
-            raise MeshError(
-                "the mesh has no boundary, because no tetrahedron is kept"
-                if not kept.any()
-                else "the mesh has no boundary, because every triangle belongs to two or more tetrahedra"
-            )
+            why = "every triangle belongs to two or more tetrahedra"
+            if not kept.any():
+                why = "no tetrahedron is kept"
+            raise MeshError(f"the mesh has no boundary, because {why}")
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_inverted = signed_volumes(self)[tets] < 0
         triangles[is_inverted] = triangles[is_inverted][:, ::-1]

@@ -28,7 +28,10 @@ class Thumbnails:
         self._is_closed = False
 
     def png(self, path: Path) -> bytes:
-        """Return the thumbnail of a file as PNG; raise RenderError or OSError if it cannot be drawn."""
+        """Return the thumbnail of a file as PNG.
+
+        Raises RenderError or OSError if the thumbnail cannot be drawn.
+        """
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:
