@@ -170,8 +170,10 @@ def test_tetrahedra_given_twice_are_neighbors_over_all_triangles():
     assert graph.neighbors.tolist() == [1] * 4 + [0] * 4
     assert graph.triangle_counts == (4, 0, 0)
     assert sf.segment(twice, 1).labels.tolist() == [0, 0]
-    with pytest.raises(MeshError, match="the mesh has no boundary"):
+    with pytest.raises(MeshError, match="no boundary, because every triangle belongs to two or"):
         twice.boundary()
+    with pytest.raises(MeshError, match="no boundary, because no tetrahedron is kept"):
+        twice.boundary([False, False])
     thrice = TetMesh(TIP.vertices, [[0, 1, 2, 3]] * 3)
     assert build_tet_graph(thrice).triangle_counts == (4, 0, 4)
 
