@@ -165,7 +165,8 @@ def segment_file(
                     f"no splat has an opacity >= {options.min_opacity:g}: lower min_opacity"
                 )
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
-        features = features_of(options.features, mesh, attributes, threads)
+        is_kept = of_cells.get("mask")
+        features = features_of(options.features, mesh, attributes, threads, is_kept)
         if features is not None:
             of_cells["features"] = features
         attributes = attributes if keeps else None

@@ -23,6 +23,7 @@ from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
 from .face_graph import FaceGraph, build_face_graph
+from .kinds import kind_of
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
@@ -55,6 +56,15 @@ class ConstraintOptions:
         """The entries of `Segmentation.params` that say whether there are a mask and barriers."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
+
+    def kept_points(self, cells: Any) -> Bools | None:
+        """Return which points of a cloud to keep; None without a mask, or for other cells.
+
+        Raises a ValueError or TypeError if the mask is not valid.
+        """
+        if self.mask is None or not kind_of(cells).are_points:
+            return None
+        return _checked_kept(self.mask, cells.n_cells)
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
