@@ -1,6 +1,7 @@
 """Masks, barriers and warm starts of `segment` and `segment_graph`."""
 
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,13 +17,20 @@ from superfacets import (
     build_point_graph,
     build_tet_graph,
     crease_weights,
+    enforce_connectivity,
+    hierarchy,
+    merge_small_regions,
+    region_graph,
     segment,
     segment_graph,
     sharp_edges,
+    smooth_borders,
 )
 from superfacets.cells.constraints import ConstraintOptions
 from superfacets.cells.kinds import as_surface
+from superfacets.cells.point_graph import find_point_graph
 from superfacets.cells.region_adjacency import region_graph_of
+from superfacets.pipeline import Prepared
 from superfacets.regions.edit import BorderCosts
 from superfacets.regions.smooth import SmoothOptions, straighten
 
@@ -124,6 +132,8 @@ def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
         pairs = np.unique(np.stack([labels[mask], sides[mask]]), axis=1)
         assert pairs.shape[1] == result.n_segments  # each region has one number
         if "islands" not in options:
+            if isinstance(cells, PointCloud):  # neighbors are searched inside the mask
+                graph = find_point_graph(cells, 1, is_kept=mask)
             assert count_pieces(graph, labels) == result.n_segments
         assert result.params["mask"] == result.params["barriers"] == "given"
 
@@ -459,6 +469,94 @@ def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
         segment(points(), mask=mask, init=[7, 123])
     with pytest.raises(ValueError, match=r"init\[1\] must be 0 to 699, got 700"):
         segment(points(), init=[7, 700])
+
+
+def scan():
+    """Points of a roof, and a mask that keeps every tenth of them, so that most neighbors are out.
+
+    Returns the cloud, the mask, and a cloud of only the kept points.
+    """
+    rng = np.random.default_rng(4)
+    x, y = rng.uniform(-1, 1, (2, 6000))
+    heights = 5 - np.abs(x) + 0.001 * rng.normal(size=6000)
+    cloud = PointCloud(np.stack([x, y, heights], axis=1), viewpoints=[0, 0, 99])
+    kept = np.flatnonzero(rng.uniform(size=6000) < 0.1)
+    mask = np.zeros(6000, bool)
+    mask[kept] = True
+    return cloud, mask, cloud.taken(kept)
+
+
+OF_POINTS = {
+    "defaults": {},
+    "radius": {"n_segments": None, "radius": 0.1},
+    "creases": {"weights": "creases", "min_size": 0.5},
+    "balance": {"balance": 1.0},
+    "ends": {"radius_factor": 2.0},
+    "normals": {"features": "normals"},
+    "height": {"features": "height"},
+}
+
+
+@pytest.mark.parametrize("options", OF_POINTS.values(), ids=OF_POINTS)
+def test_a_mask_of_a_cloud_is_the_same_as_no_other_points(options):
+    cloud, mask, alone = scan()
+    options = {"n_segments": 12, **options}
+    result, expected = (run(cloud, mask=mask, **options), run(alone, **options))
+    whole = np.full(cloud.n_points, -1)
+    whole[mask] = expected.labels
+    assert np.array_equal(result.labels, whole)
+    assert np.array_equal(result.centers, np.flatnonzero(mask)[expected.centers])
+    assert result.n_unreached == expected.n_unreached
+    for regions in (result.regions, region_graph(cloud, result.labels, centers=result.centers)):
+        for name, values in expected.regions.table().items():
+            if name != "center":
+                assert np.array_equal(regions.table()[name], values, equal_nan=True), name
+        assert np.array_equal(regions.edge_index, expected.regions.edge_index)
+
+
+def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
+    cloud, mask, alone = scan()
+    kept = np.flatnonzero(mask)
+    sides = (cloud.points[:, 1] > 0.2).astype(int)
+    weights = build_point_graph(alone).weights
+    for given, of_alone in (
+        ({"barriers": sides}, {"barriers": sides[mask]}),
+        ({"init": kept[::50]}, {"init": np.arange(len(kept))[::50]}),
+        ({"init": sides}, {"init": sides[mask]}),
+        ({"features": sides}, {"features": sides[mask]}),
+        ({"n_segments": 9, "weights": weights}, {"n_segments": 9, "weights": weights}),
+    ):
+        found, expected = run(cloud, mask=mask, **given), run(alone, **of_alone)
+        assert np.array_equal(found.labels[mask], expected.labels), given.keys()
+
+
+def test_prepared_clouds_take_masks():
+    cloud, mask, _ = scan()
+    prepared = Prepared.of(cloud, weld=True, n_threads=1)
+    found = segment(prepared, 12, mask=mask, features="normals")
+    assert np.array_equal(found.labels, segment(cloud, 12, mask=mask, features="normals").labels)
+
+
+def test_edits_of_partly_labeled_clouds_are_those_of_the_labeled_points():
+    cloud, mask, alone = scan()
+    few = segment(alone, 40, smooth=False).labels
+    labels = np.full(cloud.n_points, -1)
+    labels[mask] = few
+    assert np.array_equal(smooth_borders(cloud, labels)[mask], smooth_borders(alone, few))
+    for edit in (enforce_connectivity, partial(merge_small_regions, min_size=1.1)):
+        assert np.array_equal(edit(cloud, labels).labels[mask], edit(alone, few).labels)
+    levels = {"counts": [12, 3], "features": "normals"}
+    found, expected = hierarchy(cloud, mask=mask, **levels), hierarchy(alone, **levels)
+    for at_all, at_kept in zip(found.levels, expected.levels, strict=True):
+        assert np.array_equal(at_all[mask], at_kept)
+
+
+@pytest.mark.parametrize("kept", [[3], [0, 4]], ids=["one", "coincident"])
+def test_masks_of_one_position_work(kept):
+    cloud = PointCloud([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 1, 0], [0, 0, 0]])
+    result = segment(cloud, 1, mask=np.isin(np.arange(5), kept))
+    assert np.flatnonzero(result.labels == 0).tolist() == kept
+    assert result.regions.cell_counts.tolist() == [len(kept)]
 
 
 def test_what_does_not_fit_the_cells_is_named():

@@ -237,10 +237,10 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(tmp_path, monk
     counts = np.zeros((labels.max() + 1, 4), int)
     np.add.at(counts, (labels[labels >= 0], planes[planes >= 0]), 1)
     assert len(counts) == 4
-    assert counts.max(axis=1).sum() > 0.99 * counts.sum()  # all except points at the ridges
+    assert counts.max(axis=1).sum() > 0.98 * counts.sum()  # all except points at the ridges
     # The formulas of the page for slope and aspect: the sides of the roofs face west and east.
     normals = sf.region_graph(names["cloud"], labels).normals[counts.argmax(axis=0)]
-    assert np.degrees(np.arccos(abs(normals[:, 2]))) == pytest.approx([26.57] * 4, abs=1)
+    assert np.degrees(np.arccos(abs(normals[:, 2]))) == pytest.approx([26.57] * 4, abs=1.5)
     aspects = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
     assert aspects == pytest.approx([270, 90, 270, 90], abs=3)
 

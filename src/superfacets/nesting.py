@@ -19,12 +19,11 @@ from .adapters.convert import CloudLike, MeshLike
 from .cells.cell_graph import CellGraph
 from .cells.constraints import ANY_GROUP, ConstraintOptions
 from .cells.features import FeatureOptions
-from .cells.kinds import graph_and_surface
 from .clustering.result import Segmentation
 from .clustering.run import segment_graph
 from .errors import IslandWarning
 from .pipeline import read_with_features, segment
-from .regions.edit import read_regions
+from .regions.edit import read_regions, surface_of_labeled
 from .regions.hierarchy import Hierarchy, checked_cut, merge_neighbors
 
 
@@ -143,7 +142,7 @@ def hierarchy(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
             " labels or these options"
         )
-    source, given = _read(cells, given, threads)
+    source, given = _read(cells, given, options.get("mask"), threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
         raise ValueError(
@@ -158,7 +157,7 @@ def hierarchy(
         found = _finest(source, wanted[0], weld, options)
         labels = found.labels
     with _core.Workspace():  # all steps share the threads of the workspace
-        graph, surface = graph_and_surface(source, weld, threads)
+        graph, surface = surface_of_labeled(source, labels, weld, threads)
         costs, regions, n_regions = read_regions(surface, labels)
         table = _checked_features(given.table(source, surface.measures))
         cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
@@ -172,12 +171,12 @@ def hierarchy(
 
 
 def _read(
-    cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, n_threads: int
+    cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
 ) -> tuple[Any, FeatureOptions]:
     """Return the cells, and features whose names are replaced by numbers; a graph has no names."""
     if isinstance(cells, CellGraph):
         return cells, features
-    return read_with_features(cells, features, n_threads)
+    return read_with_features(cells, features, ConstraintOptions(mask), n_threads)
 
 
 def _checked_features(table: Floats | None) -> Floats | None:

@@ -26,7 +26,7 @@ from ._options import (
     SizeOptions,
 )
 from ._timing import OnStage, timed
-from ._types import Floats, Ints
+from ._types import Bools, Floats, Ints
 from ._validate import checked_choice, counted, explains_parameters
 from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
@@ -141,17 +141,22 @@ class Prepared:
     @classmethod
     def of(
         cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
-        denoise: Denoise = "auto",
+        denoise: Denoise = "auto", is_kept: Bools | None = None,
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
-        Cells are sorted if `is_sorted` is true and sorting saves time. Raises a ValueError if
-        `denoise` is a number of steps and the cells are not faces.
+        Cells are sorted if `is_sorted` is true and sorting saves time. `is_kept` is the same as in
+        `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps and the cells
+        are not faces.
         """
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
-            found = kind.sorted_graph(cells, weld, n_threads) if is_sorted else None
+            found = None
+            if is_kept is not None:
+                found = kind.kept_graph(cells, is_kept, n_threads, is_sorted=is_sorted)
+            elif is_sorted:
+                found = kind.sorted_graph(cells, weld, n_threads)
             if found is None:
                 found = OrderedCells(cells, *kind.build_graph(cells, weld, n_threads), None)
             return found
@@ -298,7 +303,8 @@ def segment(
         each connected component may be smaller: it contains the remaining cells. See
         `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
-        Faces where the mask is False are left out and get the label -1.
+        Faces where the mask is False are left out and get the label -1. Points are segmented as if
+        the cloud had no other points.
     barriers : array_like of int, shape (N,) or (E, 2), optional
         Either one number per face, so that all faces of a region have the same number; or edges as
         pairs of vertices, so that no region extends across these edges.
@@ -528,7 +534,9 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
 
 def _prepare(work: _Work) -> _Work:
     """Read the mesh or cloud and build the graph of its cells, unless a `Prepared` is given."""
-    options, mesh = work.options, work.mesh
+    options, mesh, constraints = work.options, work.mesh, work.options.constraints
+    if isinstance(mesh, Prepared) and constraints.kept_points(mesh.source) is not None:
+        mesh = mesh.source  # the mask changes the neighbors of points
     if isinstance(mesh, Prepared):
         if mesh.order is not None and options.needs_order(mesh.kind):
             raise ValueError(
@@ -540,12 +548,14 @@ def _prepare(work: _Work) -> _Work:
         prepared = mesh
     else:
         with work.timed("mesh"):
-            source, features = read_with_features(mesh, options.features, options.loop.n_threads)
+            n_threads = options.loop.n_threads
+            source, features = read_with_features(mesh, options.features, constraints, n_threads)
             options = replace(options, features=features)
         with work.timed("face_graph"):
             prepared = Prepared.of(
-                source, weld=options.weld, n_threads=options.loop.n_threads,
+                source, weld=options.weld, n_threads=n_threads,
                 is_sorted=not options.needs_order(kind_of(source)), denoise=options.denoise,
+                is_kept=constraints.kept_points(source),
             )  # fmt: skip
     options = options.smoothed(prepared.n_steps, prepared.slack)
     return replace(
@@ -559,8 +569,9 @@ def _prepare(work: _Work) -> _Work:
 
 
 def read_with_features(
-    mesh: MeshLike | CloudLike, features: FeatureOptions, n_threads: int
-) -> tuple[Cells, FeatureOptions]:
+    mesh: MeshLike | CloudLike, features: FeatureOptions, constraints: ConstraintOptions,
+    n_threads: int,
+) -> tuple[Cells, FeatureOptions]:  # fmt: skip
     """Read the mesh or cloud, and replace names of features by a table of their values."""
     names = features.names
     if not names:
@@ -574,7 +585,7 @@ def read_with_features(
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
             )
-    table = features_of(names, source, attributes, n_threads)
+    table = features_of(names, source, attributes, n_threads, constraints.kept_points(source))
     return source, replace(features, given=table)
 
 

@@ -296,6 +296,8 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"on_stage": print}, TypeError, "on_stage is not an option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
         ({"subdivide": 1}, TypeError, "subdivide must be True or False"),
+        ({"mask_values": ["6"]}, TypeError, "each of mask_values must be an integer, got '6'"),
+        ({"mask_values": [-1]}, ValueError, "each of mask_values must be at least 0, got -1"),
         ({"drop_attributes": 1}, TypeError, "drop_attributes must be True or False"),
         ({"ascii": 1}, TypeError, "ascii must be True or False"),
         ({"formats": "npy"}, TypeError, "formats must be a sequence of names, got 'npy'"),

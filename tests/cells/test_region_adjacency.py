@@ -214,7 +214,7 @@ def test_where_normals_of_points_were_left_out_regions_have_none():
     points = np.random.default_rng(0).uniform(size=(500, 3)) * [1, 1, 0]
     cloud, labels = sf.PointCloud(points), (points[:, 0] > 0.4).astype(np.int32)
     behind = np.ones((500, 3))  # what a read past the end of no rows would find
-    bare = point_surface(cloud, replace(find_point_graph(cloud, 1), normals=behind[:0]), 1)
+    bare = point_surface(replace(find_point_graph(cloud, 1), normals=behind[:0]), 1)
     graph, expected = region_graph_of(bare, labels, 2), region_graph(cloud, labels)
     assert np.isnan(graph.normals).all()
     assert np.isnan(graph.normal_lengths).all()

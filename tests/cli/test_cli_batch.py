@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_line import files_in
 
-from superfacets import segment
+from superfacets import MeshAttributes, read_mesh, segment, write_mesh
 from superfacets.cli.progress import FileBar
 
 
@@ -31,6 +31,27 @@ def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
     status, printed, _ = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
     assert status == 0
     assert printed.startswith("0 files done, 1 done before; 0 cells in ")
+
+
+def test_values_of_each_file_are_a_mask(run, sheet, tmp_path, out):
+    mesh = read_mesh(sheet)
+    places = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
+    kept = places < np.median(places)
+    options = ("--mask-values", "6,9", "--labels-named", "kind", "-n", 9)
+    inputs = []
+    for name, is_kept in {"a": kept, "b": ~kept, "none": kept & ~kept}.items():
+        kinds = MeshAttributes(face={"kind": np.where(is_kept, 6, 2).astype(np.int32)})
+        inputs.append(tmp_path / f"{name}.ply")
+        write_mesh(inputs[-1], mesh, attributes=kinds)
+    status, _, err = run("batch", *inputs, "-o", out, *options, "--to", "npy")
+    assert status == 1
+    assert "none.ply: no face has the value 6 or 9" in err
+    run("segment", *inputs[:2], "-o", tmp_path, *options, "--to", "npy")
+    for name in ("a.superfacets.npy", "b.superfacets.npy"):
+        assert np.array_equal(np.load(out / name), np.load(tmp_path / name))
+    assert np.array_equal(np.load(out / "b.superfacets.npy") >= 0, ~kept)
+    record = json.loads((out / "manifest.jsonl").read_text().splitlines()[0])
+    assert record["params"]["mask_values"] == [6, 9]
 
 
 def test_failures_are_lines_and_a_status(run, sheet, out):
@@ -80,6 +101,11 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
         (["--paper", "--init", "flood"], "--paper sets --init farthest"),
         (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
+        (["--mask-values", "six"], "expected whole numbers >= 0, got 'six'"),
+        (
+            ["--mask-values", "6", "--to", "segs.json"],
+            ".segs.json files cannot store cells that a mask leaves out",
+        ),
     ],
 )
 def test_a_wrong_command_line_is_one_line(run, sheet, out, arguments, message):

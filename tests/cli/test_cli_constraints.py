@@ -111,7 +111,11 @@ def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--mask-values", "6", "--tiled"], "--tiled does not support --mask-values"),
+        (
+            ["--mask-values", "6", "--tiled"],
+            "--tiled does not support --mask-values: first write the cells to keep to their own file;"
+            " superfacets convert IN LABELS --split DIR writes one file per label",
+        ),
         (
             ["--mask-values", "6", "-o", "out.segs.json"],
             ".segs.json files cannot store cells that a mask leaves out",

@@ -186,7 +186,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "--weights", "stk02"], "weights must be one of parts, creases, superfacets"),
         (["--tiled", "--min-opacity", 0.5], "--tiled does not support --min-opacity"),
         (["--tiled", "--connect"], "--tiled does not support --connect"),
-        (["--tiled", "--mask", "m.npy"], "--tiled does not support --mask"),
+        (["--tiled", "--mask", "m.npy"], "--tiled does not support --mask: first write the"),
         (["--tiled", "--barriers", "m.npy"], "--tiled does not support --barriers"),
         (["--tiled", "-o", "a.ply"], "with --tiled, give one output"),
         (["--tiled", "-o", "a.npy", "-o", "b.npy"], "with --tiled, give one output"),

@@ -122,6 +122,8 @@ def batch(
     force: bool = False,
     viewpoint: Sequence[float] | None = None,
     min_opacity: float = 0.0,
+    mask_values: Sequence[int] = (),
+    labels_named: str = "label",
     **options: Any,
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels to a folder.
@@ -177,6 +179,11 @@ def batch(
     min_opacity : float, default 0.0
         Minimum opacity of Gaussian splats, 0 to 1. Splats with a lower opacity get the label -1.
         The property ``opacity`` of the file contains opacities as logits.
+    mask_values : sequence of int, optional
+        Values >= 0 of cells to segment, such as a class of lidar points. Cells with other values
+        get the label -1. By default, all cells are segmented.
+    labels_named : str, default "label"
+        Property of the files that contains the values, such as ``"classification"``.
     **options
         Other options of `segment`, except arrays, `progress` and `on_stage`.
 
@@ -223,7 +230,7 @@ def batch(
             raise TypeError(f"{name} must be a sequence of names, got {value!r}")
     file_options = FileOptions(
         options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
-        force, viewpoint, min_opacity,
+        force, viewpoint, min_opacity, mask_values, labels_named,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
         raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")

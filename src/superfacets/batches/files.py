@@ -13,7 +13,13 @@ import numpy as np
 from .._options import Progress
 from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
-from .._validate import checked_flag, checked_fraction, checked_number, checked_threads
+from .._validate import (
+    checked_count,
+    checked_flag,
+    checked_fraction,
+    checked_number,
+    checked_threads,
+)
 from ..adapters.convert import as_mesh
 from ..cells.constraints import sharp_edges, sharp_edges_inside
 from ..cells.kinds import kind_of
@@ -61,6 +67,8 @@ class FileOptions:
     force: bool = False
     viewpoint: Sequence[float] | None = None
     min_opacity: float = 0.0
+    mask_values: Sequence[int] = ()  # empty if there is no mask
+    labels_named: str = "label"
 
     def __post_init__(self) -> None:
         given = {name: value for name, value in self.keywords.items() if value is not None}
@@ -74,6 +82,9 @@ class FileOptions:
             "max_edge": max_edge,
             "viewpoint": None if viewpoint is None else checked_viewpoint(viewpoint),
             "min_opacity": checked_fraction(self.min_opacity, "min_opacity"),
+            "mask_values": tuple(
+                checked_count(value, "each of mask_values", low=0) for value in self.mask_values
+            ),
         }
         for name in ("subdivide", "drop_attributes", "ascii", "vertex_labels", "force"):
             checked[name] = checked_flag(getattr(self, name), name)
@@ -165,7 +176,8 @@ def segment_file(
                     f"no splat has an opacity >= {options.min_opacity:g}: lower min_opacity"
                 )
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
-        features = features_of(options.features, mesh, attributes, threads)
+        is_kept = of_cells.get("mask")
+        features = features_of(options.features, mesh, attributes, threads, is_kept)
         if features is not None:
             of_cells["features"] = features
         attributes = attributes if keeps else None

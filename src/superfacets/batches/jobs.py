@@ -12,6 +12,7 @@ from typing import Any
 
 from .._timing import timed
 from .._types import Array
+from ..cells.constraints import mask_of
 from ..errors import MeshError, reason_of
 from ..export.cells import ATTRIBUTE_OUTPUTS
 from ..export.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
@@ -19,6 +20,7 @@ from ..io.atomic import StrPath
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
 from ..io.readers.b3dm import Placement
+from ..io.readers.labels import parse_labels
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..mesh.base import Cells
 from ..workers.calls import check_version
@@ -135,7 +137,12 @@ def _done(job: BatchJob, record: Record) -> Record:
             content, cell_ending(path), path.parent, keep=keep, placement=job.placement
         )
         check_fit(cells, None, endings, form)
-        return cells, attributes, {}
+        values, constraints = job.options.mask_values, {}
+        if values:
+            name = job.options.labels_named
+            labels = parse_labels(content, cell_ending(path), cells.n_cells, name)
+            constraints["mask"] = mask_of(labels, values, path, cells)
+        return cells, attributes, constraints
 
     timings: dict[str, float] = {}
     holds_attributes = not {*endings}.isdisjoint(ATTRIBUTE_OUTPUTS)

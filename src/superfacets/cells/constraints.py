@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,9 +21,12 @@ from .._validate import (
     refuse_mask,
 )
 from ..adapters.convert import MeshLike, as_mesh
+from ..errors import MeshError
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
 from .face_graph import FaceGraph, build_face_graph
+from .kinds import kind_of
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
@@ -55,6 +59,15 @@ class ConstraintOptions:
         """The entries of `Segmentation.params` that say whether there are a mask and barriers."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
+
+    def kept_points(self, cells: Any) -> Bools | None:
+        """Return which points of a cloud to keep; None without a mask, or for other cells.
+
+        Raises a ValueError or TypeError if the mask is not valid.
+        """
+        if self.mask is None or not kind_of(cells).are_points:
+            return None
+        return _checked_kept(self.mask, cells.n_cells)
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
@@ -143,6 +156,22 @@ class Cut:
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
+
+
+def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cells) -> Bools:
+    """Return the mask of the cells with one of `values`, or with any value but 0 if it is None.
+
+    Raises a MeshError if there are no such cells; `labels` is the value of each cell in `file`.
+    """
+    is_kept = labels != 0 if values is None else np.isin(labels, values)
+    if not is_kept.any():
+        wanted = (
+            "a value other than 0"
+            if values is None
+            else f"the value {' or '.join(map(str, values))}"
+        )
+        raise MeshError(f"{file}: no {kind_of(cells).noun} has {wanted}")
+    return is_kept
 
 
 def sharp_edges(

@@ -108,6 +108,16 @@ class Kind:
         # `weld` is False because `sorted_corners` has already welded the vertices.
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
+    def kept_graph(
+        self, cells: Any, is_kept: Bools, n_threads: int, *, is_sorted: bool
+    ) -> OrderedCells | None:
+        """Return a graph of all cells in which only kept cells have arcs.
+
+        The result is None if arcs between kept cells do not depend on other cells: then remove
+        these cells from the whole graph. If `is_sorted` is true, cells may be sorted.
+        """
+        return None
+
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
         return Surface.of_graph(graph, n_threads)
@@ -292,13 +302,22 @@ class _Points(Kind):
         graph = find_sorted_graph(cells, n_threads)
         return OrderedCells(cells, graph, None, graph.points)
 
+    def kept_graph(
+        self, cells: PointCloud, is_kept: Bools, n_threads: int, *, is_sorted: bool
+    ) -> OrderedCells:
+        if is_sorted:
+            graph = find_sorted_graph(cells, n_threads, is_kept)
+        else:
+            graph = find_point_graph(cells, n_threads, is_kept=is_kept)
+        return OrderedCells(cells, graph, None, graph.points)
+
     def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-        return point_surface(cells, graph, n_threads)
+        return point_surface(graph, n_threads)
 
     def bare_surface(
         self, surface: Surface, cells: PointCloud, graph: PointGraph, n_threads: int
     ) -> Surface:
-        return bare_point_surface(cells, graph, n_threads)
+        return bare_point_surface(graph, n_threads)
 
     def weight_options(self, graph: PointGraph, options: WeightOptions) -> WeightOptions:
         return options if graph.knows_turns else options.counting_both_turns()
@@ -350,16 +369,28 @@ def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
 
 
 def as_surface(
-    source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None
-) -> Surface:
-    """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`."""
-    return graph_and_surface(as_known(source), weld, checked_threads(n_threads))[1]
+    source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None,
+    is_kept: Bools | None = None,
+) -> Surface:  # fmt: skip
+    """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`.
+
+    `is_kept` is the same as in `graph_and_surface`.
+    """
+    return graph_and_surface(as_known(source), weld, checked_threads(n_threads), is_kept)[1]
 
 
-def graph_and_surface(cells: Cells | CellGraph, weld: bool, n_threads: int) -> tuple[Any, Surface]:
-    """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`."""
+def graph_and_surface(
+    cells: Cells | CellGraph, weld: bool, n_threads: int, is_kept: Bools | None = None
+) -> tuple[Any, Surface]:
+    """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`.
+
+    If `is_kept` is given, (N,), only points of a cloud that are kept have neighbors.
+    """
     kind = kind_of(cells)
-    graph, _ = kind.build_graph(cells, weld, n_threads)
+    found = None
+    if is_kept is not None:
+        found = kind.kept_graph(cells, is_kept, n_threads, is_sorted=False)
+    graph = kind.build_graph(cells, weld, n_threads)[0] if found is None else found.graph
     return graph, kind.surface(cells, graph, n_threads)
 
 

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Bools
 from ..errors import MeshError
 from ..io.attributes import COLORS, MeshAttributes
 from ..mesh.faces import area_vectors
 from .features import FeatureTable
 from .kinds import kind_of
-from .point_graph import estimate_normals
+from .point_graph import find_point_graph
 from .texels import FaceTexels, check_texture, face_texels
 
 JUST_VISIBLE = 0.02
@@ -25,8 +26,9 @@ _FROM_TEXTURE = ("texture", "texture_spread")
 
 
 def features_of(
-    names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int
-) -> FeatureTable | None:
+    names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int,
+    is_kept: Bools | None = None,
+) -> FeatureTable | None:  # fmt: skip
     """Return the features with the given names, one row per cell, or None if there are no names.
 
     - ``"color"`` is red, green and blue of the cloud or from the file. If there are no such colors
@@ -35,6 +37,9 @@ def features_of(
       the standard deviation of the texel colors in a face.
     - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
     - Any other name is a property of the faces, points or vertices in the file.
+
+    If `is_kept` is given, (N,), normals of points are estimated from the kept points only; the
+    normals of the other points are 0.
 
     Raises a MeshError if a feature is not available. For an unknown name, the message lists the
     available names.
@@ -53,7 +58,7 @@ def features_of(
             columns.append(texels.spread[:, np.newaxis] if is_spread else texels.oklab)
             groups.append((columns[-1].shape[1], JUST_VISIBLE))
         else:
-            columns.append(_columns_of(name, cells, attributes, n_threads))
+            columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
             groups += [(1, 0.0)] * columns[-1].shape[1]
     return FeatureTable(np.concatenate(columns, axis=1), tuple(groups))
 
@@ -103,10 +108,10 @@ def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> npt.NDArra
 
 
 def _columns_of(
-    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
+    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int, is_kept: Bools | None
 ) -> npt.NDArray[np.float64]:
     if name == "normals":
-        return _normals_of(cells, n_threads)
+        return _normals_of(cells, n_threads, is_kept)
     if name == "height":
         return _per_cell(_positions_of(cells)[:, 2:], cells)
     if name == "color" and kind_of(cells).are_points and cells.colors is not None:
@@ -172,11 +177,12 @@ def _positions_of(cells: Any) -> npt.NDArray[np.float64]:
     return np.asarray(cells.points if kind_of(cells).are_points else cells.vertices)
 
 
-def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
+def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> npt.NDArray[np.float64]:
     kind = kind_of(cells)
     if kind.are_points:
-        given = cells.normals
-        return estimate_normals(cells, n_threads=n_threads) if given is None else given
+        if cells.normals is not None:
+            return np.asarray(cells.normals)
+        return find_point_graph(cells, n_threads, is_kept=is_kept).normals
     if not kind.has_faces:
         raise MeshError(f"normals cannot be a feature: {kind.plural} have no normals")
     vectors = area_vectors(cells, n_threads)

@@ -65,14 +65,53 @@ def find_point_graph(
     n_neighbors: int = N_NEIGHBORS,
     n_around: int = N_AROUND,
     cutoff: float = CUTOFF,
+    is_kept: Bools | None = None,
 ) -> PointGraph:
-    """Return the graph of a cloud in input order, or raise a MeshError if all points coincide."""
-    found = _found_points(cloud, n_neighbors, n_around, cutoff, n_threads, is_sorted=False)
+    """Return the graph of a cloud in input order, or raise a MeshError if all points coincide.
+
+    If `is_kept` is given, (N,), the neighbors of kept points are searched among the kept points,
+    and all other points have no arcs and no area.
+    """
+    part, kept = _kept_part(cloud, is_kept)
+    found = _found_points(part, n_neighbors, n_around, cutoff, n_threads, is_sorted=False)
     graph = PointGraph(
-        cloud.points, found.measures, found.normals, found.offsets, found.neighbors, found.points,
-        cloud.bounds,
+        part.points, found.measures, found.normals, found.offsets, found.neighbors, found.points,
+        part.bounds,
     )  # fmt: skip
-    return _with_normals_of(cloud, graph)
+    graph = _with_normals_of(part, graph)
+    return graph if kept is None else _widened(graph, kept, cloud.points)
+
+
+def _kept_part(cloud: PointCloud, is_kept: Bools | None) -> tuple[PointCloud, Ints | None]:
+    """Return a cloud of the kept points, and their indices, or the whole cloud and None.
+
+    If the kept points coincide, they have no graph of their own, so the whole cloud is returned.
+    """
+    if is_kept is None or is_kept.all():
+        return cloud, None
+    kept = np.flatnonzero(is_kept).astype(np.int32)
+    part = cloud.taken(kept)
+    if np.array_equal(*part.bounds):
+        return cloud, None
+    return part, kept
+
+
+def _widened(graph: PointGraph, places: Ints, positions: Floats) -> PointGraph:
+    """Add points without arcs to a graph. `positions` are the positions of all points, (N, 3).
+
+    `places` is the new index of each point of `graph`, in ascending order.
+    """
+    n_points = len(positions)
+    measures, normals = np.zeros(n_points), np.zeros((n_points, 3))
+    counts = np.zeros(n_points, np.int64)
+    measures[places], normals[places] = graph.measures, graph.normals
+    counts[places] = np.diff(graph.offsets)
+    added = np.delete(np.arange(n_points, dtype=np.int32), places)
+    return replace(
+        graph, positions=positions, measures=measures, normals=normals,
+        offsets=np.concatenate([[0], np.cumsum(counts)]), neighbors=places[graph.neighbors],
+        order=np.concatenate([places[graph.order], added]),
+    )  # fmt: skip
 
 
 class _FoundPoints(NamedTuple):
@@ -129,32 +168,41 @@ def is_open(normal_sum: Floats, area: float) -> bool:
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
 
 
-def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
+def find_sorted_graph(
+    cloud: PointCloud, n_threads: int, is_kept: Bools | None = None
+) -> PointGraph:
     """Return the graph of a cloud with points sorted along a space-filling curve.
 
     Sorting makes later stages two to three times as fast as for points in random order. Raises a
-    MeshError if all points coincide.
+    MeshError if all points coincide. `is_kept` is the same as in `find_point_graph`; points that
+    are not kept are last.
     """
-    found = _found_points(cloud, N_NEIGHBORS, N_AROUND, CUTOFF, n_threads, is_sorted=True)
+    part, kept = _kept_part(cloud, is_kept)
+    found = _found_points(part, N_NEIGHBORS, N_AROUND, CUTOFF, n_threads, is_sorted=True)
     order = np.arange(len(found.points), dtype=np.int32)
     graph = PointGraph(
         found.positions, found.measures, found.normals, found.offsets, found.neighbors, order,
-        cloud.bounds, found.points,
+        part.bounds, found.points,
     )  # fmt: skip
-    return _with_normals_of(cloud, graph)
+    graph = _with_normals_of(part, graph)
+    if kept is None:
+        return graph
+    left_out = np.delete(np.arange(cloud.n_points, dtype=np.int32), kept)
+    points = np.concatenate([kept[found.points], left_out])
+    return replace(_widened(graph, order, cloud.points[points]), points=points)
 
 
-def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
+def bare_point_surface(graph: PointGraph, n_threads: int) -> Surface:
     """Return a `Surface` without normals. This saves a tenth of the memory."""
-    return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
+    return point_surface(replace(graph, normals=NO_NORMALS), n_threads)
 
 
-def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a cloud; `graph` is the graph of this cloud."""
+def point_surface(graph: PointGraph, n_threads: int) -> Surface:
+    """Return the `Surface` of the graph of a cloud."""
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
-    return Surface(handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads)
+    return Surface(handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads)
 
 
 def build_point_graph(
@@ -244,7 +292,7 @@ def build_point_graph(
     ridges = checked_number(ridges, "ridges", zero=True)
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
-    surface = point_surface(checked, graph, threads)
+    surface = point_surface(graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
     factors = EdgeFactors.of_radius(radius, alpha, eta_convex, ridges)
     return CellGraph(

@@ -25,7 +25,7 @@ from .._validate import (
 from ..adapters.convert import CloudLike, MeshLike
 from ..errors import import_extra
 from .cell_graph import CellGraph
-from .kinds import as_surface
+from .kinds import as_known, as_surface
 from .surface import Surface
 
 _ROUNDING = 1e-14
@@ -402,7 +402,8 @@ def region_graph(
     Notes
     -----
     Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
-    is part of the perimeter, but has no entry in ``edge_index``. An edge of three or more faces is
+    is part of the perimeter, but has no entry in ``edge_index``. In a point cloud, points in no
+    region are left out, so there are no such borders. An edge of three or more faces is
     counted once for each pair of regions at the edge, with the mean of the angles between the faces
     of these two regions.
 
@@ -418,9 +419,10 @@ def region_graph(
     >>> graph.border_lengths.tolist(), graph.concavities.round(3).tolist()
     ([1.0], [1.571])
     """
-    surface = as_surface(cells, weld=weld, n_threads=n_threads)
+    known = as_known(cells)
     n_vertices = getattr(cells, "n_vertices", None)
-    array, n_regions = checked_regions(labels, surface.n_cells, n_vertices, _AS_CLOUD)
+    array, n_regions = checked_regions(labels, known.n_cells, n_vertices, _AS_CLOUD)
+    surface = as_surface(known, weld=weld, n_threads=n_threads, is_kept=array >= 0)
     given = None if centers is None else checked_region_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)
 

@@ -10,10 +10,21 @@ import click
 
 from .._validate import counted
 from ..batches.batching import MANIFEST, BatchProgress, BatchResult, batch
+from ..export.write import ENDING_OF_FORMAT
 from .failures import EXIT_DATA, print_error, print_notes
+from .inputs import mask_values_option
 from .interrupts import soon_ended
-from .options import COUNT, FLAG, FOLDER, json_option, option, options, quiet_option
-from .outputs import OUTPUT_FORMATS
+from .options import (
+    COUNT,
+    FLAG,
+    FOLDER,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+    quiet_option,
+)
+from .outputs import OUTPUT_FORMATS, check_mask
 from .progress import FileBar
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
 
@@ -46,6 +57,8 @@ def _formats(
            "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
     option("--retry-failed", FLAG, "Retry files that failed in an earlier run."),
     segment_options,
+    mask_values_option,
+    labels_named_option,
     file_options,
     quiet_option,
     json_option("the summary as a JSON object"),
@@ -64,6 +77,8 @@ def batch_command(
     still processed, and the exit status is 1.
     """
     arguments = options_of(**given).arguments
+    endings = [ENDING_OF_FORMAT[name] for name in formats]
+    check_mask(endings, has_mask=bool(arguments["mask_values"]))
     tried: list[str] = []
     with FileBar(is_quiet=is_quiet) as bar, soon_ended():
 

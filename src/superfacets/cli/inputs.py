@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from .._types import Array, Bools, Ints
+from .._types import Array, Ints
 from .._validate import check_length, counted
+from ..cells.constraints import mask_of
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
@@ -196,14 +197,17 @@ def read_values(path: Path) -> Array:
         raise MeshError(f"{path}: {error}") from None
 
 
+mask_values_option = option(
+    "--mask-values N,N", None,
+    "Keep only cells with one of these values, such as 2,6, in the property --labels-named of IN,"
+    " or in the mask file if one is given. Other cells get label -1.",
+    callback=partial(numbers, least=0),
+)  # fmt: skip
 constraint_options = options(
     option("--mask FILE", FILE,
            "Label file with one value per face or point. Cells with value 0 (or False) are left out"
            " and get label -1."),
-    option("--mask-values N,N", None,
-           "Keep only cells with one of these values, such as 2,6, in the file of --mask or,"
-           " without --mask, in the property --labels-named of IN.  [default: all values except 0]",
-           callback=partial(numbers, least=0)),
+    mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face or point. Cells with different numbers never"
            " share a region."),
@@ -231,26 +235,13 @@ def constraints_of(
     """
     keywords: dict[str, Any] = {}
     if mask is not None:
-        keywords["mask"] = _kept(_read_mask(mask, cells.n_cells, name), values, mask, cells)
+        keywords["mask"] = mask_of(_read_mask(mask, cells.n_cells, name), values, mask, cells)
     elif values is not None:
         labels = source.integers(cells.n_cells, name)
-        keywords["mask"] = _kept(labels, values, name_of(source.text), cells)
+        keywords["mask"] = mask_of(labels, values, name_of(source.text), cells)
     if barriers is not None:
         keywords["barriers"] = read_labels(barriers, cells.n_cells, name=name)
     return keywords
-
-
-def _kept(labels: Ints, values: tuple[int, ...] | None, file: object, cells: Cells) -> Bools:
-    """Return the mask of the cells to keep, or raise a MeshError if there are none."""
-    is_kept = labels != 0 if values is None else np.isin(labels, values)
-    if not is_kept.any():
-        wanted = (
-            "a value other than 0"
-            if values is None
-            else f"the value {' or '.join(map(str, values))}"
-        )
-        raise MeshError(f"{file}: no {kind_of(cells).noun} has {wanted}")
-    return is_kept
 
 
 def _read_mask(path: Path, n_cells: int, name: str) -> Ints:

@@ -101,8 +101,9 @@ def levels_command(
         if labels is not None:  # label numbers in a file may have gaps
             given, _ = ranked_labels(labels_for(cells, labels, labels_named, is_quiet=is_quiet))
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
-        table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
+        n_threads, is_kept = checked_threads(options["n_threads"]), constraints.get("mask")
+        table: Any = features_of(features, cells, attributes, n_threads, is_kept)
         with warnings.catch_warnings():  # of the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)

@@ -163,6 +163,7 @@ def options_of(
 ) -> FileOptions:
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
+    of_files = {name: value for name, value in of_files.items() if value is not None}
     keywords = {name: value for name, value in given.items() if value is not None}
     if {"n_segments", "radius"} <= keywords.keys():
         raise click.UsageError("give -n or -r, not both")

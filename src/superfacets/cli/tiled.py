@@ -55,6 +55,12 @@ _NOT_OF_TILES = {
 }
 """Options that `segment_tiled` does not support, and the keywords of `segment` that they set."""
 
+MASK_ADVICE = (
+    ": first write the cells to keep to their own file; superfacets convert IN LABELS --split DIR"
+    " writes one file per label"
+)
+"""End of the message that refuses a mask."""
+
 
 @dataclass(frozen=True)
 class TileOptions:
@@ -116,7 +122,8 @@ class TileOptions:
         }
         for name, value in refused.items():
             if value:
-                raise click.UsageError(f"--tiled does not support {name}")
+                advice = MASK_ADVICE if name.startswith("--mask") else ""
+                raise click.UsageError(f"--tiled does not support {name}{advice}")
         named = [text for text in outputs if Path(text).suffix and not Path(text).is_dir()]
         wrong = [text for text in named if not text.endswith(".npy")]
         if wrong or set(formats) - {"npy"} or len(outputs) > 1:

@@ -199,7 +199,8 @@ class Segmentation:
     @property
     def _surface(self) -> Surface:
         cells = self._known_cells("region_graph")
-        return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
+        weld = self.params.get("weld", True)
+        return as_surface(cells, weld=weld, n_threads=None, is_kept=self.labels >= 0)
 
     def _known_cells(self, instead: str) -> Any:
         """Return ``cells``, or raise a ValueError if it is None.

@@ -302,7 +302,7 @@ def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
         cloud.points, areas, cloud.normals, offsets.astype(np.int64), targets.astype(np.int32),
         np.arange(n, dtype=np.int32), cloud.bounds,
     )  # fmt: skip
-    surface = point_surface(cloud, graph, checked_threads(None))
+    surface = point_surface(graph, checked_threads(None))
     creases = WEIGHTS["creases"].defaults
     radius = float(np.sqrt(areas.sum() / (np.pi * number)))
     factors = EdgeFactors.of_radius(radius, creases["alpha"], creases["eta_convex"])

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from .._types import Floats, Ints, Singles
-from .._validate import checked_regions
+from .._validate import checked_regions, checked_threads
 from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
 from ..cells.constraints import NO_GROUPS, Cut
-from ..cells.kinds import as_surface
+from ..cells.kinds import as_known, graph_and_surface
 from ..cells.size import radius_of
 from ..cells.surface import Surface
 from ..cells.weights import creases_of
+from ..mesh.base import Cells
 
 CREASE_SCALE = 6.0
 """Crease cost, in units of the radius of a region, at which an edge adds only 1/e of its length to
@@ -74,6 +75,14 @@ class RegionEdit(NamedTuple):
     n_islands: int
 
 
+def surface_of_labeled(
+    cells: Cells | CellGraph, labels: npt.ArrayLike, weld: bool, n_threads: int
+) -> tuple[Any, Surface]:
+    """Return the graph and the `Surface` of cells; points labeled -1 have no neighbors."""
+    array, _ = checked_regions(labels, cells.n_cells)
+    return graph_and_surface(cells, weld, n_threads, array >= 0)
+
+
 def read_regions(
     surface: Surface, labels: npt.ArrayLike, weights: npt.ArrayLike | None = None
 ) -> tuple[BorderCosts, Ints, int]:
@@ -112,7 +121,8 @@ class LabeledPart:
         n_threads: int | None,
     ) -> LabeledPart:
         """Check the arguments of functions like `smooth_borders`, and select the labeled cells."""
-        surface = as_surface(source, weld=weld, n_threads=n_threads)
+        cells = as_known(source)
+        _, surface = surface_of_labeled(cells, labels, weld, checked_threads(n_threads))
         costs, array, n_regions = read_regions(surface, labels, weights)
         if array.min() >= 0:
             return cls(costs, array, n_regions, array, None)
