@@ -133,7 +133,10 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not a size such as 1200x900"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
         (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
-        (["-o", "p.png", "--color-by", "area"], "'area' is the name of a region property: pass labels too"),
+        (
+            ["-o", "p.png", "--color-by", "area"],
+            "'area' is the name of a region property: pass labels too",
+        ),
     ],
 )
 def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):
@@ -154,8 +157,8 @@ def test_values_that_do_not_fit_name_their_file(run, sheet, labeled, tmp_path):
     status, _, err = run("render", sheet, "-o", path, *more)
     assert status == 1
     assert (
-        "values.npy: color_by must have one value per cell, (1152,), or one value per region, (4,)"
-        in err
+        "values.npy: color_by must have one value per cell, (1152,), or one value per region, (4,),"
+        " or one value per vertex, (625,); got shape (3,)" in err
     )
     assert not path.exists()
 
