@@ -115,6 +115,21 @@ def test_noise_makes_areas_larger_by_as_much_as_the_page_of_clouds_says():
     assert build_point_graph(roof).measures.sum() == pytest.approx(1.22 * 64, rel=0.03)
 
 
+@pytest.mark.parametrize(
+    ("spacing", "jitter", "expected"),
+    [(1, 0, 1.20), (1, 0.5, 1.15), (2, 0, 1.35), (3, 0, 1.40), (5, 0, 0.84), (10, 0, 0.42)],
+)
+def test_areas_of_grids_and_scan_lines_are_as_far_off_as_documented(spacing, jitter, expected):
+    """Points are 1 apart on lines that are `spacing` apart, and the boundary is left out."""
+    rng = np.random.default_rng(0)
+    across, along = np.mgrid[0:100, 0:200].reshape(2, -1)
+    points = np.stack([spacing * across, along, 0 * along], axis=1).astype(float)
+    points[:, :2] += rng.uniform(-jitter, jitter, (len(points), 2))
+    is_inside = (across >= 10) & (across < 90) & (along >= 20) & (along < 180)
+    areas = build_point_graph(points).measures[is_inside]
+    assert areas.mean() == pytest.approx(expected * spacing, rel=0.015)
+
+
 def test_duplicates_share_the_area_and_hang_on_the_lowest():
     points = plane(200)
     alone = build_point_graph(points)

@@ -157,8 +157,8 @@ def test_values_that_do_not_fit_name_their_file(run, sheet, labeled, tmp_path):
     status, _, err = run("render", sheet, "-o", path, *more)
     assert status == 1
     assert (
-        "values.npy: color_by must have one value per cell, (1152,), or one value per region, (4,)"
-        in err
+        "values.npy: color_by must have one value per cell, (1152,), or one value per region, (4,),"
+        " or one value per vertex, (625,); got shape (3,)" in err
     )
     assert not path.exists()
 

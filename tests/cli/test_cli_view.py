@@ -8,7 +8,7 @@ import pytest
 from shapes import bumpy_sheet, strip
 from textured_meshes import facade
 
-from superfacets import MeshAttributes, PointCloud, write_mesh
+from superfacets import MeshAttributes, PointCloud, read_mesh, write_mesh
 
 
 def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_path):
@@ -19,8 +19,10 @@ def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_p
     np.save(tmp_path / "truth.npy", labels[1])
     np.save(tmp_path / "height.npy", np.arange(labels.shape[1]) / 7)
     (tmp_path / "size.txt").write_text("".join(f"{n}\n" for n in np.bincount(labels[0])))
+    np.save(tmp_path / "z.npy", read_mesh(sheet).vertices[:, 2])
     given = ["--gt", tmp_path / "truth.npy", "--feature", tmp_path / "height.npy"]
     given += ["--feature", tmp_path / "size.txt", "--title", "A sheet", "--up", "z"]
+    given += ["--feature", tmp_path / "z.npy"]
     assert run("view", sheet, "--labels", levels, "--html", page, *given) == (
         0, f"wrote {page}\n", "",
     )  # fmt: skip
@@ -28,6 +30,7 @@ def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_p
     assert "<title>A sheet</title>" in text
     assert '"name":"height","of":"cell"' in text
     assert '"name":"size","of":"region"' in text
+    assert '"name":"z","of":"cell"' in text
     assert '"level_1_parents"' in text
     assert '"truth_labels"' in text
 
@@ -115,7 +118,8 @@ def test_features_have_different_names(run, sheet, tmp_path):
             "--feature",
             "f.txt",
             b"1\n2\n",
-            "feature 'f' must have one value per cell, (1152,); got shape (2,)",
+            "feature 'f' must have one value per cell, (1152,), or one value per vertex, (625,);"
+            " got shape (2,)",
         ),
     ],
 )

@@ -186,6 +186,15 @@ def test_values_come_back_to_half_a_step_of_their_range(bear):
     np.testing.assert_array_equal(arrays["scale"], scale_colors().ravel())
 
 
+def test_values_of_vertices_are_averaged_over_the_corners_of_faces():
+    facts, arrays = contents(sf.view(strip(2), features={"a": [0, 3, 6, 30]}))
+    of_faces = strip(2).faces
+    assert [facts["features"][0][key] for key in ("of", "low", "high")] == [
+        "cell", *sorted(np.array([0, 3, 6, 30])[of_faces].mean(axis=1)),
+    ]  # fmt: skip
+    assert sorted(arrays["feature_0"].tolist()) == [0, 65534]
+
+
 @pytest.mark.parametrize(("values", "steps"), [([2, 2], [32767] * 2), ([np.nan] * 2, [65535] * 2)])
 def test_values_that_are_all_one_or_none_do_no_harm(values, steps):
     _, arrays = contents(sf.view(strip(2), features={"a": values}))
@@ -254,10 +263,11 @@ def test_the_first_view_is_that_of_pictures():
         ({"ground_truth": [0, 1, 2]}, ValueError,
          r"labels must have one value per cell \(2\), got 3 values"),
         ({"features": {"a": [1, 2, 3]}}, ValueError,
-         r"feature 'a' must have one value per cell, \(2,\); got shape \(3,\)"),
+         r"feature 'a' must have one value per cell, \(2,\), or one value per vertex, \(4,\);"
+         r" got shape \(3,\)"),
         ({"labels": [0, 0], "features": {"a": []}}, ValueError,
-         r"feature 'a' must have one value per cell, \(2,\), or one value per region, \(1,\);"
-         r" got shape \(0,\)"),
+         r"feature 'a' must have one value per cell, \(2,\), or one value per region, \(1,\), or"
+         r" one value per vertex, \(4,\); got shape \(0,\)"),
         ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
         ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
         ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),

@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 from shapes import bumpy_sheet, strip
 
-from superfacets import Plot, PointCloud, RenderError, TetMesh, View, plot, region_graph, render
+from superfacets import (
+    Plot,
+    PointCloud,
+    PolygonMesh,
+    RenderError,
+    TetMesh,
+    View,
+    plot,
+    region_graph,
+    render,
+)
 from superfacets.adapters.results import NO_COLOR
 from superfacets.pictures.annotations import _ticks, scale_strip, title_strip
 from superfacets.pictures.colors import Scale, checked_values, scale_colors, scale_of
@@ -89,6 +99,31 @@ def test_values_of_cells_and_regions_have_the_colors_of_the_scale(gl):
     np.testing.assert_array_equal(
         one[:106], render(SHEET, colors=colors, size=(160, 106), border_width=0)
     )
+
+
+def test_values_of_vertices_are_averaged_over_the_corners_of_faces(gl):
+    heights = SHEET.vertices[:, 2]
+    of_faces = heights[SHEET.faces].mean(axis=1)
+    for labels in (None, LABELS):
+        by_vertex = plot(SHEET, labels, color_by=heights, size=SIZE).image
+        np.testing.assert_array_equal(
+            by_vertex, plot(SHEET, labels, color_by=of_faces, size=SIZE).image
+        )
+
+
+def test_values_that_fit_several_counts_are_of_cells_then_regions_then_vertices():
+    quads = PolygonMesh.of_faces(SHEET.vertices, [[0, 1, 8], [1, 2, 9, 8]])
+    values = np.arange(SHEET.n_vertices)
+    for cells, corners in ((TWO, TWO.faces), (TETS, TETS.tets), (quads, [[0, 1, 8], [1, 2, 9, 8]])):
+        given = values[: cells.n_vertices]
+        found, of = checked_values(given, "given", cells, 2)
+        assert (found.tolist(), of) == ([np.mean(row) for row in corners], "cell")
+    assert checked_values([4, 5, 6, 7], "given", TWO, 4)[1] == "region"
+    closed = TetMesh(TETS.vertices, [[3, 0, 1, 2]] * 5)
+    found, of = checked_values([5, 6, 7, 8, 9], "given", closed, 5)
+    assert (found.tolist(), of) == ([5, 6, 7, 8, 9], "cell")
+    found, _ = checked_values([np.nan, 0, 0, 0], "given", TWO, None)
+    assert np.isnan(found).tolist() == [0 in face for face in TWO.faces]
 
 
 def test_a_column_of_the_table_of_regions_is_known_by_name(gl):
@@ -250,12 +285,18 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
         (
             {"color_by": "curvature", "labels": [0, 1]},
             ValueError,
-            "color_by must be one of region, cell",
+            "color_by must be one of region, cell_count, area",
+        ),
+        (
+            {"color_by": "curvature"},
+            ValueError,
+            "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'",
         ),
         (
             {"color_by": [1, 2, 3]},
             ValueError,
-            r"color_by must have one value per cell, \(2,\); got shape \(3,\)",
+            r"color_by must have one value per cell, \(2,\), or one value per vertex, \(4,\);"
+            r" got shape \(3,\)",
         ),
         ({"view": "above"}, ValueError, "view must be one of front"),
         (
@@ -280,15 +321,15 @@ def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, 
         (
             [1, 2, 3],
             ValueError,
-            r"given must have one value per cell, \(2,\), or one value per region,"
-            r" \(4,\); got shape \(3,\)",
+            r"given must have one value per cell, \(2,\), or one value per region, \(5,\), or one"
+            r" value per vertex, \(4,\); got shape \(3,\)",
         ),
         (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
     ],
 )
 def test_what_is_no_value_per_cell_or_region_is_refused(values, error, message):
     with pytest.raises(error, match=message):
-        checked_values(values, "given", 2, 4)
+        checked_values(values, "given", TWO, 5)
 
 
 def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch):

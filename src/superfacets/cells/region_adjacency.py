@@ -40,6 +40,16 @@ _AS_CLOUD = f"pass superfacets.PointCloud(mesh.vertices) in place of the mesh, o
 """Advice in messages if there is one label per vertex of a mesh."""
 
 
+def column_names(dimension: int) -> tuple[str, ...]:
+    """Return the names of the columns of `RegionGraph.table`, given its `dimension`."""
+    return (
+        "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter", "open_length",
+        "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z", "normal_x",
+        "normal_y", "normal_z", "normal_length", "linearity", "planarity", "sphericity",
+        "surface_variation", "compactness", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z",
+    )  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
     """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
@@ -256,21 +266,14 @@ class RegionGraph:
 
         For tetrahedra, the column ``"area"`` is called ``"volume"``.
         """
-        columns: dict[str, Array] = {
-            "region": np.arange(self.n_regions),
-            "cell_count": self.cell_counts,
-            "area" if self.dimension == 2 else "volume": self.measures,
-            "perimeter": self.perimeters,
-            "open_length": self.open_lengths,
-            "neighbor_count": self.neighbor_counts,
-            "center": self.centers,
-        }
-        columns |= _by_axis("centroid", self.centroids) | _by_axis("normal", self.normals)
-        columns["normal_length"] = self.normal_lengths
-        for name in ("linearity", "planarity", "sphericity", "surface_variation", "compactness"):
-            columns[name] = getattr(self, name)
         low, high = self.bounds[:, 0], self.bounds[:, 1]
-        return columns | _by_axis("low", low) | _by_axis("high", high)
+        columns = (
+            np.arange(self.n_regions), self.cell_counts, self.measures, self.perimeters,
+            self.open_lengths, self.neighbor_counts, self.centers, *self.centroids.T,
+            *self.normals.T, self.normal_lengths, self.linearity, self.planarity, self.sphericity,
+            self.surface_variation, self.compactness, *low.T, *high.T,
+        )  # fmt: skip
+        return dict(zip(column_names(self.dimension), columns, strict=True))
 
     def to_pandas(self) -> Any:
         """Return the columns of `table` as a pandas DataFrame, indexed by region.
@@ -500,10 +503,6 @@ def _ratio(above: Floats, below: Floats) -> Floats:
 def _float32(values: Array) -> Singles:
     with np.errstate(over="ignore"):
         return values.astype(np.float32)
-
-
-def _by_axis(name: str, vectors: Floats) -> dict[str, Array]:
-    return {f"{name}_{axis}": vectors[:, i] for i, axis in enumerate("xyz")}
 
 
 def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:

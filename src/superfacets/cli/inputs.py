@@ -186,7 +186,7 @@ def read_input(text: str, format: str | None = None) -> Input:
 
 
 def read_values(path: Path) -> Array:
-    """Read numbers from a .npy or .txt file, one per cell or region."""
+    """Read numbers from a .npy or .txt file, one per cell, region or vertex."""
     ending = known_ending(path, VALUE_ENDINGS)
     data = read_content(path)
     try:

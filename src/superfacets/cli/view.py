@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     labels_named_option,
     option("--gt SEG", FILE, "Label file with the ground truth."),
     option("--feature features FILE", FILE,
-           "A .npy or .txt file with one value per cell, or per region of the first level; may be"
-           " given several times.", multiple=True),
+           "A .npy or .txt file with one value per cell, per region of the first level, or per"
+           " vertex of a mesh; may be given several times.", multiple=True),
     option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
     camera_options,
 )  # fmt: skip

@@ -300,10 +300,12 @@ _N_COLORS = 256
 
 
 def checked_values(
-    given: Any, name: str, n_cells: int, n_regions: int | None
+    given: Any, name: str, cells: Cells, n_regions: int | None
 ) -> tuple[Floats, Literal["cell", "region"]]:
     """Return values as float64, and whether there is one value per "cell" or one per "region".
 
+    Values of the vertices of a mesh are converted to values of cells: the mean over the corners of
+    each cell. If numbers of cells, regions and vertices are equal, the first of these is used.
     `n_regions` is None if values per region are not allowed. Raises a ValueError or TypeError if
     the values are not real numbers, if their number is wrong, or if a value is infinite. NaN is
     allowed.
@@ -312,15 +314,23 @@ def checked_values(
     array = np.asarray(given)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers, got {array.dtype}")
-    if array.shape not in {(n_cells,), (n_regions,)}:
+    corners = kind_of(cells).corners(cells)
+    n_vertices = None if corners is None else getattr(cells, "n_vertices", None)
+    if array.shape not in {(cells.n_cells,), (n_regions,), (n_vertices,)}:
         regions = "" if n_regions is None else f", or one value per region, ({n_regions},)"
+        vertices = "" if n_vertices is None else f", or one value per vertex, ({n_vertices},)"
         raise ValueError(
-            f"{name} must have one value per cell, ({n_cells},){regions}; got shape {array.shape}"
+            f"{name} must have one value per cell, ({cells.n_cells},){regions}{vertices}; got shape"
+            f" {array.shape}"
         )
     values = array.astype(np.float64)
     if np.isinf(values).any():
         raise ValueError(f"{name} has infinite values: use NaN for missing values")
-    return values, "cell" if len(values) == n_cells else "region"
+    if len(values) == cells.n_cells:
+        return values, "cell"
+    if corners is None or len(values) == n_regions:
+        return values, "region"
+    return corners.means(values[:, np.newaxis])[:, 0], "cell"
 
 
 @dataclass(frozen=True)

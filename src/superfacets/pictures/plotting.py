@@ -15,7 +15,8 @@ import numpy.typing as npt
 from .._types import Array, Floats
 from .._validate import checked_choice, checked_count, checked_flag, compact_partial_labels
 from ..adapters.convert import CloudLike, MeshLike, as_cells
-from ..cells.region_adjacency import region_graph
+from ..cells.kinds import kind_of
+from ..cells.region_adjacency import column_names, region_graph
 from ..io.atomic import atomic_outputs
 from ..mesh.base import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
@@ -140,11 +141,13 @@ def plot(
         viewpoint.
     titles : sequence of str, optional
         One title per labeling, drawn above its picture.
-    color_by : array_like of numbers, shape (N,) or (K,), or str, optional
-        Values shown as colors: one value per cell; or, for a single labeling, one value per region,
-        in ascending order of labels; or the name of a column of `RegionGraph.table`, for example
-        ``"area"``. Blue is the lowest value, and yellow the highest. NaN values and cells without a
-        region are gray. There is one color scale for all labelings, below the pictures.
+    color_by : array_like of numbers, shape (N,), (K,) or (V,), or str, optional
+        Values shown as colors: one value per cell; for a single labeling, one value per region, in
+        ascending order of labels; one value per vertex of a mesh, averaged over the corners of each
+        cell; or the name of a column of `RegionGraph.table`, for example ``"area"``. If N = V,
+        values are values of cells. Blue is the lowest value, and yellow the highest. NaN values and
+        cells without a region are gray. There is one color scale for all labelings, below the
+        pictures.
     scale_title : str, optional
         Title of the color scale. The default is the name of the column, or no title if `color_by`
         is an array.
@@ -249,21 +252,21 @@ def _colors_by(
 
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
-    n_cells = cells.n_cells
+    if isinstance(color_by, str):
+        checked_choice(color_by, "color_by", column_names(kind_of(cells).dimension))
     if labels is None:
         if isinstance(color_by, str):
             raise ValueError(
                 f"color_by={color_by!r} is the name of a region property: pass labels too"
             )
-        return checked_values(color_by, "color_by", n_cells, None)[0]
-    compact, ids = compact_partial_labels(labels, n_cells, getattr(cells, "n_vertices", None))
+        return checked_values(color_by, "color_by", cells, None)[0]
+    compact, ids = compact_partial_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
     if isinstance(color_by, str):
         table = region_graph(cells, compact).table()
-        checked_choice(color_by, "color_by", tuple(table))
         values = np.asarray(table[color_by], dtype=np.float64)
     else:
         n_regions = len(ids) if n_series == 1 else None
-        values, of = checked_values(color_by, "color_by", n_cells, n_regions)
+        values, of = checked_values(color_by, "color_by", cells, n_regions)
         if of == "cell":
             return np.where(compact < 0, np.nan, values)
     return np.append(values, np.nan)[compact]

@@ -116,9 +116,10 @@ def view(
     ground_truth : array_like of integers, shape (N,), optional
         Ground truth label of each cell. The page can color cells by these labels instead of by
         region.
-    features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
-        Named arrays with one value per cell, or with one value per region of the first level, in
-        ascending order of the labels. NaN marks a missing value.
+    features : mapping of str to array_like of numbers, shape (N,), (K,) or (V,), optional
+        Named arrays with one value per cell; one value per region of the first level, in ascending
+        order of the labels; or one value per vertex of a mesh, averaged over the corners of each
+        cell. If N = V, values are values of cells. NaN marks a missing value.
     texture : Texture, optional
         Texture from `read_attributes`. A slider and the key T blend the texture with the colors of
         regions. All images together are scaled down to at most 2048 x 2048 pixels. To read the
@@ -167,7 +168,7 @@ def view(
     n_vertices = getattr(cells, "n_vertices", None)
     levels = checked_levels(labels, n_cells, n_vertices)
     truth = None if ground_truth is None else checked_labeling(ground_truth, n_cells, n_vertices)
-    values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
+    values = checked_features(features, cells, levels[0].n_regions if levels else None)
     if camera is not None and not isinstance(camera, View):
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
     own = own_colors(cells, colors, attributes) if texture is None else None

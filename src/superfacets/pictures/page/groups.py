@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..._types import Floats, Ints, Longs
 from ..._validate import compact_partial_labels, refuse_mask
+from ...mesh.base import Cells
 from ..colors import checked_values, region_colors
 from .coding import Arrays
 from .shape import Shape
@@ -148,7 +149,7 @@ def checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Label
 
 
 def checked_features(
-    features: Mapping[str, npt.ArrayLike] | None, n_cells: int, n_regions: int | None
+    features: Mapping[str, npt.ArrayLike] | None, cells: Cells, n_regions: int | None
 ) -> list[Feature]:
     """Check the argument `features` of `view`; return one `Feature` per named array.
 
@@ -156,6 +157,6 @@ def checked_features(
     """
     found = []
     for name, given in (features or {}).items():
-        values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)
+        values, of = checked_values(given, f"feature {name!r}", cells, n_regions)
         found.append(Feature(str(name), values, of))
     return found
