@@ -361,6 +361,41 @@ def test_hidden_regions_are_not_seen_and_come_back(studio):
     assert tab.evaluate("([x, y]) => studio.regionAt(x, y)", [x, y]) == region
 
 
+def test_n_and_s_never_lead_to_hidden_regions(studio):
+    _, tab = studio
+    n = tab.evaluate("studio.nRegions")
+    left = tab.evaluate("""() => {
+        const { session, drawing } = studio.workbench;
+        const { low, high } = session.mesh.bounds;
+        const middle = (low[0] + high[0]) / 2;
+        drawing.clip = { low, high: [middle, high[1], high[2]] };
+        const isLeft = (cell) => session.mesh.middleOf(cell)[0] <= middle;
+        return [...Array(studio.nRegions).keys()].filter(
+            (region) => session.regions.cellsOf(region).some(isLeft));
+    }""")
+    assert 3 < len(left) < n
+    partly = left[0]  # its first cell is hidden, the others are not
+    tab.evaluate(f"""() => {{
+        const {{ workbench }} = studio;
+        workbench.hide(workbench.session.regions.cellsOf({partly}).subarray(0, 1), "A cell");
+        workbench.hide(workbench.session.regions.cellsOf({left[1]}), "A region");
+    }}""")
+    shown = set(left) - {left[1]}
+    for key in "nps":
+        tab.press("Escape")
+        visited = []
+        for _ in range(len(shown)):
+            tab.press(key)
+            visited.append(tab.evaluate("studio.cursor()"))
+        assert set(visited) == shown
+    tab.evaluate("studio.workbench.hideClass(0)")
+    for key, regions in (("n", "All regions"), ("s", "All unlabeled regions")):
+        tab.press("Escape", key)
+        assert f"{regions} are hidden. U shows" in tab.status
+        assert tab.evaluate("studio.cursor()") == -1
+    tab.evaluate("studio.workbench.drawing.clip = null")
+
+
 def test_an_export_is_what_was_painted_and_is_read_back(studio):
     _, tab = studio
     spots = tab.spots(2)
