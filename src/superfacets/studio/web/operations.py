@@ -228,8 +228,8 @@ def _accept(document: Document, body: Body) -> Body:
 
 def _compared(document: Document) -> Body:
     if document.theirs is None:
-        found = {"agreement": None, "classes": [], "differs": "", "bare": ""}
-        return {**found, **progress_of(document)}
+        nothing: Body = {"agreement": None, "classes": [], "differs": "", "bare": ""}
+        return {**nothing, **progress_of(document)}
     is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
     return {
         "agreement": document.agreement(),
