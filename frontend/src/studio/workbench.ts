@@ -348,6 +348,7 @@ export class Workbench {
     const { session, activeRegion } = this;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
     const like = await session.similar(activeRegion, this.tolerance);
+    if (!like.length) return; // the request failed, and an error message is shown
     const { regions, paints } = session;
     const isBare = (region: number): boolean => paints.mainPaint(regions.cellsOf(region)) === 0;
     const similar = new Set(like.filter(isBare));
@@ -355,10 +356,14 @@ export class Workbench {
     for (let ring = [activeRegion]; ring.length; ring = regions.neighbors.ringAround(filled).filter((region) => similar.has(region))) {
       for (const region of ring) filled.add(region);
     }
+    const left = like.filter((region) => !filled.has(region));
+    const apart = left.filter(isBare).length;
     const countBare = (): number => [...regions.areas.keys()].filter(isBare).length;
     const before = countBare();
     this.paintRegions(filled, this.currentPaint);
-    this.say(`${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`);
+    const done = `${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`;
+    const why = left.length ? ` ${left.length} more are similar: ${left.length - apart} labeled already, ${apart} not connected to this region by similar regions.` : "";
+    this.say(`${done}${why}${this.tolerance < 1 ? ` For more, raise “Similar shapes” (now ${this.tolerance}).` : ""}`);
   }
 
   private isRegionHidden(region: number): boolean {

@@ -90,8 +90,8 @@ export class Keys {
       },
       { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
       { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
-      { names: ["f"], paints: true, what: "paint the region, and similar unlabeled regions connected to it", run: () => void workbench.fillSimilar() },
-      { names: ["Ctrl+z"], what: "undo", run: () => void workbench.session.undo() },
+      { names: ["f"], paints: true, what: "paint the region, and similar unlabeled regions connected to it; the slider “Similar shapes” sets how many", run: () => void workbench.fillSimilar() },
+      { names: ["Ctrl+z"], what: "undo, if the server answers", run: () => void workbench.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void workbench.session.redo() },
     ];
   }

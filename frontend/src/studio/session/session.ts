@@ -243,7 +243,10 @@ export class Session {
       });
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
-      else this.report(error);
+      else if (error instanceof ServerGone) {
+        this.lose();
+        this.events.emit("message", `The server does not answer, so ${what} has to wait. All strokes are kept; press the key again later.`);
+      } else this.report(error);
     }
   }
 
