@@ -11,11 +11,12 @@ pytest.importorskip("httpx", reason="httpx is not installed")
 
 from studio_client import decoded, encoded, unpacked
 
-from superfacets import write_mesh
+from superfacets import Mesh, write_mesh
 from superfacets.errors import MeshError
 from superfacets.io.readers.read import read_mesh
 from superfacets.studio.documents.document import Document
 from superfacets.studio.documents.journal import JournalError
+from superfacets.studio.labels.coding import unpack_cells
 from superfacets.studio.labels.imports import read_import
 
 SCORES = {10: 0.9, 11: 0.5, 12: 0.7, 13: None}
@@ -176,6 +177,41 @@ def test_files_without_objects_and_with_wrong_scores(document, groups):
         files = groups | {"lifted.aggregation.json": json.dumps({"segGroups": [entry]}).encode()}
         with pytest.raises(MeshError, match="score must be 0 to 1"):
             read_import(files, document.cells, ())
+
+
+def strips(n):
+    """A row of n triangles, each with an edge in common with the next."""
+    x = np.arange(n + 2.0)
+    points = np.stack([x / 2, x % 2, 0 * x], axis=1)
+    return Mesh(points, [[i, i + 1, i + 2] for i in range(n)])
+
+
+def test_each_piece_of_a_class_is_suggested_but_stuff_is_one(tmp_path):
+    """Two chairs (class 3) beside each other, but apart; a wall (class 1) in two pieces."""
+    write_mesh(tmp_path / "row.ply", strips(12))
+    classes = ({"id": 1, "name": "wall", "color": "#ff0000", "key": "", "stuff": True},)
+    document = Document.open(tmp_path / "row.ply", None, 2, classes)
+    files = {"row.txt": b"1 1 3 3 0 3 3 3 2 1 0 0".replace(b" ", b"\n")}
+    assert document.suggest(read_import(files, document.cells, document.class_list)) == 4
+    found = [
+        (one.id, one.class_id, unpack_cells(one.cells, 12).tolist())
+        for one in document.state.suggestions
+    ]
+    assert found == [(1, 1, [0, 1, 9]), (2, 2, [8]), (3, 3, [2, 3]), (4, 3, [5, 6, 7])]
+    document.settle({number: class_id for number, class_id, _ in found})
+    assert document.instances.tolist() == [
+        *(1000, 1000, 3001, 3001, 0, 3002), *(3002, 3002, 2001, 1000, 0, 0)
+    ]  # fmt: skip
+    document.close()
+
+
+def test_an_object_in_two_pieces_stays_one_suggestion(document, groups):
+    labels = np.full(1152, -1, np.int32)
+    labels[[0, 1, 2, 1149, 1150, 1151]] = 10
+    files = groups | {"lifted.txt": "\n".join(map(str, labels)).encode()}
+    del files["lifted.npy"]
+    imported = read_import(files, document.cells, document.class_list)
+    assert document.suggest(imported) == 1
 
 
 def test_groups_of_no_cells_suggest_nothing(document, groups):

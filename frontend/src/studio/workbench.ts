@@ -15,6 +15,7 @@ import type { Session } from "./session/session";
 
 const MAX_OBJECT = 999; // highest object number of a class
 const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name
+export const SHOWING = "U shows hidden cells, and C removes the clip box.";
 const EMPTY = "No cell is in view. Home shows the whole mesh.";
 
 interface Kinds {
@@ -124,6 +125,11 @@ export class Workbench {
     return paintNameIn(this.session.state, paint);
   }
 
+  /** Name of a paint (class and object) of the other file in a comparison. */
+  theirName(paint: number): string {
+    return paintNameIn({ ...this.session.state, classes: this.session.theirs?.classes ?? [] }, paint);
+  }
+
   /** Remove class and object from all cells of an object. */
   deleteObject(paint: number): void {
     const { mesh, paints } = this.session;
@@ -214,9 +220,9 @@ export class Workbench {
     let at = this.cursor < 0 ? (steps > 0 ? -1 : 0) : this.order.indexOf(this.cursor);
     for (let i = 0; i < count; i++) {
       at = (at + steps + count) % count;
-      if (!this.isRegionHidden(this.order[at])) break;
+      if (!this.isRegionHidden(this.order[at])) return this.setCursor(this.order[at]);
     }
-    this.setCursor(this.order[at]);
+    this.say(`All regions are hidden. ${SHOWING}`);
   }
 
   setCursor(region: number): void {
@@ -294,7 +300,7 @@ export class Workbench {
   }
 
   /**
-   * Go to the largest region that is mostly unlabeled. If the last call of this method chose the current
+   * Go to the largest region that is mostly unlabeled and has a visible unlabeled cell. If the last call of this method chose the current
    * region, go to the next smaller region instead; the largest region follows the smallest one.
    */
   showNextBare(): void {
@@ -302,12 +308,13 @@ export class Workbench {
     const { areas } = regions;
     const isBare = (region: number): boolean => {
       const bare = paints.bareArea(regions.cellsOf(region));
-      return bare > 0 && 2 * bare >= areas[region] && !this.isRegionHidden(region);
+      return bare > 0 && 2 * bare >= areas[region];
     };
+    const isShown = (cell: number): boolean => !paints.of[cell] && !this.isHidden(cell);
     const order = [...areas.keys()].sort((a, b) => areas[b] - areas[a]);
     const start = this.cursor === this.lastBare ? order.indexOf(this.cursor) + 1 : 0;
-    const next = [...order.slice(start), ...order.slice(0, start)].find(isBare);
-    if (next === undefined) return this.say("Every region has a class.");
+    const next = [...order.slice(start), ...order.slice(0, start)].find((region) => isBare(region) && regions.cellsOf(region).some(isShown));
+    if (next === undefined) return this.say(order.some(isBare) ? `All unlabeled regions are hidden. ${SHOWING}` : "Every region has a class.");
     this.lastBare = next;
     this.setCursor(next);
   }
@@ -341,6 +348,7 @@ export class Workbench {
     const { session, activeRegion } = this;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
     const like = await session.similar(activeRegion, this.tolerance);
+    if (!like.length) return; // the request failed, and an error message is shown
     const { regions, paints } = session;
     const isBare = (region: number): boolean => paints.mainPaint(regions.cellsOf(region)) === 0;
     const similar = new Set(like.filter(isBare));
@@ -348,18 +356,24 @@ export class Workbench {
     for (let ring = [activeRegion]; ring.length; ring = regions.neighbors.ringAround(filled).filter((region) => similar.has(region))) {
       for (const region of ring) filled.add(region);
     }
+    const left = like.filter((region) => !filled.has(region));
+    const apart = left.filter(isBare).length;
     const countBare = (): number => [...regions.areas.keys()].filter(isBare).length;
     const before = countBare();
     this.paintRegions(filled, this.currentPaint);
-    this.say(`${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`);
+    const done = `${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`;
+    const why = left.length ? ` ${left.length} more are similar: ${left.length - apart} labeled already, ${apart} not connected to this region by similar regions.` : "";
+    this.say(`${done}${why}${this.tolerance < 1 ? ` For more, raise “Similar shapes” (now ${this.tolerance}).` : ""}`);
   }
 
   private isRegionHidden(region: number): boolean {
-    return this.isHidden(this.session.regions.cellsOf(region)[0]);
+    return this.session.regions.cellsOf(region).every((cell) => this.isHidden(cell));
   }
 
+  /** Whether a cell is hidden, or outside the clip box. */
   isHidden(cell: number): boolean {
-    return this.drawing.cells.isHidden(cell);
+    const middle = this.session.mesh.middleOf(cell);
+    return this.drawing.cells.isHidden(cell) || (middle !== null && this.drawing.isCut(middle));
   }
 
   /** Move the camera to the active region or the current object, without changing the viewing direction. */

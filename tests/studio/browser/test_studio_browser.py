@@ -132,7 +132,8 @@ def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
     )
     tab.click(*c)
     tab.locator("#undo").click()
-    tab.page.wait_for_selector("#error:not([hidden])")
+    tab.until("document.querySelector('#status').textContent.includes('so undo has to wait')")
+    assert tab.locator("#error").is_hidden()
     assert tab.evaluate("studio.nWaiting") == 2
     server.start()
     tab.settled()
@@ -337,7 +338,12 @@ def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(stud
     tab.page.mouse.move(*tab._on_page(x, y))
     tab.until(f"studio.regionAt({x}, {y}) === {region} && studio.workbench.hoveredCell >= 0")
     tab.press("f")  # the neighbors have a class: they are a fence
-    tab.wait_for_status(f"Unlabeled regions: {n - len(ring)} before, {n - len(ring) - 1} now.")
+    tab.wait_for_status(
+        f"1 similar region: class 2 #1. Unlabeled regions: {n - len(ring)} before,"
+        f" {n - len(ring) - 1} now. {n - 1} more are similar: {len(ring)} labeled already,"
+        f" {n - 1 - len(ring)} not connected to this region by similar regions."
+    )
+    assert "raise" not in tab.status  # the tolerance is the largest already
     assert set(tab.labels()[tab.classes() == 2]) == {region}
     assert "class 2" in tab.locator("#tip").text_content()
     tab.press("Control+z")
@@ -347,7 +353,37 @@ def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(stud
     tab.settled()
     tab.press("f")
     tab.wait_for_status(f"{n} similar regions: class 2 #1. Unlabeled regions: {n} before, 0 now.")
+    tab.press("Control+z")
+    tab.settled()
+    tab.evaluate("studio.workbench.tolerance = 0.01")
+    tab.press("f")
+    tab.wait_for_status("For more, raise “Similar shapes” (now 0.01).")
     tab.evaluate("studio.workbench.tolerance = 0.05")
+
+
+def test_g_makes_the_region_under_the_pointer_the_center_of_rotation(studio):
+    _, tab = studio
+    region, x, y = tab.spots(3)[2]
+    tab.page.mouse.move(*tab._on_page(x, y))
+    tab.until(f"studio.workbench.regionOf(studio.workbench.hoveredCell) === {region}")
+    tab.press("g")
+    target, low, high = np.array(
+        tab.evaluate(
+            """region => {
+                const { session, drawing } = studio.workbench;
+                const cells = [...session.regions.cellsOf(region)];
+                const middles = cells.map((cell) => session.mesh.middleOf(cell));
+                const along = (pick) => [0, 1, 2].map((k) => pick(...middles.map((one) => one[k])));
+                return [drawing.camera.target, along(Math.min), along(Math.max)];
+            }""",
+            region,
+        )
+    )
+    assert ((low <= target) & (target <= high)).all()
+    tab.press("?")
+    help_ = tab.locator("#help")
+    assert "turn the view around it" in help_.text_content()
+    tab.press("Escape")
 
 
 def test_hidden_regions_are_not_seen_and_come_back(studio):
@@ -359,6 +395,41 @@ def test_hidden_regions_are_not_seen_and_come_back(studio):
     assert tab.evaluate("([x, y]) => studio.regionAt(x, y)", [x, y]) != region
     tab.press("u")
     assert tab.evaluate("([x, y]) => studio.regionAt(x, y)", [x, y]) == region
+
+
+def test_n_and_s_never_lead_to_hidden_regions(studio):
+    _, tab = studio
+    n = tab.evaluate("studio.nRegions")
+    left = tab.evaluate("""() => {
+        const { session, drawing } = studio.workbench;
+        const { low, high } = session.mesh.bounds;
+        const middle = (low[0] + high[0]) / 2;
+        drawing.clip = { low, high: [middle, high[1], high[2]] };
+        const isLeft = (cell) => session.mesh.middleOf(cell)[0] <= middle;
+        return [...Array(studio.nRegions).keys()].filter(
+            (region) => session.regions.cellsOf(region).some(isLeft));
+    }""")
+    assert 3 < len(left) < n
+    partly = left[0]  # its first cell is hidden, the others are not
+    tab.evaluate(f"""() => {{
+        const {{ workbench }} = studio;
+        workbench.hide(workbench.session.regions.cellsOf({partly}).subarray(0, 1), "A cell");
+        workbench.hide(workbench.session.regions.cellsOf({left[1]}), "A region");
+    }}""")
+    shown = set(left) - {left[1]}
+    for key in "nps":
+        tab.press("Escape")
+        visited = []
+        for _ in range(len(shown)):
+            tab.press(key)
+            visited.append(tab.evaluate("studio.cursor()"))
+        assert set(visited) == shown
+    tab.evaluate("studio.workbench.hideClass(0)")
+    for key, regions in (("n", "All regions"), ("s", "All unlabeled regions")):
+        tab.press("Escape", key)
+        assert f"{regions} are hidden. U shows" in tab.status
+        assert tab.evaluate("studio.cursor()") == -1
+    tab.evaluate("studio.workbench.drawing.clip = null")
 
 
 def test_an_export_is_what_was_painted_and_is_read_back(studio):

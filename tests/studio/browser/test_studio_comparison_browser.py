@@ -77,3 +77,75 @@ def test_the_key_t_takes_labels_and_leaves_the_opacity_of_colors(compared):
     tab.settled()
     assert tab.evaluate("studio.workbench.drawing.blend.opacity") == before
     assert "texture" not in tab.status
+
+
+def tip(tab):
+    return tab.locator("#tip").text_content().splitlines()
+
+
+def test_the_tip_tells_both_labels_of_the_cell_under_the_pointer(compared):
+    _, tab, spots = compared
+    shown(tab)
+    tab.press("Home")
+    for (region, x, y), theirs in zip(spots, ("class 1 #1", "class 2 #1"), strict=True):
+        tab.page.mouse.move(*tab._on_page(x, y))
+        tab.until(f"studio.workbench.regionOf(studio.workbench.hoveredCell) === {region}")
+        assert tip(tab)[-2:] == ["Mine: class 1 #1", f"Theirs: {theirs}"]
+    tab.press("t")
+    tab.wait_for_status("Their labels are taken")
+    assert tip(tab)[-2:] == ["Mine: class 2 #1", "Theirs: class 2 #1"]
+    tab.press("Delete")
+    tab.settled()
+    assert tip(tab)[-2:] == ["Mine: No class", "Theirs: class 2 #1"]
+
+
+@pytest.fixture
+def differing(serve, open_tab, bear, tmp_path):
+    """A page with four labeled regions, all of another class in the other work; largest first."""
+    tab = open_tab(serve(bear, 40).address)
+    spots, labels = tab.spots(4), tab.labels()
+    for _, x, y in spots:
+        tab.click(x, y)
+    tab.settled()
+    document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
+    regions = [region for region, *_ in spots]
+    document.paint(np.flatnonzero(np.isin(labels, regions)).astype(np.uint32), 3, objects=1)
+    areas = np.bincount(labels, document.areas)
+    document.close()
+    tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
+    tab.wait_for_status("difference 1 of 4: mine class 1 #1, theirs class 3 #1")
+    return tab, sorted(regions, key=lambda region: -areas[region])
+
+
+def test_each_next_difference_is_a_further_one_until_all_were_shown(differing):
+    tab, (first, second, third, fourth) = differing
+    assert tab.evaluate("studio.cursor()") == first
+    tab.press("d")
+    tab.wait_for_status(f"Region {second}, difference 2 of 4")
+    tab.press("t")
+    tab.wait_for_status("Their labels are taken")
+    tab.press("d")
+    tab.wait_for_status(f"Region {third}, difference 2 of 3")
+    tab.press("y")
+    tab.wait_for_status("Your labels are kept")
+    tab.press("d")
+    tab.wait_for_status(f"Region {fourth}, difference 2 of 2")
+    tab.press("d")
+    tab.wait_for_status(f"All differences were shown; this is the largest again. Region {first}")
+    tab.press("d")
+    tab.wait_for_status(f"Region {fourth}")
+    assert "again" not in tab.status
+
+
+def test_differences_in_hidden_regions_are_left_out(differing):
+    tab, (first, second, third, fourth) = differing
+    for region in (second, third):
+        tab.evaluate(f"studio.workbench.setCursor({region})")
+        tab.press("h")
+    tab.press("d")
+    tab.wait_for_status(f"Region {fourth}, difference 2 of 2")
+    for region in (first, fourth):
+        tab.evaluate(f"studio.workbench.setCursor({region})")
+        tab.press("h")
+    tab.press("d")
+    tab.wait_for_status("All differences are hidden. U shows")

@@ -97,6 +97,27 @@ def test_shift_gives_the_chosen_class_and_only_good_scores_are_accepted(studio, 
     assert third > 3001
 
 
+def test_pieces_of_a_class_without_scores_are_suggested_largest_first(studio, tmp_path):
+    _, tab = studio
+    labels, (first, second) = tab.labels(), tab.evaluate(APART)
+    counts = np.bincount(labels)[[first, second]]
+    np.save(tmp_path / "classes.npy", 2 * np.isin(labels, [first, second]).astype(np.int32))
+    tab.locator("#as-suggestions").check()
+    tab.locator("#import").set_input_files(tmp_path / "classes.npy")
+    tab.wait_for_status("2 suggested objects")
+    titles = [button.get_attribute("title") for button in tab.locator("#suggestions button").all()]
+    assert [int(title.split()[0]) for title in titles] == sorted(counts, reverse=True)
+    assert counts[0] < counts[1]
+
+
+APART = """(() => {  // the first region, and a larger one that is not its neighbor
+    const { regions } = studio.workbench.session;
+    const [count, near] = [(r) => regions.cellsOf(r).length, regions.neighbors.of(0)];
+    const isOther = (r) => r > 0 && !near.includes(r) && count(r) > count(0);
+    return [0, [...Array(regions.count).keys()].find(isOther)];
+})()"""
+
+
 def test_suggestions_are_hatched_in_the_color_of_their_class_and_labels_cover_them(studio, suggest):
     server, tab = studio
     _, x, y = tab.spots(1)[0]

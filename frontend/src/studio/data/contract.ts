@@ -83,6 +83,7 @@ export interface Agreement {
 
 export interface CompareReply extends Progress {
   agreement: Agreement | null; // null if no file is compared
+  classes: ClassEntry[]; // classes of this file, followed by classes that only the other file has
   differs: string; // cells labeled differently in the two files, as base64 of uint32 numbers
   bare: string; // cells labeled only in the other file, as base64 of uint32 numbers
 }

@@ -15,8 +15,12 @@ export function suggestedFrom(buffer: ArrayBuffer): Suggested {
   return { entries: header.suggestions, owners: arrays.owners as Uint32Array };
 }
 
-/** 1-based indices of all suggestions, by decreasing score; suggestions without a score come last. */
+/**
+ * 1-based indices of all suggestions, by decreasing score and, for equal scores, by decreasing number of cells.
+ * Suggestions without a score come last.
+ */
 export function byScore({ entries }: Suggested): number[] {
   const scoreAt = (place: number): number => entries[place - 1].score ?? -1;
-  return entries.map((_, i) => i + 1).sort((a, b) => scoreAt(b) - scoreAt(a) || a - b);
+  const sizeAt = (place: number): number => entries[place - 1].n_cells;
+  return entries.map((_, i) => i + 1).sort((a, b) => scoreAt(b) - scoreAt(a) || sizeAt(b) - sizeAt(a) || a - b);
 }

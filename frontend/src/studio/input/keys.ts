@@ -58,7 +58,7 @@ export class Keys {
         { names: ["j"], what: "next suggestion, in order of decreasing score", run: () => suggestions.next() },
       ],
       "Comparison of two works": [
-        { names: ["d"], what: "next difference", run: () => void comparison.next() },
+        { names: ["d"], what: "next difference, in order of decreasing area; after the last one: the largest again", run: () => void comparison.next() },
         { names: [], shown: "T", what: "in the region: take the labels of the other file", run: () => undefined },
         { names: ["y"], what: "in the region: keep your labels", run: () => void comparison.settle("mine") },
       ],
@@ -90,8 +90,8 @@ export class Keys {
       },
       { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
       { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
-      { names: ["f"], paints: true, what: "paint the region, and similar unlabeled regions connected to it", run: () => void workbench.fillSimilar() },
-      { names: ["Ctrl+z"], what: "undo", run: () => void workbench.session.undo() },
+      { names: ["f"], paints: true, what: "paint the region, and similar unlabeled regions connected to it; the slider “Similar shapes” sets how many", run: () => void workbench.fillSimilar() },
+      { names: ["Ctrl+z"], what: "undo, if the server answers", run: () => void workbench.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void workbench.session.redo() },
     ];
   }
@@ -141,9 +141,9 @@ export class Keys {
   private regions(): Key[] {
     const { workbench, modes } = this;
     return [
-      { names: ["n"], what: "next region", run: () => workbench.moveCursor(1) },
+      { names: ["n"], what: "next region that is not hidden", run: () => workbench.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => workbench.moveCursor(-1) },
-      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => workbench.showNextBare() },
+      { names: ["s"], what: "next unlabeled region that is not hidden, in order of decreasing area", run: () => workbench.showNextBare() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => workbench.hideActive() },

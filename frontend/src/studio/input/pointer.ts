@@ -223,7 +223,7 @@ export class Pointer {
   private showTip(cell: number): void {
     this.tip.hidden = cell < 0 || this.drag === "orbit";
     if (cell < 0) return;
-    const { regions, paints, mesh, suggested } = this.workbench.session;
+    const { regions, paints, mesh, suggested, theirs } = this.workbench.session;
     const region = this.workbench.regionOf(cell);
     const paint = paints.of[cell];
     const lines = [region < 0 ? "No region" : `Region ${region}`];
@@ -234,7 +234,10 @@ export class Pointer {
     }
     const name = this.workbench.paintName(paint);
     const kind = this.workbench.className(classOf(paint));
-    lines.push(!paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name);
+    const mine = !paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name;
+    const other = theirs?.paints.of[cell];
+    if (theirs) lines.push(`Mine: ${mine}`, `Theirs: ${other ? this.workbench.theirName(other) : "No class"}`);
+    else lines.push(mine);
     const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
     if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
     this.tip.textContent = lines.join("\n");

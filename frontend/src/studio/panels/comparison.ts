@@ -4,7 +4,8 @@ import { fromBase64, toBase64 } from "../../shared/arrays";
 import { button, element, make } from "../../shared/dom";
 import { MARK_DIFFERS } from "../view/celltable";
 import type { Agreement, CompareReply } from "../data/contract";
-import type { Workbench } from "../workbench";
+import { addTo } from "../data/labeling";
+import { SHOWING, type Workbench } from "../workbench";
 
 const PAUSE_MS = 400; // time after the last change of labels until the files are compared again
 
@@ -12,6 +13,7 @@ export class Comparison {
   private differing = new Uint32Array(0); // cells labeled differently in the two files
   private bare = new Uint32Array(0); // cells labeled only in the other file
   private readonly box = element("comparison");
+  private readonly shown = new Set<number>(); // regions that `next` has shown in the current round
   private seq = -1; // number of steps of this file when the files were compared
   private waiting = 0; // timer of the next comparison
 
@@ -19,6 +21,7 @@ export class Comparison {
     const files = element<HTMLInputElement>("compare");
     files.addEventListener("change", () => void this.read(files));
     workbench.session.events.on("file", () => void this.refresh());
+    workbench.session.events.on("regions", () => this.shown.clear());
     workbench.session.events.on("state", () => this.check());
     workbench.session.events.on("online", () => this.check());
     const reviewed = element<HTMLInputElement>("reviewed");
@@ -57,6 +60,7 @@ export class Comparison {
     if (!file) return;
     const data = toBase64(new Uint8Array(await file.arrayBuffer()));
     field.value = "";
+    this.shown.clear();
     this.take(await this.workbench.session.compare([{ name: file.name, data }]));
     await this.next();
   }
@@ -87,7 +91,7 @@ export class Comparison {
       make("p", {}, `${name}: both files label ${(100 * labeled).toFixed(1)} % of the area, and agree on ${(100 * share).toFixed(1)} % of this part.`),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
-        this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => void this.next()),
+        this.button("Next difference", "Go to the region with the next smaller difference (D)", this.differing, () => void this.next()),
         this.button("Take theirs", "In the region under the pointer or the chosen one (T)", this.differing, () => void this.settle("theirs")),
         this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => void this.settle("mine")),
       ),
@@ -103,20 +107,36 @@ export class Comparison {
     return made;
   }
 
-  /** Go to the region with the largest area of different labels. */
+  /**
+   * Go to the region with the largest area of different labels that was not shown yet. After the last region, begin
+   * again with the largest area. Hidden cells are ignored.
+   */
   async next(): Promise<void> {
     if (this.isOutdated) await this.refresh();
-    const { workbench } = this;
-    const { mesh } = workbench.session;
+    const { workbench, shown } = this;
+    const { areas } = workbench.session.mesh;
+    const seen = this.differing.filter((cell) => !workbench.isHidden(cell));
     const sums = new Map<number, number>();
-    for (const cell of this.differing) {
-      const region = workbench.regionOf(cell);
-      sums.set(region, (sums.get(region) ?? 0) + mesh.areas[cell]);
-    }
-    let [best, most] = [-1, -1];
-    for (const [region, area] of sums) if (area > most) [best, most] = [region, area];
-    if (best < 0) workbench.say("There are no differences.");
-    else workbench.setCursor(best);
+    for (const cell of seen) addTo(sums, workbench.regionOf(cell), areas[cell]);
+    const regions = [...sums.keys()].sort((a, b) => sums.get(b)! - sums.get(a)! || a - b);
+    if (!regions.length) return workbench.say(this.differing.length ? `All differences are hidden. ${SHOWING}` : "There are no differences.");
+    const isAgain = regions.every((region) => shown.has(region));
+    if (isAgain) shown.clear();
+    const region = regions.find((one) => !shown.has(one))!;
+    shown.add(region);
+    workbench.setCursor(region);
+    const names = this.namesOf(seen.filter((cell) => workbench.regionOf(cell) === region));
+    const again = isAgain ? "All differences were shown; this is the largest again. " : "";
+    workbench.say(`${again}Region ${region}, difference ${regions.indexOf(region) + 1} of ${regions.length}: ${names}.`);
+  }
+
+  /** Names of my main label of differing cells, and of their main label of the same cells. */
+  private namesOf(cells: Uint32Array): string {
+    const { workbench } = this;
+    const { paints, theirs } = workbench.session;
+    const mine = paints.mainPaint(cells);
+    const other = theirs!.paints.mainPaint(cells.filter((cell) => paints.of[cell] === mine));
+    return `mine ${workbench.paintName(mine)}, theirs ${workbench.theirName(other)}`;
   }
 
   /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */

@@ -48,5 +48,5 @@ export function savedText({ nWaiting, savedAt }: Session): string {
 function showWaiting({ online, nWaiting }: Session): void {
   if (online) return;
   const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved when it is back.` : "Everything is saved.";
-  element("banner").textContent = `The server does not answer. ${kept} You can continue to paint; other changes have to wait.`;
+  element("banner").textContent = `The server does not answer. ${kept} You can continue to paint; undo and other changes have to wait.`;
 }

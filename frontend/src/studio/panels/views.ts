@@ -28,7 +28,7 @@ export class Views {
       { name: "Front", key: "Alt+1", what: "from the front; again: from the back", run: turn(0, 0) },
       { name: "Side", key: "Alt+2", what: "from the right side; again: from the left side", run: turn(quarter, 0) },
       { name: "Top", key: "Alt+3", what: "from the top; again: from below", run: turn(0, quarter) },
-      { name: "Frame", key: "g", what: "go to the region under the pointer or to the chosen object", run: () => workbench.frameActive() },
+      { name: "Frame", key: "g", what: "go to the region under the pointer or to the chosen object, and turn the view around it", run: () => workbench.frameActive() },
       { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {

@@ -26,6 +26,12 @@ interface Kinds {
   suggestions: Suggested;
 }
 
+/** Labels of the other file in a comparison. */
+interface Theirs {
+  classes: ClassEntry[];
+  paints: Paints;
+}
+
 /** A class to be saved. The server chooses a color if none is given. */
 export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
 
@@ -54,6 +60,7 @@ export class Session {
   paints!: Paints;
   state!: State;
   suggested = NOTHING_SUGGESTED;
+  theirs: Theirs | null = null; // labels of the other file in a comparison; null if no file is compared
   online = true;
   // Time at which the server saved the latest step; null if nothing was saved since the file was opened.
   savedAt: Date | null = null;
@@ -141,6 +148,7 @@ export class Session {
     this.fileId = fileId;
     this.savedAt = null;
     this.suggested = NOTHING_SUGGESTED;
+    this.theirs = null;
     this.mesh = mesh;
     this.state = state;
     this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
@@ -235,7 +243,10 @@ export class Session {
       });
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
-      else this.report(error);
+      else if (error instanceof ServerGone) {
+        this.lose();
+        this.events.emit("message", `The server does not answer, so ${what} has to wait. All strokes are kept; press the key again later.`);
+      } else this.report(error);
     }
   }
 
@@ -399,6 +410,9 @@ export class Session {
     await this.attempt(async () => {
       reply = await this.post<CompareReply>(what, body);
       if (what === "accept") await this.reloadAll();
+      const { agreement, classes } = reply;
+      const paint = await this.api.buffer(`${this.path}/theirs`);
+      this.theirs = agreement && { classes, paints: new Paints(new Uint32Array(paint), this.mesh.areas) };
     });
     return reply;
   }

@@ -318,12 +318,13 @@ class Document:
             return change
 
     def suggest(self, imported: Imported) -> int:
-        """Replace all suggestions by imported objects, and return the number of new suggestions.
+        """Replace all suggestions by `suggestions_of` an import, and return their number.
 
         Raises ValueError if no object was imported.
         """
         with self.lock:
-            suggestions, classes = suggestions_of(imported, self.class_list)
+            surface = self.segmenter.surface
+            suggestions, classes = suggestions_of(imported, self.class_list, surface)
             if not suggestions:
                 raise ValueError("the files suggest no object: no cell has a label above 0")
             stroke = f"suggest {self.history.seq + 1}"

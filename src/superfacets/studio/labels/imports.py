@@ -48,6 +48,7 @@ class Imported:
     class_list: ClassList
     names: Mapping[tuple[int, int], str] = field(default_factory=dict)
     scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidence, 0 to 1
+    has_objects: bool = True  # whether the file groups cells into objects; False for class numbers
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
@@ -153,9 +154,8 @@ def _by_number(labels: Longs, known: ClassList) -> Imported:
     for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
         known = with_new(known, class_id)
     objects = np.zeros(len(labels), np.uint16)
-    return Imported(
-        np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), objects, known
-    )
+    cells = np.arange(len(labels), dtype=np.uint32)
+    return Imported(cells, classes.astype(np.uint16), objects, known, has_objects=False)
 
 
 def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:

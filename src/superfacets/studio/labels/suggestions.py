@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .classes import INSTANCES, MAX_CLASS, ClassList
+from ... import _core
+from ..._types import Longs
+from ...cells.surface import Surface
+from .classes import INSTANCES, MAX_CLASS, ClassList, stuff_of
 from .coding import base64_of, bytes_from, pack_cells, unpack_cells
 from .imports import Imported, checked_score
 
@@ -19,7 +22,7 @@ UNNAMED = "object"
 class Suggestion:
     """Set of cells that is suggested as an object."""
 
-    id: int  # number from 1, in ascending order of class and object in the imported file
+    id: int  # number from 1, in ascending order of class, object and piece in the imported file
     cells: bytes  # indices of the cells, encoded by `pack_cells`
     class_id: int  # 0 if the user must choose the class
     score: float | None  # confidence, 0 to 1; None if the file has no score
@@ -50,11 +53,15 @@ class Suggestion:
 Suggestions = tuple[Suggestion, ...]
 
 
-def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
+def suggestions_of(
+    imported: Imported, known: ClassList, surface: Surface
+) -> tuple[Suggestions, ClassList]:
     """Return a suggestion for each imported object, and the list of classes with new classes.
 
-    In each class, all cells that are in no object become one suggestion. The user must choose the
-    class of objects whose class name is `UNNAMED`, unless `known` has a class with this name.
+    If the file contains only class numbers, each connected component of a class becomes a
+    suggestion. In other files, and in classes without objects (``stuff``), all cells of a class
+    that are in no object become one suggestion. The user must choose the class of objects whose
+    class name is `UNNAMED`, unless `known` has a class with this name.
     """
     unnamed = [
         entry
@@ -63,14 +70,29 @@ def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, C
     ]
     classes = tuple(entry for entry in imported.class_list if entry not in unnamed)
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
-    order = np.argsort(keys, kind="stable")  # stable, so the cells of an object stay sorted
-    found, starts = np.unique(keys[order], return_index=True)
+    pieces = np.zeros(len(keys), np.int64) if imported.has_objects else _pieces(imported, surface)
+    order = np.lexsort((pieces, keys))  # stable, so the cells of an object stay sorted
+    keys, pieces = keys[order], pieces[order]
+    starts = np.flatnonzero(np.diff(keys, prepend=-1) | np.diff(pieces, prepend=-1))
     parts = np.split(imported.cells[order], starts)[1:]  # the part before the first start is empty
-    suggestions = []
-    for number, (key, cells) in enumerate(zip(found.tolist(), parts, strict=True), 1):
+    suggestions: list[Suggestion] = []
+    for key, cells in zip(keys[starts].tolist(), parts, strict=True):
         class_id, object_id = divmod(key, INSTANCES)
         score = imported.scores.get((class_id, object_id))
         own = 0 if any(entry["id"] == class_id for entry in unnamed) else class_id
         if class_id:
+            number = len(suggestions) + 1
             suggestions.append(Suggestion(number, pack_cells(cells), own, score))
     return tuple(suggestions), classes
+
+
+def _pieces(imported: Imported, surface: Surface) -> Longs:
+    """Return a number of the connected component of each imported cell within its class.
+
+    The number is 0 for all cells of classes without objects.
+    """
+    labels = np.zeros(len(surface.offsets) - 1, np.int32)
+    labels[imported.cells] = imported.classes
+    pieces, _ = _core.find_components(surface.offsets, surface.neighbors, labels)
+    is_whole = np.isin(imported.classes, [0, *stuff_of(imported.class_list)])
+    return np.where(is_whole, 0, pieces[imported.cells].astype(np.int64))

@@ -153,6 +153,12 @@ def _suggestion_packet(document: Document, query: Body) -> bytes:
     return packet({"suggestions": entries}, {"owners": owners})
 
 
+def _their_paint(document: Document, query: Body) -> bytes:
+    """Return class and object of each cell in the compared work file; empty if there is none."""
+    theirs = document.theirs
+    return b"" if theirs is None else theirs.paint.astype("<u4").tobytes()
+
+
 def _exported(document: Document, query: Body) -> Response:
     what, format = str(query.get("what", "cells")), str(query.get("format"))
     name, content = export_bytes(document, what, format)
@@ -171,6 +177,7 @@ READS: dict[str, Operation] = {
     "regions": _region_packet,
     "state": _state,
     "suggestions": _suggestion_packet,
+    "theirs": _their_paint,
 }
 
 
@@ -221,10 +228,12 @@ def _accept(document: Document, body: Body) -> Body:
 
 def _compared(document: Document) -> Body:
     if document.theirs is None:
-        return {"agreement": None, "differs": "", "bare": "", **progress_of(document)}
+        nothing: Body = {"agreement": None, "classes": [], "differs": "", "bare": ""}
+        return {**nothing, **progress_of(document)}
     is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
     return {
         "agreement": document.agreement(),
+        "classes": list(document.theirs.class_list),
         "differs": base64_of(document.differing()),
         "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
         **progress_of(document),
