@@ -4,7 +4,7 @@
 import { counted, element } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
-import { parseColor, regionColors } from "./data/colors";
+import { cssColor, type Rgb, regionColors, shadeOf, shadesOfClasses } from "./data/colors";
 import type { ClassEntry } from "./data/contract";
 import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
 import type { Drawing } from "./view/drawing";
@@ -31,6 +31,7 @@ export class Workbench {
   readonly events = new Events<Kinds>();
   picker!: Picker;
   currentPaint = 0;
+  private shades: ReadonlyMap<number, Rgb[]> = new Map(); // colors of the objects of each class
   private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
   cursor = -1; // region selected by keyboard; -1 if there is none
   hoveredCell = -1;
@@ -74,7 +75,8 @@ export class Workbench {
   }
 
   private takeClasses(classes: ClassEntry[]): void {
-    this.drawing.setClassColors(new Map(classes.map(({ id, color }) => [id, parseColor(color)])));
+    this.shades = shadesOfClasses(classes);
+    this.drawing.setShades(this.shades);
     this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
     this.session.events.emit("painted", null);
     const entry = classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
@@ -123,6 +125,12 @@ export class Workbench {
   /** Name of the object of a paint (class and object) or, if the paint has no object, of its class. */
   paintName(paint: number): string {
     return paintNameIn(this.session.state, paint);
+  }
+
+  /** Color of a paint (class and object) as CSS; "none" if there is no such class. */
+  paintColor(paint: number): string {
+    const shades = this.shades.get(classOf(paint));
+    return shades ? cssColor(shadeOf(shades, objectOf(paint))) : "none";
   }
 
   /** Name of a paint (class and object) of the other file in a comparison. */

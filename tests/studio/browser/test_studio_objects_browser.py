@@ -1,5 +1,8 @@
 """Two objects of one class, told apart in a real browser by mouse and keyboard alone."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 from studio_page import Command, Tab
@@ -253,3 +256,50 @@ def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
     assert tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)") != before
     assert np.array_equal(tab.classes(), classes)
     context.close()
+
+
+def lab(color):
+    """CIELAB coordinates of a color such as rgb(1,2,3) or #010203."""
+    numbers = re.findall(r"\d+", color) if color.startswith("rgb") else bytes.fromhex(color[1:])
+    part = np.array([int(number) for number in numbers]) / 255
+    light = np.where(part > 0.04045, ((part + 0.055) / 1.055) ** 2.4, part / 12.92)
+    white = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.cbrt(np.maximum(white @ light / np.sum(white, axis=1), 0.008856))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("n", [6, 20])
+def test_objects_never_look_like_another_class(n, bear, serve, open_tab, tmp_path):
+    """The default classes, or 20 named ones of which the last is "other"."""
+    server = serve(bear, 40)
+    tab = open_tab(server.address)
+    if n > 6:
+        runs = [{"id": k, "name": "other" if k == n else f"kind {k}"} for k in range(7, n + 1)]
+        classes = [*server.state()["classes"], *runs]
+        server.request("files/0/classes", data=json.dumps({"classes": classes}).encode())
+        tab.page.reload()
+        tab.ready()
+    colors = {entry["id"]: lab(entry["color"]) for entry in server.state()["classes"]}
+    assert len(colors) == n
+    for number, color in colors.items():
+        shades = [
+            lab(tab.evaluate(f"studio.workbench.paintColor({k << 16 | number})"))
+            for k in range(1, 6)
+        ]
+        np.testing.assert_allclose(shades[0], color)
+        others = [other for one, other in colors.items() if one != number]
+        assert np.linalg.norm(np.array(shades[1:])[:, None] - others, axis=2).min() > 14
+        apart = np.linalg.norm(np.array(shades)[:, None] - shades, axis=2)
+        assert apart[np.triu_indices(5, 1)].min() > 7
+
+
+def test_the_mesh_shows_the_colors_of_objects_as_the_list_does(studio):
+    _, tab = studio
+    for object_, (_, x, y) in enumerate(tab.spots(4), start=2):
+        tab.evaluate(f"studio.workbench.choose(5, {object_})")
+        tab.click(x, y)
+        tab.settled()
+        tab.away()
+        shown = tab.evaluate("studio.workbench.paintColor(studio.workbench.currentPaint)")
+        color = np.array([int(number) for number in re.findall(r"\d+", shown)])
+        assert np.abs(tab.hue_at(x, y) - color / color.sum()).max() < 0.03

@@ -11,21 +11,63 @@ export function parseColor(text: string): Rgb {
 
 export const cssColor = (color: Rgb): string => `rgb(${color.join()})`;
 
-/**
- * Variations of the class color for successive objects of a class: the fraction of white (positive) or
- * black (negative) that is mixed into the color.
- */
-export const VARIANTS = [0, 0.5, -0.4, 0.28, -0.22];
+export const N_SHADES = 5; // number of colors of the objects of a class; the next object has the first color again
 
-/** Color of an object: a lighter or darker variation of the class color. shaders.ts has the same function. */
-export function variant(color: Rgb, object: number): Rgb {
-  if (object < 2) return color;
-  const shift = VARIANTS[(object - 1) % VARIANTS.length];
-  const [red, green, blue] = color.map((value) =>
-    Math.round(shift > 0 ? value + (255 - value) * shift : value * (1 + shift)),
-  );
-  return [red, green, blue];
+/** Fractions of white (positive) or black (negative) mixed into the class color, in order of preference. */
+const SHIFTS = [0.5, -0.4, 0.28, -0.22, 0.65, -0.55, 0.39, -0.31];
+
+// Least distance in CIELAB of a shade to colors of other classes, and to other shades of the class. Larger distances are
+// not possible for all of the default colors.
+const LEAST_TO_CLASSES = 24;
+const LEAST_TO_SHADES = 10;
+
+function mixed(color: Rgb, shift: number): Rgb {
+  const mix = (value: number): number => Math.round(shift > 0 ? value + (255 - value) * shift : value * (1 + shift));
+  return [mix(color[0]), mix(color[1]), mix(color[2])];
 }
+
+/** CIELAB coordinates of an sRGB color (white point D65). */
+function labOf(color: Rgb): Rgb {
+  const [r, g, b] = color.map((value) => (value > 10 ? ((value / 255 + 0.055) / 1.055) ** 2.4 : value / 255 / 12.92));
+  const root = (value: number): number => (value > 0.008856 ? Math.cbrt(value) : 7.787 * value + 16 / 116);
+  const x = root((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
+  const y = root(0.2126 * r + 0.7152 * g + 0.0722 * b);
+  const z = root((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089);
+  return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
+}
+
+/**
+ * Colors of successive objects of a class: the class color, and lighter and darker shades of it that are not similar to
+ * each other and to the colors of other classes. `others` contains these colors in CIELAB.
+ */
+function shadesOf(color: Rgb, others: readonly Rgb[]): Rgb[] {
+  const shades = [color];
+  const own = [labOf(color)];
+  const worth = (shift: number): number => {
+    const lab = labOf(mixed(color, shift));
+    const nearest = (to: readonly Rgb[]): number => Math.min(...to.map((one) => Math.hypot(...one.map((value, k) => value - lab[k]))));
+    return Math.min(nearest(others) / LEAST_TO_CLASSES, nearest(own) / LEAST_TO_SHADES);
+  };
+  while (shades.length < N_SHADES) {
+    const best = SHIFTS.find((shift) => worth(shift) >= 1) ?? SHIFTS.reduce((a, b) => (worth(a) >= worth(b) ? a : b));
+    shades.push(mixed(color, best));
+    own.push(labOf(mixed(color, best)));
+  }
+  return shades;
+}
+
+/** Shades of each class, by class id. Classes with equal colors have equal shades. */
+export function shadesOfClasses(classes: readonly { id: number; color: string }[]): Map<number, Rgb[]> {
+  const labs = new Map(classes.map(({ color }) => [color, labOf(parseColor(color))]));
+  const shades = new Map([...labs.keys()].map((color) => {
+    const others = [...labs].filter(([other]) => other !== color).map(([, lab]) => lab);
+    return [color, shadesOf(parseColor(color), others)];
+  }));
+  return new Map(classes.map(({ id, color }) => [id, shades.get(color)!]));
+}
+
+/** Color of an object, given the shades of its class. shaders.ts has the same function. */
+export const shadeOf = (shades: readonly Rgb[], object: number): Rgb => shades[Math.max(0, object - 1) % N_SHADES];
 
 /**
  * Assigns to each region the least used color of the palette that none of its neighbors has. Two neighbors get the same

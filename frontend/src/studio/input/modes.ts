@@ -1,9 +1,8 @@
 // The tool that the left mouse button currently uses, and the toolbar that selects the tool.
 
 import { CellCursor } from "./cellcursor";
-import { cssColor, parseColor, variant } from "../data/colors";
 import type { Workbench } from "../workbench";
-import { classOf, objectOf } from "../data/labeling";
+import { classOf } from "../data/labeling";
 import { button, element } from "../../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
@@ -70,7 +69,7 @@ export class Modes {
     const { currentPaint, session } = this.workbench;
     const entry = session.state.classes.find(({ id }) => id === classOf(currentPaint));
     const [swatch, name] = element("brush-class").children as unknown as HTMLElement[];
-    swatch.style.background = entry ? cssColor(variant(parseColor(entry.color), objectOf(currentPaint))) : "none";
+    swatch.style.background = this.workbench.paintColor(currentPaint);
     name.textContent = entry ? this.workbench.paintName(currentPaint) : "No class (erases)";
   }
 }

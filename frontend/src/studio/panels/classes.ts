@@ -1,6 +1,5 @@
 // Panel with the classes and their objects: names, colors, percentage of the area, and the choice of what to paint.
 
-import { cssColor, parseColor, variant } from "../data/colors";
 import type { ClassEntry } from "../data/contract";
 import type { Workbench } from "../workbench";
 import { classOf, objectOf, paintOf } from "../data/labeling";
@@ -222,8 +221,7 @@ export class ClassesPanel {
     const paint = paintOf(id, object);
     const name = object ? workbench.paintName(paint) : "without an object";
     const swatch = make("i");
-    const color = this.classes.find((entry) => entry.id === id)!.color;
-    swatch.style.background = cssColor(variant(parseColor(color), object));
+    swatch.style.background = workbench.paintColor(paint);
     const isChosen = paint === workbench.currentPaint;
     const radio = make("input", { type: "radio", name: "object", value: String(paint), "aria-label": `Paint ${name}`, title: `Paint ${name}` });
     radio.checked = isChosen;

@@ -10,7 +10,7 @@ import { NONE } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
 import type { Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
-import { parseColor, type Rgb } from "../data/colors";
+import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
 
@@ -149,11 +149,11 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Set the color of each class id. Classes that are not in the map are gray. */
-  setClassColors(colors: ReadonlyMap<number, Rgb>): void {
-    const highest = Math.min(MAX_CLASSES - 1, Math.max(0, ...colors.keys()));
-    const texels = new Uint8Array(4 * (highest + 1)).fill(128);
-    for (const [id, color] of colors) texels.set(color, 4 * id);
+  /** Set the shades of each class id. Classes that are not in the map are gray. */
+  setShades(shades: ReadonlyMap<number, Rgb[]>): void {
+    const highest = Math.min(MAX_CLASSES - 1, Math.max(0, ...shades.keys()));
+    const texels = new Uint8Array(4 * N_SHADES * (highest + 1)).fill(128);
+    for (const [id, colors] of shades) colors.forEach((color, k) => texels.set(color, 4 * (N_SHADES * id + k)));
     this.classColors.fill("rgba8", texels);
     this.redraw();
   }

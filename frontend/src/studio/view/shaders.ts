@@ -2,7 +2,7 @@
 // brightness of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
 // draws borders between pixels of different regions. Painting repeats only the second pass.
 
-import { VARIANTS } from "../data/colors";
+import { N_SHADES } from "../data/colors";
 import { OWN_COLORS } from "../../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
 
@@ -42,7 +42,7 @@ uniform sampler2D depths;
 uniform usampler2D regions;  // region of each cell, or NONE
 uniform usampler2D cells;
 uniform sampler2D region_colors;  // color of each region; alpha is 1 if the region is selected
-uniform sampler2D class_colors;
+uniform sampler2D class_colors;  // ${N_SHADES} shades of each class, for its objects
 uniform usampler2D suggestions;  // 1-based index of the suggestion of each cell; 0 if the cell has none
 uniform sampler2D suggestion_colors;  // color of each suggestion; alpha is 1 for the chosen suggestion
 uniform bool has_suggestions;
@@ -67,12 +67,10 @@ uint cellAt(ivec2 p) {
   return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // the cell at p, or NONE where no cell is drawn
 }
 uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
-const float VARIANTS[${VARIANTS.length}] = float[](${VARIANTS.map((shift) => shift.toFixed(2)).join()});
-/** Color of an object: a variation of the class color. colors.ts has the same function. */
-vec3 variant(vec3 color, uint object) {
-  if (object < 2u) return color;
-  float shift = VARIANTS[(object - 1u) % ${VARIANTS.length}u];
-  return shift > 0.0 ? mix(color, vec3(1.0), shift) : color * (1.0 + shift);
+/** Color of an object: a shade of its class. colors.ts has the same function. */
+vec3 shadeOf(uint id, uint object) {
+  uint shade = (max(object, 1u) - 1u) % ${N_SHADES}u;
+  return texelFetch(class_colors, place(${N_SHADES}u * id + shade), 0).rgb;
 }
 uint suggestionOf(uint cell) { return has_suggestions && cell != NONE ? texelFetch(suggestions, place(cell), 0).r : 0u; }
 uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
@@ -97,7 +95,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   uint id = state.r | state.g << 8;
   if (id != 0u) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
-    base = variant(texelFetch(class_colors, place(id), 0).rgb, state.a) * (1.0 + 0.12 * shift);
+    base = shadeOf(id, state.a) * (1.0 + 0.12 * shift);
   }
   uint suggestion = id == 0u ? suggestionOf(cell) : 0u;
   vec4 tone = vec4(0.0);

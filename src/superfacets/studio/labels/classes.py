@@ -30,9 +30,12 @@ _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
 _COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
     "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#5a5a00",
+    "#0000ff", "#00ff00", "#ff00ff", "#eecc99", "#00ee88", "#dd77ff", "#ff8877", "#ff0000",
+    "#771133", "#7700bb", "#ff1155", "#aaee00", "#aadd99", "#225533", "#eeccff", "#00eedd",
 )  # fmt: skip
 """Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
-which color-blind people can distinguish. Gray is not used, because unlabeled cells are gray."""
+which color-blind people can distinguish. The distance in CIELAB of each of the last 16 to all
+earlier colors is at least 32. Gray is not used, because unlabeled cells are gray."""
 
 _N_DEFAULT = 6
 
