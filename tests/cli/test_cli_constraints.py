@@ -113,8 +113,8 @@ def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
     [
         (
             ["--mask-values", "6", "--tiled"],
-            "--tiled does not support --mask-values: first write the cells to keep to their own file;"
-            " superfacets convert IN LABELS --split DIR writes one file per label",
+            "--tiled does not support --mask-values: first write the cells to keep to their own"
+            " file; superfacets convert IN LABELS --split DIR writes one file per label",
         ),
         (
             ["--mask-values", "6", "-o", "out.segs.json"],
