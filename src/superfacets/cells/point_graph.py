@@ -259,11 +259,11 @@ def build_point_graph(
         times the point spacing, areas are 1.35, 1.40, 0.84 and 0.42 times the true area.
         ``weights`` are in units of the diagonal of the bounding box. In ``arc_measures``, the
         border length of an arc is the mean of :math:`\pi a / \sum d` over its two points, where a
-        is the area around a point, and d are the lengths of all arcs of this point. The border lengths of all arcs that cross a line sum to about the length of
-        the line. The angle of an arc is the angle between the normals of its points. To determine
-        its sign, the height of each point above the tangent plane of the other point is computed;
-        the angle is positive if the sum of both heights is positive. For clouds without normals,
-        `estimate_normals` is used.
+        is the area around a point, and d are the lengths of all arcs of this point. The border
+        lengths of all arcs that cross a line sum to about the length of the line. The angle of an
+        arc is the angle between the normals of its points. To determine its sign, the height of
+        each point above the tangent plane of the other point is computed; the angle is positive if
+        the sum of both heights is positive. For clouds without normals, `estimate_normals` is used.
 
     Raises
     ------
