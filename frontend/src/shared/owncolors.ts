@@ -43,7 +43,7 @@ export class OwnColors {
     this.colors.fill("rgba8", [0]);
   }
 
-  /** Upload the colors or, when its image is decoded, the texture. */
+  /** Upload the colors, or the texture once its image is decoded. */
   async show(shape: Shape, arrays: Arrays): Promise<void> {
     const { vertex_colors, cell_colors } = arrays;
     const { texture } = shape.facts;

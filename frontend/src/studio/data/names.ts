@@ -21,7 +21,7 @@ const STEPS: Record<string, string> = {
   objects: "name of an object", review: "review mark", suggest: "import of suggestions", settle: "suggestion",
 };
 const TOLD = new Set(["paint", "classes", "objects"]); // steps of these kinds are described only by their changes
-const MAX_TOLD = 2; // maximum number of changes to classes and objects that the description of a step names
+const MAX_TOLD = 2; // maximum number of class and object changes listed in the description of a step
 
 export const classNameIn = ({ classes }: Lists, id: number): string =>
   classes.find((entry) => entry.id === id)?.name ?? "no class";

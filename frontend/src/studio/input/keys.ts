@@ -238,7 +238,7 @@ export class Keys {
 
 const RETURNING = "#next-bare, #new-object, #classes :is([type=radio], kbd, .none, output)";
 
-/** Move the focus to the canvas after the pointer has chosen an entry of a list, a class, an object or a region. */
+/** Move the focus to the canvas after the pointer has chosen a list entry, class, object or region. */
 function returnFocus(canvas: HTMLCanvasElement): void {
   let pressed: EventTarget | null = null;
   window.addEventListener("pointerdown", ({ target }) => (pressed = target));

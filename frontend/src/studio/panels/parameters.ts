@@ -35,7 +35,7 @@ const SLIDERS: Slider[] = [
     position: (value, [min, max]) => (value - min) / (max - min),
   },
 ];
-const STEPS = 1000; // number of slider positions
+const STEPS = 1000; // number of slider steps
 const TIPS: Record<Name, string> = {
   n_segments: "Number of regions; classes and objects do not change",
   alpha: "How closely borders of regions follow creases",

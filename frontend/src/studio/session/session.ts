@@ -47,8 +47,8 @@ const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(c
 
 const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
 const BEAT_MS = 5000; // interval between checks for changes made by other pages
-// If the last preview took longer than this number of seconds, a new preview aborts the running preview; otherwise the
-// new preview waits.
+// If the last segmentation took longer than this number of seconds, a new request aborts the running one;
+// otherwise it waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {

@@ -75,7 +75,7 @@ def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
 def _pairs_of_faces(
     header: Header, tables: list[list[Column]], offsets: Longs
 ) -> tuple[Array, Ints] | None:
-    """Return texture coordinates that faces store, and their row for each corner, or None.
+    """Return texture coordinates stored in faces, and the row of each corner, or None.
 
     The row is -1 for corners of faces without coordinates.
     """
