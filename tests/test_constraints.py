@@ -472,7 +472,7 @@ def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
 
 
 def scan():
-    """Points of a roof, and a mask that keeps every tenth of them, so that most neighbors are out.
+    """Points of a roof, and a mask that keeps every tenth point, so most neighbors are left out.
 
     Returns the cloud, the mask, and a cloud of only the kept points.
     """

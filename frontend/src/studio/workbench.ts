@@ -308,8 +308,8 @@ export class Workbench {
   }
 
   /**
-   * Go to the largest region that is mostly unlabeled and has a visible unlabeled cell. If the last call of this method chose the current
-   * region, go to the next smaller region instead; the largest region follows the smallest one.
+   * Go to the largest region that is mostly unlabeled and has a visible unlabeled cell. If the last call of this method
+   * chose the current region, go to the next smaller region instead; the largest region follows the smallest one.
    */
   showNextBare(): void {
     const { regions, paints } = this.session;

@@ -232,9 +232,7 @@ def batch(
         options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
         force, viewpoint, min_opacity, mask_values, labels_named,
     )  # fmt: skip
-    if scheduler is not None and workers is not None:
-        raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
-    n_workers = checked_threads(None) if workers is None else checked_count(workers, "workers")
+    n_workers = _checked_workers(workers, scheduler)
     checked_callable(progress, "progress")
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
@@ -254,6 +252,15 @@ def batch(
         records, tally.n_done, len(jobs) - n_failed - tally.n_done, n_failed, tally.n_cells,
         time.perf_counter() - began, (*manifest.notes, *notes),
     )  # fmt: skip
+
+
+def _checked_workers(workers: int | None, scheduler: object) -> int:
+    """Return the number of workers; by default, the number of available cores."""
+    if workers is None:
+        return checked_threads(None)
+    if scheduler is not None:
+        raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
+    return checked_count(workers, "workers")
 
 
 def _plan(
