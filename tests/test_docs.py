@@ -217,7 +217,23 @@ def test_the_code_of_the_cad_page_measures_a_tilted_bore_with_a_groove():
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             exec(code, {"part": part, "cad_faces": cad_faces, "np": np})
         [line] = printed.getvalue().splitlines()
-        assert line.endswith(f" {kind} 6.00, axis [0.29 0.43 0.86]")
+        foot = np.array([5, 6, 7]) - axis * (axis @ [5, 6, 7])  # the hole was at the origin
+        assert line.endswith(f" {kind} 6.00, axis [0.29 0.43 0.86] through {foot.round(2)}")
+
+
+def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monkeypatch):
+    meshio = pytest.importorskip("meshio")
+    monkeypatch.chdir(tmp_path)
+    code = next(
+        block.code for block in python_blocks(DOCS / "howto" / "cad.md") if "gmsh" in block.code
+    )
+    part = shapes.drilled_block(16)
+    cad_faces = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30))
+    exec(code, {"part": part, "cad_faces": cad_faces})
+    written = meshio.read("part.msh")
+    [groups] = written.cell_data["gmsh:physical"]
+    assert np.array_equal(groups, cad_faces.labels + 1)
+    assert np.array_equal(written.cells_dict["triangle"], part.faces)
 
 
 def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(tmp_path, monkeypatch):

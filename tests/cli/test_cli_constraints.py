@@ -274,9 +274,10 @@ def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
     status, _, err = run("segment", tmp_path / "fold.ply", *options, tmp_path / "fold.npy")
     assert (status, err) == (
         0,
-        "superfacets: note: 100% of the length of sharp edges is inside region 0: a crease that"
-        " fades to 0 degrees separates no faces at any --barrier-angle; for another method, see"
-        " CAD parts in the documentation\n",
+        "superfacets: note: 100% of the length of sharp edges is inside region 0: these edges do"
+        " not enclose an area, because some edges between their ends bend by less than"
+        " --barrier-angle; try a smaller angle, or 'Flat sides and fillets' on the page 'CAD"
+        " parts' of the documentation\n",
     )
     lengths = np.linalg.norm(np.diff(folded.vertices[sharp_edges(folded, 30)], axis=1), axis=-1)
     cube = shapes.cube()  # its edges are between regions
@@ -287,9 +288,13 @@ def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
     assert status == 0
     side = np.ptp(cube.vertices[:, 0])
     percent = 100 * lengths.sum() / (lengths.sum() + 12 * side)
-    assert f" {percent:.3g}% of the length of sharp edges is inside 2 regions: " in err
+    assert f" {percent:.3g}% of the length of sharp edges is inside regions 0 and 1: " in err
     status, report, _ = run("segment", tmp_path / "all.ply", *options, tmp_path / "x.npy", "--json")
     assert json.loads(report)["sharp_inside"] == pytest.approx(percent / 100)
+    five = [Mesh(folded.vertices + [x, 0, 0], folded.faces) for x in range(0, 100, 20)]
+    write_mesh(tmp_path / "five.ply", shapes.together(five))
+    _, _, err = run("segment", tmp_path / "five.ply", *options, tmp_path / "five.npy")
+    assert "100% of the length of sharp edges is inside regions 0, 1, 2 and 2 others: " in err
 
 
 def test_a_barrier_angle_of_points_is_one_line(run, tmp_path):

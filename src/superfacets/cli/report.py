@@ -115,11 +115,16 @@ def _notes_on_sharp_edges(inside: Floats) -> list[str]:
     regions = np.flatnonzero(inside)
     if not len(regions):
         return []
-    where = f"region {regions[0]}" if len(regions) == 1 else counted(len(regions), "region")
+    longest = regions[np.argsort(-inside[regions], kind="stable")]
+    ids = [str(region) for region in longest[:3]]
+    if len(regions) > 3:
+        ids.append(counted(len(regions) - 3, "other"))
+    where = f"region {ids[0]}" if len(ids) == 1 else f"regions {', '.join(ids[:-1])} and {ids[-1]}"
     return [
-        f"{100 * inside.sum():.3g}% of the length of sharp edges is inside {where}: a crease that"
-        " fades to 0 degrees separates no faces at any --barrier-angle; for another method, see"
-        " CAD parts in the documentation"
+        f"{100 * inside.sum():.3g}% of the length of sharp edges is inside {where}: these edges do"
+        " not enclose an area, because some edges between their ends bend by less than"
+        " --barrier-angle; try a smaller angle, or 'Flat sides and fillets' on the page 'CAD"
+        " parts' of the documentation"
     ]
 
 
