@@ -717,9 +717,9 @@ def checked_count(
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
+        hint = ": pass vertices and faces as one pair (vertices, faces)"
         raise TypeError(
-            f"{name} must be an integer, got an array: pass vertices and faces as one pair"
-            " (vertices, faces)"
+            f"{name} must be an integer, got an array{hint if name == 'n_segments' else ''}"
         )
     count = operator.index(value)
     if count < low:

@@ -161,7 +161,7 @@ def test_a_mesh_says_what_it_holds():
     assert mesh.face(1).tolist() == [0, 2, 3]
     assert mesh.bounds.tolist() == [[0, 0, 0], [1, 1, 0]]
     for face in (-1, 2):
-        with pytest.raises(IndexError, match=f"the face index must be 0 to 1, got {face}"):
+        with pytest.raises(IndexError, match=f"there is no face {face}: the number of faces is 2"):
             mesh.face(face)
 
 

@@ -158,7 +158,7 @@ def test_inconsistent_faces_break_no_line():
 def test_there_are_no_other_lines():
     lines = border_lines(shapes.strip(2), [0, 0])
     for i in (-1, 1):
-        with pytest.raises(IndexError, match=f"the line must be 0 to 0, got {i}"):
+        with pytest.raises(IndexError, match=f"there is no line {i}: the number of lines is 1"):
             lines.line(i)
     with pytest.raises(
         MeshError, match=r"expected a surface mesh, got a TetMesh: use TetMesh\.boundary\(\)"

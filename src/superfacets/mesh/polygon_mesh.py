@@ -127,7 +127,7 @@ class PolygonMesh(CellsOfVertices):
         Raises an IndexError if i is not from 0 to F - 1.
         """
         if not 0 <= i < self.n_faces:
-            raise IndexError(f"the face index must be 0 to {self.n_faces - 1}, got {i}")
+            raise IndexError(f"there is no face {i}: the number of faces is {self.n_faces}")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
 
     def triangulate(self) -> Triangulation:

@@ -129,7 +129,7 @@ def overlap_of(
 def undersegmentation_error(
     mesh: Labeled, labels: Labels = None, truth: Labels = None, *, tolerance: float = 0.05
 ) -> float:
-    """Return the undersegmentation error: the area by which regions cross true borders; 0 is best.
+    """Return the undersegmentation error, the fraction of area beyond true borders; 0 is best.
 
     A region and a true segment form a pair if the segment contains more than the fraction
     `tolerance` of the area of the region. The result is the sum, over all pairs, of the area of the

@@ -62,7 +62,7 @@ class BorderLines:
     def line(self, i: int) -> Ints:
         """Return the vertices of line i, from 0 to L - 1, in the order along the line."""
         if not 0 <= i < len(self):
-            raise IndexError(f"the line must be 0 to {len(self) - 1}, got {i}")
+            raise IndexError(f"there is no line {i}: the number of lines is {len(self)}")
         return self.vertices[self.offsets[i] : self.offsets[i + 1]]
 
     def __repr__(self) -> str:

@@ -185,7 +185,7 @@ def _paint(document: Document, body: Body) -> Body:
     class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
-        raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
+        raise ValueError(f"stroke must be a string of at most {MAX_STROKE} characters")
     cells = cells_from(body.get("cells"), document.n_cells)
     change = document.paint(cells, class_id, stroke, objects=object_id)
     return {"changed": 0 if change is None else change.after.n, **progress_of(document)}
