@@ -1,4 +1,4 @@
-"""Draw the pictures of regions with ``"creases"`` and with the default, spectral bands, and a cup.
+"""Draw regions with ``"creases"`` and with the default, and spectral bands.
 
 Usage: ``python docs/make_parts_figures.py PSB``. PSB is the folder of the Princeton benchmark.
 """
@@ -35,16 +35,6 @@ def main(folder: Path) -> None:
     mesh, view = meshes["hand"]
     bands = [shades(column) for column in sf.spectral_embedding(mesh).T[:3]]
     save_side_by_side(mesh, bands, view, "parts-features.png")
-    save_cup(benchmark.load(29).mesh)
-
-
-def save_cup(mesh: sf.Mesh) -> None:
-    """Draw regions of ``"creases"`` on a hollow shape, treated as solid and as hollow."""
-    as_hollow = sf.segment(mesh, N_SEGMENTS, weights="creases")
-    radius = as_hollow.params["expected_radius"]
-    weights = sf.crease_weights(mesh, sf.build_face_graph(mesh), radius, hollows=False)
-    labels = [sf.segment(mesh, N_SEGMENTS, weights=weights).labels, as_hollow.labels]
-    save_side_by_side(mesh, labels, sf.View(azimuth=30, elevation=35), "hollows-cup.png")
 
 
 def shades(values: np.ndarray) -> np.ndarray:

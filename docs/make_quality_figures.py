@@ -13,7 +13,6 @@ from typing import Any
 
 import gallery_meshes
 import numpy as np
-from make_parts_figures import save_side_by_side
 from PIL import Image
 from shrink_images import IMAGES, read, save_page
 
@@ -48,21 +47,10 @@ CURVES = {
 
 
 def main(runs: Path, meshes: Path) -> None:
-    """Draw the pictures of a plain and of six shapes, and the plot of the frontier."""
-    save_plain()
+    """Draw the sheet of six shapes, and the plot of the frontier."""
     save_sheet(meshes)
     with runs.open(newline="") as file:
         draw_frontier([row for row in csv.DictReader(file) if row["scale"] == "x1"])
-
-
-def save_plain() -> None:
-    """Draw regions of a plain on a regular grid, with ``"creases"`` and with the default."""
-    rows, columns = np.mgrid[:160, :160].astype(float)
-    mesh = gallery_meshes.grid(np.stack([rows, columns, 0 * rows], axis=2))
-    variants = (VARIANTS[CREASES], VARIANTS[DEFAULT])
-    labels = [sf.segment(mesh, N_SEGMENTS, **keywords).labels for keywords in variants]
-    view = sf.View(up="z", azimuth=0, elevation=89)
-    save_side_by_side(mesh, labels, view, "quality-grid.png")
 
 
 def save_sheet(folder: Path) -> None:
