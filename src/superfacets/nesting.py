@@ -217,7 +217,7 @@ def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segment
 
 
 def _check_sides(regions: Ints, groups: Ints) -> None:
-    """Raise a ValueError if a region has cells of different groups (see `Cut.groups`)."""
+    """Raise a ValueError if a region has cells of different groups (see `KeptCells.groups`)."""
     has_both = (regions >= 0) & (groups != ANY_GROUP)
     group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
     group_of[regions[has_both]] = groups[has_both]

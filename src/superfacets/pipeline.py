@@ -792,7 +792,7 @@ def _cleaned(
     smoothing: SmoothOptions,
     goals: Goals | None = None,
 ) -> Segmentation:
-    """Clean up the regions of a result; cells of different `groups` (see `Cut`) stay separate."""
+    """Clean up the regions of a result; cells of different `KeptCells.groups` stay separate."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
         # In `edit`, pieces that touch no other region are new regions. Here, they get their old

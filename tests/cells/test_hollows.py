@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.cells.weights import HOLLOW, MOST_EVENED, SOLID, TURN_BITS, convex_share_of
+from superfacets.cells.weights import HOLLOW, MAX_EVENED, SOLID, TURN_BITS, convex_share_of
 from superfacets.mesh.triangle_mesh import split_in_four
 
 SHARP = math.radians(40)
@@ -45,8 +45,8 @@ def refined(mesh, times=1):
 def test_a_bowl_is_hollow():
     counted, angles = shares(shapes.bowl())
     is_smooth = (abs(angles) < SHARP) & (abs(angles) > 1e-6)
-    assert counted[is_smooth & (angles > 0)] == pytest.approx(1 - MOST_EVENED)
-    assert counted[is_smooth & (angles < 0)] == pytest.approx(MOST_EVENED)
+    assert counted[is_smooth & (angles > 0)] == pytest.approx(1 - MAX_EVENED)
+    assert counted[is_smooth & (angles < 0)] == pytest.approx(MAX_EVENED)
     assert counted[angles <= -SHARP] == pytest.approx(0.35)  # ridges, along the rim
     assert (angles <= -SHARP).sum() == 2 * 48
 
@@ -98,7 +98,7 @@ def test_subdivision_and_scale_change_nothing():
     expected, angles = shares(mesh)
     is_convex = (angles < -0.05) & (angles > -SHARP)
     share = expected[is_convex].max()
-    assert 0.01 < share < MOST_EVENED - 0.01
+    assert 0.01 < share < MAX_EVENED - 0.01
     for other in refined(mesh), Mesh(7 * mesh.vertices + 3, mesh.faces):
         found, angles = shares(other)
         is_convex = (angles < -0.05) & (angles > -SHARP)
@@ -144,7 +144,7 @@ def share_of(roundness, volume=2.0, area=3.0, diagonal=5.0):
 
 
 def test_the_share_falls_from_hollow_to_solid():
-    assert share_of(-1) == share_of(0) == share_of(HOLLOW - 1e-4) == MOST_EVENED
-    assert share_of((HOLLOW + SOLID) / 2) == pytest.approx(MOST_EVENED / 2, abs=1e-4)
+    assert share_of(-1) == share_of(0) == share_of(HOLLOW - 1e-4) == MAX_EVENED
+    assert share_of((HOLLOW + SOLID) / 2) == pytest.approx(MAX_EVENED / 2, abs=1e-4)
     assert share_of(SOLID + 1e-4) == share_of(1) == 0
     assert convex_share_of(0, 0.0, 3.0, 5.0) == convex_share_of(0, 0.0, 0.0, 5.0) == 0

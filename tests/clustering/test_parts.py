@@ -142,8 +142,8 @@ FINE = sf.sample_mesh(60_000)
 @pytest.fixture
 def few_are_many(monkeypatch):
     """Let groups of cells be embedded on meshes of fewer faces."""
-    monkeypatch.setattr("superfacets.clustering.parts.LEAST_GROUPED", 20_000)
-    monkeypatch.setattr("superfacets.clustering.loop.LEAST_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.clustering.parts.MIN_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.clustering.loop.MIN_GROUPED", 20_000)
 
 
 @pytest.mark.usefixtures("few_are_many")
@@ -166,7 +166,7 @@ def test_large_meshes_have_five_iterations_on_all_faces(request):
 
 def test_groups_have_the_parts_of_their_faces(monkeypatch):
     faces = segment(FINE, 1_000).labels
-    monkeypatch.setattr("superfacets.clustering.parts.LEAST_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.clustering.parts.MIN_GROUPED", 20_000)
     groups = segment(FINE, 1_000).labels
     large, areas = segment(FINE, 20).labels, np.ones(FINE.n_faces)
     errors = [

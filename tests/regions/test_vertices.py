@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 import superfacets as sf
 from superfacets.cells.sums import weighted_majority
 from superfacets.mesh.tet_mesh import signed_volumes
-from superfacets.regions.vertices import LEAST_IN_FILES, vertex_ids
+from superfacets.regions.vertices import MIN_IN_FILES, vertex_ids
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
@@ -88,7 +88,7 @@ def test_each_region_has_an_id_while_there_are_vertices():
     ids = vertex_ids(sheet, labels.astype(np.int32))
     assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
     # There are vertices for two regions of 20 or more: the first one grows.
-    assert [np.count_nonzero(ids == region) for region in (5, 9)] == [LEAST_IN_FILES, 1]
+    assert [np.count_nonzero(ids == region) for region in (5, 9)] == [MIN_IN_FILES, 1]
     assert {*sheet.faces[10]} & {*np.flatnonzero(ids == 5)}
     assert np.flatnonzero(ids == 9)[0] in sheet.faces[40]
 

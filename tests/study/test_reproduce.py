@@ -30,7 +30,7 @@ from superfacets.study.reproduce.measure import Run, pack_labels, unpack_labels
 from superfacets.study.reproduce.plan import Choice, make_plan
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
 from superfacets.study.sources import Source, Sources, find_models, load
-from superfacets.study.tasks import _TaskJob, read_piece
+from superfacets.study.tasks import _TaskJob, read_item
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
 FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--jobs", "1")
@@ -520,17 +520,17 @@ def test_labels_survive_their_packing():
 
 
 def record_of(task):
-    """Do a task here, and return the records of its pieces."""
+    """Do a task here, and return the records of its items."""
     assert _TaskJob(task).run() == {}
-    return [read_piece(piece) for piece in task.pieces]
+    return [read_item(item) for item in task.items]
 
 
 def test_records_hold_what_they_were_made_with(benchmark, tmp_path):
     source = find_models(benchmark).found[0]
     run = Run(source, "vsa-l2-r", None, 5)
-    piece = run.piece(tmp_path, 5)
-    assert piece.key["settings"] == {"seed": 1}
-    (record,) = record_of(measure.Task((piece,), frozenset([run]), run.setting(5, 0)))
+    item = run.item(tmp_path, 5)
+    assert item.key["settings"] == {"seed": 1}
+    (record,) = record_of(measure.Task((item,), frozenset([run]), run.setting(5, 0)))
     assert set(record["versions"]) == {"superfacets", "python", "numpy"}
     assert len(unpack_labels(record["labels"])) == source.n_faces
     assert {"params", "stop_reason", "n_iter", "faces", "category"} <= record.keys()
@@ -541,14 +541,14 @@ def test_a_mesh_that_cannot_be_loaded_any_more_fails_all_runs_of_its_task(benchm
     load.cache_clear()
     write_off(benchmark / "off" / f"{source.name}.off", shapes.bumpy_sheet(9))
     runs = tuple(Run(source, "superfacets", 200.0, k) for k in (5, 6))
-    pieces = {run: run.piece(tmp_path, 6) for run in runs}
-    task = measure.Task(tuple(pieces.values()), frozenset(), runs[0].setting(6, 0))
+    items = {run: run.item(tmp_path, 6) for run in runs}
+    task = measure.Task(tuple(items.values()), frozenset(), runs[0].setting(6, 0))
     for record in record_of(task):
         assert record["reason"].startswith("MeshError: ")
     chosen = replace(
         make_plan(find_models(benchmark), Sources((), ()), Choice(figures=("6",))), runs=runs
     )
-    results = collect(replace(chosen, choice=Choice(ks=(5, 6))), pieces, frozenset(), {})
+    results = collect(replace(chosen, choice=Choice(ks=(5, 6))), items, frozenset(), {})
     assert set(results.failed) == set(runs)
 
 
@@ -604,11 +604,11 @@ def test_a_damaged_record_is_made_again(run, benchmark, tmp_path, damage):
 
 def test_damaged_labels_are_made_again(benchmark, tmp_path):
     run = Run(find_models(benchmark).found[0], "superfacets", 200.0, 5)
-    piece = run.piece(tmp_path, 5)
-    task = measure.Task((piece,), frozenset([run]), run.setting(5, 0))
+    item = run.item(tmp_path, 5)
+    task = measure.Task((item,), frozenset([run]), run.setting(5, 0))
     (record,) = record_of(task)
-    changed(piece.path, record["labels"], "A" * len(record["labels"]))
-    assert read_piece(piece) is None
+    changed(item.path, record["labels"], "A" * len(record["labels"]))
+    assert read_item(item) is None
 
 
 def test_a_folder_in_the_place_of_a_record_fails_that_run_alone(run, benchmark, tmp_path):

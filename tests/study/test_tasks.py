@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from superfacets.study.tasks import (
-    Piece,
-    read_piece,
+    WorkItem,
+    read_item,
     read_record,
     run_shown,
     run_tasks,
@@ -122,7 +122,7 @@ def is_alive(pid):
 class Divisions:
     """1 over each number; the worker dies of "death"."""
 
-    pieces: tuple[Piece, ...]
+    items: tuple[WorkItem, ...]
     cannot: str = ""
     memory: int = 0
 
@@ -131,14 +131,14 @@ class Divisions:
             raise ValueError(self.cannot)
         return self.divide
 
-    def divide(self, piece):
-        if piece.subject == "death":
+    def divide(self, item):
+        if item.subject == "death":
             os.kill(os.getpid(), signal.SIGKILL)
-        return {"value": 1 / piece.subject}
+        return {"value": 1 / item.subject}
 
 
-def pieces_of(folder, *subjects):
-    return tuple(Piece(s, folder / f"{s}.json", {"subject": s}) for s in subjects)
+def items_of(folder, *subjects):
+    return tuple(WorkItem(s, folder / f"{s}.json", {"subject": s}) for s in subjects)
 
 
 def run_all(*tasks):
@@ -146,9 +146,9 @@ def run_all(*tasks):
 
 
 def test_pieces_have_records_of_values_and_of_failures(tmp_path):
-    pieces = pieces_of(tmp_path, 2, 0, 4)
-    assert run_all(Divisions(pieces)) == {}
-    assert [read_piece(piece) for piece in pieces] == [
+    items = items_of(tmp_path, 2, 0, 4)
+    assert run_all(Divisions(items)) == {}
+    assert [read_item(item) for item in items] == [
         {"value": 0.5},
         {"reason": "ZeroDivisionError: division by zero"},
         {"value": 0.25},
@@ -156,36 +156,36 @@ def test_pieces_have_records_of_values_and_of_failures(tmp_path):
 
 
 def test_what_cannot_be_prepared_fails_all_pieces(tmp_path):
-    pieces = pieces_of(tmp_path, 2, 4)
-    assert run_all(Divisions(pieces, cannot="no\nmesh")) == {}
-    assert [read_piece(piece) for piece in pieces] == 2 * [{"reason": "ValueError: no mesh"}]
+    items = items_of(tmp_path, 2, 4)
+    assert run_all(Divisions(items, cannot="no\nmesh")) == {}
+    assert [read_item(item) for item in items] == 2 * [{"reason": "ValueError: no mesh"}]
 
 
 def test_the_death_of_a_worker_is_recorded_for_what_it_did_not_come_to(tmp_path):
-    done, deadly, lost = pieces = pieces_of(tmp_path, 2, "death", 4)
+    done, deadly, lost = items = items_of(tmp_path, 2, "death", 4)
     write_record(lost.path, lost.key, {"reason": "an earlier one"})
-    assert run_all(Divisions(pieces), Divisions(pieces_of(tmp_path / "other", 8))) == {}
-    assert read_piece(done) == {"value": 0.5}
-    for piece in (deadly, lost):
-        assert "1 worker died" in read_piece(piece)["reason"]
-    assert read_piece(*pieces_of(tmp_path / "other", 8)) == {"value": 0.125}
+    assert run_all(Divisions(items), Divisions(items_of(tmp_path / "other", 8))) == {}
+    assert read_item(done) == {"value": 0.5}
+    for item in (deadly, lost):
+        assert "1 worker died" in read_item(item)["reason"]
+    assert read_item(*items_of(tmp_path / "other", 8)) == {"value": 0.125}
 
 
 def test_a_record_that_cannot_be_written_is_told(tmp_path):
-    pieces = blocked, dead, done = pieces_of(tmp_path, 2, "death", 4)
+    items = blocked, dead, done = items_of(tmp_path, 2, "death", 4)
     blocked.path.mkdir()
     dead.path.mkdir()
     lost = run_all(Divisions((blocked, done)), Divisions((dead,)))
     assert set(lost) == {blocked.path, dead.path}
     assert lost[blocked.path].startswith("the record could not be written: IsADirectoryError: ")
-    assert [read_piece(piece) for piece in pieces] == [None, None, {"value": 0.25}]
+    assert [read_item(item) for item in items] == [None, None, {"value": 0.25}]
 
 
 def test_no_task_is_begun_after_the_deadline(tmp_path):
-    pieces = pieces_of(tmp_path, 2)
+    items = items_of(tmp_path, 2)
     past = time.monotonic() - 1
-    assert run_tasks("test", [Divisions(pieces)], 1, memory=0, deadline=past) == {}
-    assert read_piece(*pieces) is None
+    assert run_tasks("test", [Divisions(items)], 1, memory=0, deadline=past) == {}
+    assert read_item(*items) is None
 
 
 def test_records_are_whole_or_none(tmp_path):

@@ -393,7 +393,7 @@ def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
 def test_a_narrow_band_grows_over_holes(tmp_path, monkeypatch, seed):
     """Faces that share a vertex may be far apart along arcs, and each may lack a neighbor."""
     monkeypatch.setattr(borders, "STEPS", {"triangles": 2})
-    monkeypatch.setattr(borders, "MOST_STEPS", 4)
+    monkeypatch.setattr(borders, "MAX_STEPS", 4)
     sheet = bumpy_sheet(48, seed)
     kept = np.random.default_rng(seed).random(sheet.n_faces) < 0.75
     holey = Mesh(sheet.vertices, sheet.faces[kept])

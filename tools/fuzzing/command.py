@@ -60,7 +60,7 @@ KINDS = {
 MEMORY_LIMIT = 6 << 30
 """Limit of the address space in bytes. Cases are small, so exceeding this limit is a bug."""
 
-MOST_FAILURES = 20
+MAX_FAILURES = 20
 """Number of failures after which the search ends, because they probably have the same cause."""
 
 
@@ -140,7 +140,7 @@ class Search(NamedTuple):
             if failure is not None:
                 n_failed += 1
                 print(f"== {kind}: {self._command(number)}\n{failure}", flush=True)
-            if n_failed == MOST_FAILURES:
+            if n_failed == MAX_FAILURES:
                 break
         counts = ", ".join(f"{count} of {kind}" for kind, count in sorted(tally.items()))
         seconds = time.monotonic() - began

@@ -27,7 +27,7 @@ from .promises import check_labels, refusals
 
 Read = Callable[[Path], Any]
 
-MOST_CELLS = 2000
+MAX_CELLS = 2000
 """Maximum number of cells that are segmented. Larger inputs are rare, and are only read."""
 
 _POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
@@ -68,7 +68,7 @@ def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] 
 
 def _check_cells(cells: Any) -> None:
     """Check that cells are either segmented, or refused with an error of this package."""
-    if cells.n_cells <= MOST_CELLS:
+    if cells.n_cells <= MAX_CELLS:
         with refusals():
             result = sf.segment(cells, min(3, cells.n_cells))
             check_labels(result.labels, cells.n_cells, result.n_segments)

@@ -18,7 +18,7 @@ from .promises import THREADS, check_labels, check_number, check_pieces, check_r
 Options = dict[str, Any]
 
 # Maximum number of faces of meshes that are compared with the reference implementation.
-MOST_FACES_OF_TWINS = 60
+MAX_FACES_OF_TWINS = 60
 
 
 def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
@@ -28,7 +28,7 @@ def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
         _check_segmentation(mesh, rng)
         _check_clean_up(mesh, rng)
         _check_carried(mesh, rng)
-        if mesh.n_faces <= MOST_FACES_OF_TWINS:
+        if mesh.n_faces <= MAX_FACES_OF_TWINS:
             check_mesh_stages(mesh, weld=bool(rng.integers(2)))
 
 

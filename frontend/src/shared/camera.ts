@@ -8,7 +8,7 @@ const SLOPE = Math.tan((10 * Math.PI) / 180); // half the visible height at dist
 const MARGIN = 0.94; // fraction of the canvas that the mesh fills at zoom 1
 const NEAREST = 1e-3; // smallest distance from the eye to the target, relative to the size of the mesh
 const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
-const LEAST_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
+const MIN_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
 const STEEP = 1.2; // largest elevation at the end of a camera animation, in radians
 const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
 
@@ -118,7 +118,7 @@ export class Camera {
     const { distance, target, aspect } = this;
     const reach = 1.1 * this.size + lengthOf(target);
     const far = distance + reach;
-    const near = Math.max(distance - reach, LEAST_NEAR * distance);
+    const near = Math.max(distance - reach, MIN_NEAR * distance);
     const depth = (far + near) / (near - far);
     const shift = (2 * far * near) / (near - far);
     const [right, up, toward] = this.directions();

@@ -39,11 +39,11 @@ _MARGIN = 0.1
 of the edge length. With a value of 0.01, the compactness is 0.3 % better, but new faces are
 thinner."""
 
-_MOST_CHANGE = 0.15
+_MAX_CHANGE = 0.15
 """Maximum change of the area of a region, relative to its area. Regions whose area would change
 more keep their old faces: 7 of 150 regions with this limit, and 12 of 150 with a limit of 0.05."""
 
-_MOST_TOTAL = 0.01
+_MAX_TOTAL = 0.01
 """Maximum sum of the area changes of all regions, as a fraction of the area of the mesh."""
 
 _MAX_TRIALS = 12
@@ -231,20 +231,20 @@ class _RegionsToCut:
         new = Mesh(vertices, faces)
         areas = _core.measure_faces(new.vertices, new.faces, self.n_threads)[1]
         change = np.abs(sums_by_label(labels, areas, n) - self.areas)
-        limit = np.minimum(_MOST_CHANGE * self.areas, self._largest_change(change))
+        limit = np.minimum(_MAX_CHANGE * self.areas, self._largest_change(change))
         pieces = _count_pieces(new, labels, n, self.weld, self.n_threads)
         has_vanished = (pieces == 0) & (self.n_pieces > 0)
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the largest area change of a region that `_MOST_TOTAL` allows.
+        """Return the largest area change of a region that `_MAX_TOTAL` allows.
 
         `change` is the area change of each region. All changes up to the result sum to at most
-        `_MOST_TOTAL` times the total area. If even the smallest change is too large, the result is
+        `_MAX_TOTAL` times the total area. If even the smallest change is too large, the result is
         the smallest change. If the sum of all changes is small enough, the result is infinite.
         """
         ascending = np.sort(change)
-        n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
+        n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def with_neighbors(self, is_chosen: Bools) -> Bools:

@@ -30,10 +30,10 @@ from .kinds import kind_of
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
-"""Group of cells that may be in a region with cells of any group. See `Cut.groups`."""
+"""Group of cells that may be in a region with cells of any group. See `KeptCells.groups`."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""Empty value of `Cut.groups`, used if there are no barriers."""
+"""Empty value of `KeptCells.groups`, used if there are no barriers."""
 
 ANGLE_NOISE = 1e-6
 """Tolerance of the minimum angle in `sharp_edges`, in radians. It is larger than the rounding
@@ -71,7 +71,7 @@ class ConstraintOptions:
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
-    ) -> Cut | None:
+    ) -> KeptCells | None:
         """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
 
         A mask removes cells and all of their arcs. Barriers remove only arcs. If the cells of
@@ -96,11 +96,11 @@ class ConstraintOptions:
                 crosses = sides[sources] != sides[graph.neighbors]
                 groups = sides
             keeps_arc &= ~crosses
-        return Cut.of(graph, is_kept, keeps_arc, sources, groups)
+        return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class KeptCells:
     """Part of a graph that a mask and barriers keep. The n kept cells are numbered 0 to n - 1."""
 
     n_whole: int  # number of cells of the whole graph, N
@@ -113,8 +113,10 @@ class Cut:
     groups must not be in one region, unless one of the groups is `ANY_GROUP`."""
 
     @classmethod
-    def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
-        """Make a cut from the cells and arcs to keep; both cells of each kept arc must be kept."""
+    def of(
+        cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints
+    ) -> KeptCells:
+        """Make an instance from the cells and arcs to keep; both cells of a kept arc are kept."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)

@@ -50,7 +50,7 @@ Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 cell, and the point of this cell that is nearest to the query point."""
 
 
-class Outside(NamedTuple):
+class DrawnFaces(NamedTuple):
     """Faces to draw in pictures of cells, such as the boundary of tetrahedra."""
 
     mesh: FaceMesh
@@ -181,7 +181,7 @@ class Kind:
         """Make a mesh of the class of `cells` from new vertices and corners; see `mesh_like`."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
-    def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
+    def drawn_faces(self, cells: Any, keep: Bools | None = None) -> DrawnFaces | None:
         """Return the faces to draw in a picture of the cells, or None to draw `cloud` instead.
 
         For tetrahedra, `keep` marks the cells to draw. For other cells, `keep` is ignored.
@@ -189,7 +189,7 @@ class Kind:
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
-        """Return the points to draw if `outside` returns None."""
+        """Return the points to draw if `drawn_faces` returns None."""
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
@@ -243,8 +243,8 @@ class _Faces(Kind):
     def corners(self, cells: AnyMesh) -> Corners:
         return corners_of(cells)
 
-    def outside(self, cells: FaceMesh, keep: Bools | None = None) -> Outside:
-        return Outside(cells, None)
+    def drawn_faces(self, cells: FaceMesh, keep: Bools | None = None) -> DrawnFaces:
+        return DrawnFaces(cells, None)
 
 
 class _Triangles(_Faces):
@@ -285,8 +285,8 @@ class _Tets(Kind):
     def corners(self, cells: TetMesh) -> Corners:
         return corners_of(cells)
 
-    def outside(self, cells: TetMesh, keep: Bools | None = None) -> Outside:
-        return Outside(*cells.boundary(keep))
+    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
+        return DrawnFaces(*cells.boundary(keep))
 
 
 class _Points(Kind):

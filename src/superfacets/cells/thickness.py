@@ -19,10 +19,10 @@ from .surface import is_inside_out
 N_RAYS = 30
 """Default number of rays per face, as in the paper of Shapira et al."""
 
-MOST_RAYS = 10_000
+MAX_RAYS = 10_000
 """Maximum number of rays per face. Casting 10,000 rays takes about ten milliseconds."""
 
-LEAST_DISTANCE = 1e-6
+MIN_DISTANCE = 1e-6
 """Minimum distance of a hit, as a fraction of the diagonal of the bounding box. Nearer hits are
 ignored, because they are on the face itself or on a second face at the same position."""
 
@@ -97,7 +97,7 @@ def shape_diameter(
     1.26
     """
     t = checked_number(smoothing, "smoothing", zero=True)
-    n_rays = checked_count(n_rays, "n_rays", MOST_RAYS)
+    n_rays = checked_count(n_rays, "n_rays", MAX_RAYS)
     threads = checked_threads(n_threads)
     cells: Any = as_cells(mesh)
     graph, surface = graph_and_surface(cells, weld, threads)
@@ -133,7 +133,7 @@ def rays_from(
         np.ascontiguousarray(graph.positions[faces]),
         -inward if points_inward else inward,
         n_rays,
-        LEAST_DISTANCE * graph.diagonal,
+        MIN_DISTANCE * graph.diagonal,
         points_inward,
         n_threads,
     )

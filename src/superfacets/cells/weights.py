@@ -24,11 +24,11 @@ SOLID = 0.3
 HOLLOW = 0.15
 """Closed shapes with at most this roundness y (see `SOLID`) are treated as fully hollow."""
 
-MOST_EVENED = 0.25
+MAX_EVENED = 0.25
 """Cost of smooth convex edges on fully hollow shapes, relative to sharp concave edges."""
 
 STEPS = 1 << 16
-"""Number of steps between 0 and `MOST_EVENED`. `convex_share_of` rounds its result to one of these
+"""Number of steps between 0 and `MAX_EVENED`. `convex_share_of` rounds its result to one of these
 steps, so that small rounding errors in sums do not change the result."""
 
 TURN_BITS = 31
@@ -38,7 +38,7 @@ TURN_BITS = 31
 def convex_share_of(turn: int, volume: float, area: float, diagonal: float) -> float:
     """Return the relative cost of smooth convex edges, called s in `crease_weights`.
 
-    The cost is 0 for solid shapes and open meshes, and up to `MOST_EVENED` for hollow shapes.
+    The cost is 0 for solid shapes and open meshes, and up to `MAX_EVENED` for hollow shapes.
     `turn` is `EdgeSums.turn`. `volume` is the enclosed volume, or 0 for an open mesh.
     """
     if not volume or not area:
@@ -46,7 +46,7 @@ def convex_share_of(turn: int, volume: float, area: float, diagonal: float) -> f
     unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - TURN_BITS)
     roundness = 3.0 * volume * (turn * unit / 2.0) / area**2
     hollowness = min(max((SOLID - roundness) / (SOLID - HOLLOW), 0.0), 1.0)
-    return MOST_EVENED * round(STEPS * hollowness) / STEPS
+    return MAX_EVENED * round(STEPS * hollowness) / STEPS
 
 
 UNKNOWN_TURN = 0.5
@@ -59,7 +59,7 @@ NO_NORMALS = np.empty((0, 3))
 """Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
 itself."""
 
-MOST_SOFT = 2
+MAX_SOFT = 2
 """Maximum ratio `EdgeSums.n_soft` / `EdgeSums.n_sharp` of a machine part. In the benchmark, the
 ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have sharp edges."""
 
@@ -137,10 +137,10 @@ class EdgeSums(NamedTuple):
     def are_of_machine_part(self) -> bool:
         """Whether the mesh looks like a machine part.
 
-        This is the case if there are sharp edges, at most `MOST_SOFT` times as many soft edges, and
+        This is the case if there are sharp edges, at most `MAX_SOFT` times as many soft edges, and
         if both together are at most half of all edges.
         """
-        is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
+        is_sharp = self.n_sharp > 0 and self.n_soft <= MAX_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
 

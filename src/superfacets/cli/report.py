@@ -21,15 +21,19 @@ from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
 from ..pipeline import BARRIERS_NOTE, SCANS, fewer_note
-from ..regions.vertices import LEAST_IN_FILES
+from ..regions.vertices import MIN_IN_FILES
 
 
 def notes_of(
-    outcome: Outcome, asked: int | None, endings: Collection[str], sizes: Longs, holds_labels: bool
+    outcome: Outcome,
+    n_requested: int | None,
+    endings: Collection[str],
+    sizes: Longs,
+    holds_labels: bool,
 ) -> list[str]:
     """Return notes on unexpected results of `segment`.
 
-    `asked` is the number of regions given with -n, or None. `sizes` is the same as in
+    `n_requested` is the number of regions given with -n, or None. `sizes` is the same as in
     `notes_on_written`.
     `holds_labels` is True if some output stores labels without the cells.
     """
@@ -41,9 +45,9 @@ def notes_of(
         said = f"subdivision turned {counted(len(listed), 'face')} into {mesh.n_cells}"
         notes.append("no face was subdivided: all edges are short enough" if is_same else said)
     n_kept = int(np.count_nonzero(result.labels >= 0))
-    if asked is not None and asked > n_kept:
+    if n_requested is not None and n_requested > n_kept:
         notes.append(
-            f"{asked} regions were requested, but there are only"
+            f"{n_requested} regions were requested, but there are only"
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
     notes += notes_on_result(result)
@@ -57,10 +61,10 @@ def notes_of(
 def notes_on_result(result: Segmentation) -> list[str]:
     """Return notes on the number of regions, and on merged, isolated or disconnected regions."""
     params = result.params
-    asked: int | None = params["n_segments"]  # None if a radius was given
+    n_requested: int | None = params["n_segments"]  # None if a radius was given
     is_kept = params["islands"] == "keep"
-    notes = _notes_on_number(result, asked)
-    n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
+    notes = _notes_on_number(result, n_requested)
+    n_own = 0 if n_requested is None else max(0, result.n_segments + result.n_merged - n_requested)
     n_nearest = result.n_unreached - n_own
     if n_nearest > 0 and not is_kept:
         notes.append(f"{counted(n_nearest, 'island')} without a seed joined the nearest region")
@@ -81,23 +85,23 @@ def notes_on_result(result: Segmentation) -> list[str]:
     return notes if slivers is None else [*notes, slivers]
 
 
-def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
-    """Return a note if the number of regions is not `asked`, or if a radius gives only one."""
+def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]:
+    """Return a note if there are not `n_requested` regions, or if a radius gives only one."""
     params = result.params
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
-    if asked is None:
+    if n_requested is None:
         note = "the radius gives only one region: -r is a fraction of the bounding box's diagonal"
         return [] if n_made - n_kept > 1 else [note]
-    if n_made != asked and params["init"] in ("flood", "grid"):
+    if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [
-            f"{counted(n_made, 'region')} instead of {asked}: --init {params['init']} matches -n"
-            " only approximately"
+            f"{counted(n_made, 'region')} instead of {n_requested}: --init {params['init']}"
+            " matches -n only approximately"
         ]
-    if n_made <= asked:
+    if n_made <= n_requested:
         fewer = fewer_note(result)
         return [] if fewer is None else [fewer]
-    more = f"{counted(n_made - asked, 'more region')} than requested"
+    more = f"{counted(n_made - n_requested, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: parts between barriers without a seed became regions"]
     parts, has_barriers = "components without a seed", "barriers" in params
@@ -105,7 +109,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
         parts += ", and cells that no center reached,"
     elif has_barriers:
         # With -n 1, users request one region per component.
-        return [] if asked == 1 else [f"{more}: {BARRIERS_NOTE}"]
+        return [] if n_requested == 1 else [f"{more}: {BARRIERS_NOTE}"]
     advice = "" if has_barriers else "; --islands nearest joins them to the nearest region"
     return [f"{more}: {parts} became regions{advice}"]
 
@@ -155,8 +159,8 @@ def notes_on_written(
     if n_lost := int(np.count_nonzero(sizes == 0)):
         lost = counted(n_lost, "region")
         notes.append(f"{lost} lost in {files}: all vertices have labels of other regions")
-    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < LEAST_IN_FILES))):
-        small = f"{counted(n_small, 'region')} with fewer than {LEAST_IN_FILES} vertices"
+    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < MIN_IN_FILES))):
+        small = f"{counted(n_small, 'region')} with fewer than {MIN_IN_FILES} vertices"
         notes.append(f"{small} in {files}: no neighbor has vertices to spare")
     if attributes is None:
         return notes
@@ -196,17 +200,17 @@ def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs
     return notes
 
 
-def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list[str]:
+def notes_on_denoising(requested: object, taken: int | None, *, scans: bool) -> list[str]:
     """Return a note on the number of smoothing steps if ``--denoise auto`` chose this number."""
-    if asked != "auto":
+    if requested != "auto":
         return []
     other = f"; --scans alone uses {SCANS['denoise']}" if scans else ""
     return [f"--denoise auto used {counted(taken or 0, 'smoothing step')}{other}"]
 
 
-def note_on_up(asked: str, up: str) -> str:
+def note_on_up(requested: str, up: str) -> str:
     """Return the text that follows a file name if ``--up auto`` guessed the axis `up`."""
-    return f" (up: {up}, guessed; change it with --up)" if asked == "auto" else ""
+    return f" (up: {up}, guessed; change it with --up)" if requested == "auto" else ""
 
 
 def facts_of(

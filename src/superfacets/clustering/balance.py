@@ -22,7 +22,7 @@ from .._core import Clustering, OrderedGraph
 from .._options import BalanceOptions, LoopOptions, SizeOptions
 from .._types import Array, Bools, Floats, Ints, Longs
 from .._validate import counted, exact_array
-from ..cells.constraints import Cut, in_order
+from ..cells.constraints import KeptCells, in_order
 from ..cells.sums import sums_by_label
 from ..errors import MeshError
 from .coarsening import CoarseCells
@@ -38,7 +38,7 @@ are too large."""
 ITERATIONS_PER_JUMP = 4
 """Number of iterations of the clustering loop after each of the JUMP_ROUNDS."""
 
-MOST_JUMPING = 0.15
+MAX_JUMPING = 0.15
 """Maximum fraction of the centers of a component that move in one of the JUMP_ROUNDS. One center
 per component may always move."""
 
@@ -57,7 +57,7 @@ GAIN = 0.35
 """Increase of an offset per round if a region is twice as large as its target size, as a fraction
 of the mean path length from a center to the border of its region."""
 
-MOST_OFFSET = 0.5
+MAX_OFFSET = 0.5
 """Maximum difference of an offset from the median offset, as a fraction of the mean path length
 from a center to the border of its region. With larger offsets, regions extend around their
 neighbors into other parts of the shape. With a value of 1, the undersegmentation error is 0.01
@@ -87,7 +87,7 @@ class SizeRules:
 
     @classmethod
     def of(
-        cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None,
+        cls, options: BalanceOptions, graph: Any, cut: KeptCells | None, order: Ints | None,
         measures: Floats,
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
@@ -351,7 +351,7 @@ class Balancer:
             found = _Regions.of(clustering, *cells)
             ratios = found.sizes / found.means
             are_small, are_large = ratios < SMALL * strength, ratios > LARGE / strength
-            pairs = found.matched(are_small, are_large, MOST_JUMPING)
+            pairs = found.matched(are_small, are_large, MAX_JUMPING)
             if not len(pairs):
                 break
             centers = found.centers.copy()
@@ -380,7 +380,7 @@ class Balancer:
                 centers = np.where(is_taken, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
-                middle, limit = int(np.median(offsets)), int(MOST_OFFSET * scale)
+                middle, limit = int(np.median(offsets)), int(MAX_OFFSET * scale)
                 offsets = np.clip(offsets, middle - limit, middle + limit)
             if found.are_lost.any():
                 centers, offsets = self._rescued(found, clustering.lengths(), centers, offsets)

@@ -15,7 +15,7 @@ from .._timing import timed
 from .._types import Array, Ints
 from .balance import Balancer
 from .coarsening import AnyGraph, Assignment, CoarseCells, Coarsening, assignment_of, is_straight
-from .parts import LEAST_GROUPED
+from .parts import MIN_GROUPED
 from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 
@@ -33,7 +33,7 @@ Further iterations would move only one center in 300."""
 
 LAST_ITERATIONS = 5
 """Maximum number of iterations on all cells, if the loop has run on coarse cells before and there
-are at least `LEAST_GROUPED` cells. On 19 subdivided benchmark models with 3,000 regions, this
+are at least `MIN_GROUPED` cells. On 19 subdivided benchmark models with 3,000 regions, this
 maximum and `SHORT_STEPS` together change the undersegmentation error from 0.0193 to 0.0194, and the
 compactness from 4.309 to 4.303."""
 
@@ -155,7 +155,7 @@ class Loop:
         most = self.options.max_num_iter
         if self.is_short:
             most = min(most, SHORT_ITERATIONS)
-        elif self.levels and is_last and graph.n_cells >= LEAST_GROUPED:
+        elif self.levels and is_last and graph.n_cells >= MIN_GROUPED:
             most = min(most, LAST_ITERATIONS)
         elif relocates:
             most -= most // 3  # leaves a third of the iterations for relocation

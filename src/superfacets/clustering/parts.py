@@ -36,15 +36,15 @@ N_COARSE = 700
 """Approximate number of coarse cells for which eigenvectors are computed. More coarse cells would
 take more time, but not improve regions: with 1,500 coarse cells, regions are equally good."""
 
-MOST_COARSE = 8 * N_COARSE
+MAX_COARSE = 8 * N_COARSE
 """Maximum number of coarse cells for which eigenvectors are computed. Only meshes with thousands of
 components, such as triangle soup, have more coarse cells. For these meshes, costs between parts are
 0."""
 
-MOST_CELLS = 16
+MAX_CELLS = 16
 """Maximum number of cells that are grouped into one cell of the next coarser level."""
 
-LEAST_GROUPED = 96_000
+MIN_GROUPED = 96_000
 """Minimum number of cells of a graph for which `groups_to_embed` makes groups."""
 
 GROUP_SIZE = 8
@@ -67,7 +67,7 @@ have their full value if it is at least the second. In between, they increase li
 0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at least
 0.037 for all benchmark models."""
 
-LEAST_CONDUCTANCE = 1e-6
+MIN_CONDUCTANCE = 1e-6
 """Minimum conductance of an arc, so that neighboring cells stay connected. `_core` uses the same
 value."""
 
@@ -79,7 +79,7 @@ N_COMPARED = 15
 """Number of positive eigenvalues to compute. The eigenvalue 0, which belongs to vectors that are
 constant on each component, is left out."""
 
-LEAST_VALUE = 1e-3
+MIN_VALUE = 1e-3
 """Eigenvalues are raised to at least this fraction of the largest computed eigenvalue. Vectors are
 divided by the square root of their eigenvalues. If two pieces of a mesh are barely connected, the
 vector that separates them has a tiny eigenvalue. Without the minimum, this vector would dominate
@@ -294,10 +294,10 @@ def spectral_embedding(
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
     """Group the cells of a large graph; return the graph of the groups in a list of one graph.
 
-    The list is empty if the graph has fewer than `LEAST_GROUPED` cells, and for triangle soup, in
+    The list is empty if the graph has fewer than `MIN_GROUPED` cells, and for triangle soup, in
     which most cells have no neighbors.
     """
-    if graph.n_cells < LEAST_GROUPED:
+    if graph.n_cells < MIN_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)
     return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []
@@ -333,11 +333,11 @@ def _embedding(
 ) -> Singles:
     """Return the coordinates of the cells of `graph` in the spectral embedding, (N, Q).
 
-    `base` has the conductances of the arcs of `graph`. Q is 0 if there are more than `MOST_COARSE`
+    `base` has the conductances of the arcs of `graph`. Q is 0 if there are more than `MAX_COARSE`
     coarse cells.
     """
     levels = _coarser(base, graph, n_threads)
-    if len(levels[-1].measures) > MOST_COARSE:
+    if len(levels[-1].measures) > MAX_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
     return _prolonged(levels, _eigenvectors(levels[-1], n_vectors), n_threads)
 
@@ -368,10 +368,10 @@ def _coarser(
 def _cell_size(ratio: float) -> int:
     """Return the number of cells per coarse cell that reduces the number of cells by `ratio`.
 
-    The reduction takes several levels if `ratio` is larger than `MOST_CELLS`. The result is the
+    The reduction takes several levels if `ratio` is larger than `MAX_CELLS`. The result is the
     same for all levels.
     """
-    n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
+    n_levels: int = math.ceil(math.log(ratio) / math.log(MAX_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
@@ -383,7 +383,7 @@ def _crossing_conductances(level: _ConductingGraph, arcs: ArcLists, steps: Float
     """
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
-    return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
+    return np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
 
 
 def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
@@ -397,7 +397,7 @@ def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
     )
     if not len(values):
         return np.zeros((n_cells, 0))
-    values = np.maximum(values, LEAST_VALUE * values[-1])
+    values = np.maximum(values, MIN_VALUE * values[-1])
     n_taken = _end_of_group(values, n_vectors)
     scales = np.sqrt(values[0] / values[:n_taken])
     return np.asarray(table.reshape(n_cells, -1)[:, :n_taken] * scales)

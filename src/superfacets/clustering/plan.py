@@ -11,7 +11,7 @@ from .. import _core
 from .._options import Init, Seeds, SizeOptions
 from .._types import Array, Floats, Ints, Longs, Singles
 from .._validate import checked_partial_labels, checked_seeds, counted, refuse_mask
-from ..cells.constraints import NO_GROUPS, Cut, in_order
+from ..cells.constraints import NO_GROUPS, KeptCells, in_order
 from ..cells.size import RegionSize, region_size
 from .result import Segmentation
 
@@ -26,7 +26,7 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 class Plan:
     """The cells to segment, the expected size of regions, and the initial centers."""
 
-    cut: Cut | None  # part of the graph that mask and barriers keep; None if neither is given
+    cut: KeptCells | None  # part of the graph that mask and barriers keep; None if neither is given
     size: RegionSize
     asked: SizeOptions  # options of the caller; `seeds` contains indices of cells inside the mask
     init: Init | Seeds | None
@@ -35,7 +35,7 @@ class Plan:
 
     @classmethod
     def of(
-        cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
+        cls, graph: Any, cut: KeptCells | None, start: tuple[SizeOptions, Init | Start | None],
         n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph.
@@ -63,7 +63,7 @@ class Plan:
 
     @property
     def groups(self) -> Ints:
-        """Group of each cell inside the mask (see `Cut.groups`); empty if there are no barriers."""
+        """Group of each cell in the mask (see `KeptCells.groups`); empty without barriers."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(

@@ -22,11 +22,11 @@ _LAS_STEPS = 2.0**31 - 2
 """Maximum range of a coordinate, in quantization steps. LAS stores the number of steps as a 32-bit
 integer."""
 
-_MOST_VLR_BYTES = 65535
+_MAX_VLR_BYTES = 65535
 """Maximum size of a variable length record, in bytes. Larger records are written after the points,
 as extended variable length records, which LAS 1.4 introduced."""
 
-_MOST_LETTERS = 31
+_MAX_LETTERS = 31
 """Maximum length, in characters, of the name and of the description of an extra dimension."""
 
 
@@ -63,7 +63,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
     las = laspy.LasData(header)
     for number, record in frame.projection:
         vlr = laspy.VLR(PROJECTION, number, record_data=record)
-        if len(record) <= _MOST_VLR_BYTES:
+        if len(record) <= _MAX_VLR_BYTES:
             header.vlrs.append(vlr)
         else:
             las.evlrs = laspy.vlrs.vlrlist.VLRList([*(las.evlrs or ()), vlr])
@@ -107,14 +107,14 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
     shape = () if n == 1 else (n,)
     las.add_extra_dim(
         laspy.ExtraBytesParams(
-            name=given.name[:_MOST_LETTERS],
+            name=given.name[:_MAX_LETTERS],
             type=np.dtype((given.kind, shape)),
-            description=given.description[:_MOST_LETTERS],
+            description=given.description[:_MAX_LETTERS],
             offsets=given.offsets or None,
             scales=given.scales or None,
         )
     )
-    las.points.array[given.name[:_MOST_LETTERS]] = stored.reshape(-1, *shape)
+    las.points.array[given.name[:_MAX_LETTERS]] = stored.reshape(-1, *shape)
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:

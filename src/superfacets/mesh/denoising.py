@@ -27,7 +27,7 @@ N_SAMPLES, N_FIRST = 512, 128
 """Number of sampled faces, and number of samples that are measured first. If the first samples show
 no noise, the remaining samples are not measured."""
 
-LEAST_SAMPLES = 32
+MIN_SAMPLES = 32
 """Minimum number of samples at which `near` and `agreement` of `Roughness` are finite. Meshes with
 fewer of these samples are not smoothed."""
 
@@ -44,7 +44,7 @@ DETAIL_RATIO = 1.45
 """Assumed ratio of `Roughness.far` to `Roughness.near` on meshes with details but without noise.
 The ratio is 1 for white noise, and 1.3 to 2 for benchmark models without noise."""
 
-MOST_AGREEMENT = 0.5
+MAX_AGREEMENT = 0.5
 """Maximum mean of `Roughness.agreement` on a noisy mesh. The mean is 0.42 for white noise, and
 higher for coarse shapes without noise."""
 
@@ -64,26 +64,26 @@ The second value is the mean of the lowest 60 % of absolute standard normal numb
 STEPS_PER_NOISE, STEPS_ON_GRIDS = 100, 200
 """Number of smoothing steps per edge length of noise, on irregular meshes and on regular grids."""
 
-LEAST_STEPS, LEAST_STEPS_ON_GRIDS = 5, 20
+MIN_STEPS, MIN_STEPS_ON_GRIDS = 5, 20
 """Minimum number of smoothing steps for noisy irregular meshes, and for noisy regular grids. Grids
 need more steps, because even small creases stretch regions on grids."""
 
-MOST_AUTO_STEPS = 100
+MAX_AUTO_STEPS = 100
 """Maximum number of smoothing steps that ``"auto"`` uses."""
 
-LEAST_EVEN = 0.98
+MIN_EVEN = 0.98
 """A mesh is a regular grid if at least this fraction of its inner vertices belong to an even number
 of faces. The median of this fraction over the benchmark models is 0.7."""
 
 STEPS_WITH_SLACK = 10
 """Number of smoothing steps below which `slack_of` returns 0."""
 
-LEAST_SLACK, SLACK_PER_STEP = 2.25, 0.1
+MIN_SLACK, SLACK_PER_STEP = 2.25, 0.1
 """Minimum of `slack_of`, and its increase per smoothing step, in degrees. Both values exceed three
 standard deviations of the angles that remained on smoothed height fields. The fields had noise of
 0.05 to 0.5 edge lengths, and were smoothed with 200 steps per edge length of noise."""
 
-MOST_STEPS = 1000
+MAX_STEPS = 1000
 """Maximum number of smoothing steps. Far fewer steps already remove all details of a shape."""
 
 
@@ -94,8 +94,8 @@ def checked_denoise(denoise: object) -> Denoise:
     if isinstance(denoise, str):
         raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
     n_steps = checked_count(denoise, "denoise", low=0)
-    if n_steps > MOST_STEPS:
-        raise ValueError(f"denoise must be at most {MOST_STEPS} steps, got {n_steps}")
+    if n_steps > MAX_STEPS:
+        raise ValueError(f"denoise must be at most {MAX_STEPS} steps, got {n_steps}")
     return n_steps
 
 
@@ -123,7 +123,7 @@ def slack_of(n_steps: int, *, is_regular: bool) -> float:
     angles would stretch regions along the diagonal. The result is 0 for other meshes, and for fewer
     than `STEPS_WITH_SLACK` steps.
     """
-    degrees = max(LEAST_SLACK, SLACK_PER_STEP * n_steps)
+    degrees = max(MIN_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
 
 
@@ -201,15 +201,15 @@ class Roughness(NamedTuple):
     def noise(self) -> float:
         """Estimate of the standard deviation of the noise, in edge lengths.
 
-        The estimate is 0 if there are fewer than `LEAST_SAMPLES` usable samples, or if the
-        roughness comes from the shape; see `MOST_AGREEMENT` and `DETAIL_RATIO`.
+        The estimate is 0 if there are fewer than `MIN_SAMPLES` usable samples, or if the
+        roughness comes from the shape; see `MAX_AGREEMENT` and `DETAIL_RATIO`.
         """
         is_known = np.isfinite(self.near) & np.isfinite(self.agreement)
-        if np.count_nonzero(is_known) < LEAST_SAMPLES:
+        if np.count_nonzero(is_known) < MIN_SAMPLES:
             return 0.0
         near, far = _scale_of(self.near[is_known]), _scale_of(self.far[is_known])
         fold, agreement = np.sort(self.fold[is_known]), np.sort(self.agreement[is_known])
-        if float(agreement.mean()) > MOST_AGREEMENT or near == 0.0:
+        if float(agreement.mean()) > MAX_AGREEMENT or near == 0.0:
             return 0.0
         ratio = max(far / near, 1.0)
         fraction = max(DETAIL_RATIO**2 - ratio**2, 0.0) / (DETAIL_RATIO**2 - 1.0)
@@ -218,10 +218,10 @@ class Roughness(NamedTuple):
 
     @property
     def is_regular(self) -> bool:
-        """Whether the mesh is a regular grid; see `LEAST_EVEN`."""
+        """Whether the mesh is a regular grid; see `MIN_EVEN`."""
         inside = self.n_faces[:N_FIRST]
         inside = inside[inside > 0]
-        return len(inside) > 0 and float(np.mean(inside % 2 == 0)) >= LEAST_EVEN
+        return len(inside) > 0 and float(np.mean(inside % 2 == 0)) >= MIN_EVEN
 
     @property
     def n_steps(self) -> int:
@@ -229,10 +229,10 @@ class Roughness(NamedTuple):
         noise = self.noise
         if noise < self.limit:
             return 0
-        per_noise, least = STEPS_PER_NOISE, LEAST_STEPS
+        per_noise, least = STEPS_PER_NOISE, MIN_STEPS
         if self.is_regular:
-            per_noise, least = STEPS_ON_GRIDS, LEAST_STEPS_ON_GRIDS
-        return min(max(round(per_noise * noise), least), MOST_AUTO_STEPS)
+            per_noise, least = STEPS_ON_GRIDS, MIN_STEPS_ON_GRIDS
+        return min(max(round(per_noise * noise), least), MAX_AUTO_STEPS)
 
 
 def _scale_of(heights: Floats) -> float:

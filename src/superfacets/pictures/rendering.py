@@ -165,10 +165,10 @@ def scene_of(
     """Build the scene of a mesh or a cloud; see `render` for the parameters."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
-    outside = kind.outside(cells, keep)
-    if outside is None:
+    drawn = kind.drawn_faces(cells, keep)
+    if drawn is None:
         return build_cloud_scene(kind.cloud(cells), labels, colors)
-    surface, sources = outside
+    surface, sources = drawn
     if sources is None:
         return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
     if labels is not None:

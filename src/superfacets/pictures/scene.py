@@ -28,7 +28,7 @@ _SHARE_OF_REGION = 0.02
 _SHARE_OF_PICTURE = 1 / 250
 
 # Minimum width of a border line in pixels. Thinner lines look dotted.
-_LEAST_WIDTH = 0.6
+_MIN_WIDTH = 0.6
 
 
 def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
@@ -49,7 +49,7 @@ def default_border_width(mean_area: float, camera: Camera, height: int) -> float
     pixels_per_unit = height / (2 * camera.half_slope * distance)
     diameter = math.sqrt(4 * mean_area / math.pi) * pixels_per_unit
     widest = max(1.0, _SHARE_OF_PICTURE * height)
-    return max(_LEAST_WIDTH, min(widest, _SHARE_OF_REGION * diameter))
+    return max(_MIN_WIDTH, min(widest, _SHARE_OF_REGION * diameter))
 
 
 Picture = Bytes

@@ -11,7 +11,7 @@ from ..cells.face_graph import FaceGraph
 from ..mesh.triangle_mesh import Mesh
 from .smooth import MovingRegions
 
-MOST_STUCK = 4
+MAX_STUCK = 4
 """A pass stops after this number of failed attempts, multiplied by the number of regions."""
 
 
@@ -72,7 +72,7 @@ class _Moves(MovingRegions):
         return self.totals[region] - self.lows[region]
 
     def may_go_on(self) -> bool:
-        return self.n_stuck < MOST_STUCK * len(self.totals)
+        return self.n_stuck < MAX_STUCK * len(self.totals)
 
     def sweep(self) -> bool:
         """Improve each region once; return whether another sweep may improve the regions more."""

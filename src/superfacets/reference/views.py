@@ -13,7 +13,7 @@ from ..mesh.pinhole_camera import PinholeCamera
 from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
-MOST_STRETCHED = 10.0
+MAX_STRETCHED = 10.0
 """Maximum surface area in a pixel, in multiples of the area of a surface at the same depth that
 faces the camera. A larger area is set to 0, because the surface is seen at a very small angle."""
 
@@ -54,7 +54,7 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
         normal = np.cross(b - a, c - a)
         squared = depths[is_nearer] * depths[is_nearer]
         area = math.sqrt(dot(normal, normal)) * (squared * depths[is_nearer]) / volume
-        is_flat = area > MOST_STRETCHED * (squared / focal_product)
+        is_flat = area > MAX_STRETCHED * (squared / focal_product)
         areas[is_nearer] = np.where(is_flat, 0, area)
     seen = np.zeros(mesh.n_faces, bool)
     seen[triangles[areas > 0]] = True

@@ -13,7 +13,7 @@ from .._types import Floats, Ints, Singles
 from .._validate import checked_regions, checked_threads
 from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
-from ..cells.constraints import NO_GROUPS, Cut
+from ..cells.constraints import NO_GROUPS, KeptCells
 from ..cells.kinds import as_known, graph_and_surface
 from ..cells.size import radius_of
 from ..cells.surface import Surface
@@ -42,7 +42,7 @@ class BorderCosts:
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
 
-    def of_cut(self, cut: Cut) -> BorderCosts:
+    def of_cut(self, cut: KeptCells) -> BorderCosts:
         """Return the costs restricted to the cells that a cut keeps."""
         return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
@@ -109,7 +109,7 @@ class LabeledPart:
     labels: Ints  # (n,) label of each labeled cell
     n_regions: int
     whole: Ints  # (N,) label of each cell, -1 included
-    cut: Cut | None  # selection of the labeled cells; None if no label is -1
+    cut: KeptCells | None  # selection of the labeled cells; None if no label is -1
 
     @classmethod
     def read(
@@ -129,7 +129,7 @@ class LabeledPart:
         is_kept = array >= 0
         sources = surface.sources
         keeps_arc = is_kept[sources] & is_kept[surface.neighbors]
-        cut = Cut.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)
+        cut = KeptCells.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)
         return cls(costs.of_cut(cut), array[is_kept], n_regions, array, cut)
 
     def numbers_of(self, cells: Ints) -> Ints:

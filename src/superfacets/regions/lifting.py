@@ -28,7 +28,7 @@ from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
-MOST_PAIRS = 500_000_000
+MAX_PAIRS = 500_000_000
 """Maximum of the following sum: for each mask, the squared number of regions in the mask is added.
 At the maximum, it takes two minutes to find objects. For 100 images of a room with 10,000 regions,
 the sum is 50 million."""
@@ -231,7 +231,7 @@ def project_labels(
     surface = SeenSurface(cells, given, checked_threads(n_threads))
     return [
         image.reshape(camera.size[::-1])
-        for (image, _), camera in zip(surface.looked_at(views), views, strict=True)
+        for (image, _), camera in zip(surface.visible_regions(views), views, strict=True)
     ]
 
 
@@ -255,7 +255,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
     is_masked = sums_by_label(votes.regions, balance, n_regions) > 0
     chosen = np.flatnonzero((votes.masks >= 0) & is_masked[votes.regions])
     counts = np.bincount(votes.masks[chosen], minlength=1)
-    if (counts**2).sum() > MOST_PAIRS:
+    if (counts**2).sum() > MAX_PAIRS:
         raise MeshError(
             f"masks contain up to {counts.max()} regions, which is too many to find objects: make"
             " fewer regions, or use consistent_ids=True if possible"

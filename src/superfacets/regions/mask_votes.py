@@ -20,12 +20,12 @@ from ..mesh.faces import cut_into_triangles
 from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
-MOST_PIXELS = 1 << 23
-"""Maximum number of pixels in a batch of images (but see `LEAST_IMAGES`). Each pixel takes about 30
+MAX_PIXELS = 1 << 23
+"""Maximum number of pixels in a batch of images (but see `MIN_IMAGES`). Each pixel takes about 30
 bytes."""
 
-LEAST_IMAGES = 8
-"""Maximum number of images in a batch with more than `MOST_PIXELS` pixels. In such a batch, each
+MIN_IMAGES = 8
+"""Maximum number of images in a batch with more than `MAX_PIXELS` pixels. In such a batch, each
 thread processes one image."""
 
 
@@ -47,35 +47,35 @@ class SeenSurface:
     """Labeled surface of a mesh, cut into triangles, with a record of the cells seen by cameras."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
-        outside = kind_of(cells).outside(cells)
-        if outside is None:
+        drawn = kind_of(cells).drawn_faces(cells)
+        if drawn is None:
             raise TypeError(
                 f"masks need a mesh, got {kind_of(cells).plural}, which have no surface: lift the"
                 " masks to a mesh of the object, then use transfer"
             )
-        self._vertices = outside.mesh.vertices
-        self._triangles, sources = cut_into_triangles(outside.mesh)
+        self._vertices = drawn.mesh.vertices
+        self._triangles, sources = cut_into_triangles(drawn.mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
-        self._cells = owners if outside.sources is None else outside.sources[owners]
+        self._cells = owners if drawn.sources is None else drawn.sources[owners]
         # Pixels without a triangle have index -1, and therefore get the last label, which is -1.
         self._labels = np.append(labels[self._cells], np.int32(-1))
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
-    def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
+    def visible_regions(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
         """Yield, for each camera, the label and the area of the surface visible in each pixel.
 
         The label is -1 if no cell is visible or the cell has no label. The area is 0 if no cell is
         visible, or if the angle between the surface and the line of sight is below 6 degrees.
         """
-        return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
+        return chain.from_iterable(map(self._visible_regions_of, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
         largest = max(width * height for width, height in (camera.size for camera in cameras))
-        step = max(min(self._n_threads, LEAST_IMAGES), MOST_PIXELS // largest)
+        step = max(min(self._n_threads, MIN_IMAGES), MAX_PIXELS // largest)
         return (cameras[start : start + step] for start in range(0, len(cameras), step))
 
-    def _looked_at_by(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
+    def _visible_regions_of(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
         rows = [
             [*camera.projection.ravel(), camera.intrinsics[0] * camera.intrinsics[1]]
             for camera in cameras
@@ -132,7 +132,7 @@ def _votes_of_images(
 ) -> Iterator[_ImageVotes]:
     """Yield the votes of each image; raise a ValueError unless there is one image per camera."""
     given, n_images = iter(masks), 0
-    for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
+    for (regions, areas), image in zip(surface.visible_regions(cameras), given, strict=False):
         camera = cameras[n_images]
         with named_errors(_title(n_images, camera)):
             ids = label_image(image, camera.size, overlap).ravel()

@@ -101,8 +101,8 @@ def merge_regions(
 ) -> RegionEdit:
     """Merge small regions as `merge_small_regions` does, without checking the arguments.
 
-    If `groups` (see `Cut.groups`) are given, a region without neighbors joins only regions of its
-    group. If its group is `ANY_GROUP`, it may join any region.
+    If `groups` (see `KeptCells.groups`) are given, a region without neighbors joins only regions of
+    its group. If its group is `ANY_GROUP`, it may join any region.
     """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)

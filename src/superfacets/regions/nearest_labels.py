@@ -25,7 +25,7 @@ _FAR = 0.05
 """A point of the target is far if its distance from the mesh is larger than this fraction of the
 diagonal of the mesh."""
 
-_MOST_FAR = 0.1
+_MAX_FAR = 0.1
 """`transfer` warns if more than this fraction of the points of the target are far from the mesh."""
 
 
@@ -123,7 +123,7 @@ def _warn_if_far(distances: Floats, bounds: Floats) -> None:
     limit = _FAR * float(np.linalg.norm(bounds[1] - bounds[0]))
     limit += _ROUNDING * float(np.abs(bounds).max())
     fraction = float(np.mean(distances > limit)) if len(distances) else 0.0
-    if fraction > _MOST_FAR:
+    if fraction > _MAX_FAR:
         note = (
             f"{fraction:.0%} of the target is farther from the mesh than {limit:.3g} (5% of the"
             " diagonal of the mesh): check that both use the same coordinates and unit, or set"

@@ -24,7 +24,7 @@ from .crease_labels import corners_in, crease_labels
 METHODS = ("majority", "creases")
 """Names of the methods of `vertex_labels`."""
 
-LEAST_IN_FILES = 20
+MIN_IN_FILES = 20
 """Minimum number of vertices of a region in files for neural networks. The training data of these
 networks was made by ScanNet's Segmentator with the same minimum (its option segMinVerts)."""
 
@@ -174,14 +174,14 @@ def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Int
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     """Convert labels of cells to region ids of vertices, for files that neural networks read.
 
-    Borders follow creases, and regions grow to `LEAST_IN_FILES` vertices if possible. `labels` must
+    Borders follow creases, and regions grow to `MIN_IN_FILES` vertices if possible. `labels` must
     be >= 0 and may have gaps. Each vertex that no cell uses gets a unique id above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
     ranks, names = ranked_labels(labels)
     threads = checked_threads(None)
-    found = crease_labels(cells, ranks, len(names), threads, least=LEAST_IN_FILES)
+    found = crease_labels(cells, ranks, len(names), threads, least=MIN_IN_FILES)
     return with_unused(found, names)
 
 

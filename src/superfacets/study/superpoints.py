@@ -35,14 +35,14 @@ ORIGINAL = "ScanNet's segmenter"
 METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method, by the name of the method in the table."""
 
-LEAST_OBJECT = 0.002
+MIN_OBJECT = 0.002
 """The mean IoU ignores objects with less than this fraction of the annotated vertices of a room."""
 
 VERTICES_PER_SUPERPOINT = 200
 """Requested average number of vertices per superpoint, if no other method has segments of the
 room."""
 
-_MOST_RUNS = 5
+_MAX_RUNS = 5
 
 
 class Score(NamedTuple):
@@ -51,7 +51,7 @@ class Score(NamedTuple):
     n_superpoints: float
     error: float  # fraction of vertices whose superpoint represents another object
     error_away: float  # `error` among the vertices more than one edge away from object borders
-    mean_iou: float  # mean intersection over union (IoU) of objects; see `LEAST_OBJECT`
+    mean_iou: float  # mean intersection over union (IoU) of objects; see `MIN_OBJECT`
     extra_pieces: float  # connected components of all superpoints, minus number of superpoints
 
 
@@ -123,7 +123,7 @@ class Room:
         asked = number
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
-            for _ in range(_MOST_RUNS):  # repeated, because components without a seed add regions
+            for _ in range(_MAX_RUNS):  # repeated, because components without a seed add regions
                 result = segment(self.mesh, max(asked, 1), **options)
                 if result.n_segments <= number:
                     break
@@ -211,7 +211,7 @@ def _mean_iou(found: Ints, truth: Ints) -> float:
     sizes = np.bincount(truth, minlength=n_objects)
     shared = np.bincount(truth[found == truth], minlength=n_objects)
     unions = sizes + np.bincount(found, minlength=n_objects) - shared
-    counts = sizes >= max(LEAST_OBJECT * len(truth), 1)
+    counts = sizes >= max(MIN_OBJECT * len(truth), 1)
     return float(np.mean(shared[counts] / unions[counts]))
 
 

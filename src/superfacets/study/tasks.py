@@ -1,9 +1,9 @@
 """Run long studies as tasks in worker processes, and store the results in record files.
 
-A piece (class `Piece`) is the smallest unit of work, for example segmenting a mesh with one method.
-A task is a sequence of pieces that share preparation, for example loading the mesh. Each piece has
-a record on disk, even if it fails. If a study is started again, it runs only pieces that failed or
-have no valid record.
+An item (class `WorkItem`) is the smallest unit of work, for example segmenting a mesh with one
+method. A task is a sequence of items that share preparation, for example loading the mesh. Each
+item has a record on disk, even if it fails. If a study is started again, it runs only items that
+failed or have no valid record.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
 Key = Mapping[str, Any]
-"""All inputs that the result of a piece depends on. If they change, the record is outdated."""
+"""All inputs that the result of an item depends on. If they change, the record is outdated."""
 
 Record = dict[str, Any]
-"""Results of a piece. The record of a failed piece contains only the entry "reason"."""
+"""Results of an item. The record of a failed item contains only the entry "reason"."""
 
 _MEMORY_SHARE = 0.8
 """Fraction of the free memory that tasks may use. The remaining memory is for other programs."""
@@ -46,37 +46,37 @@ class Job(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class WorkItem:
     """The smallest unit of work in a study, and the path and key of the record of its results."""
 
-    subject: Any  # input of the piece; its type depends on the task
+    subject: Any  # input of the item; its type depends on the task
     path: Path
     key: Key
 
 
 class Task(Protocol):
-    """A sequence of pieces, which one worker processes. Tasks are pickled and sent to workers."""
+    """A sequence of items, which one worker processes. Tasks are pickled and sent to workers."""
 
     @property
-    def pieces(self) -> tuple[Piece, ...]:
+    def items(self) -> tuple[WorkItem, ...]:
         """Pieces of the task, in the order of processing."""
 
     @property
     def memory(self) -> int:
         """Estimated memory in bytes, or 0 if it is small. A task with 0 never waits for memory."""
 
-    def prepare(self) -> Callable[[Piece], Record]:
-        """Do the work that all pieces share, and return a function that processes one piece.
+    def prepare(self) -> Callable[[WorkItem], Record]:
+        """Do the work that all items share, and return a function that processes one item.
 
-        The returned function returns the record of the piece. If it raises an exception, only this
-        piece fails. If `prepare` itself raises an exception, all pieces fail.
+        The returned function returns the record of the item. If it raises an exception, only this
+        item fails. If `prepare` itself raises an exception, all items fail.
         """
 
 
 def run_tasks(
     title: str, tasks: Sequence[Task], n_workers: int, *, memory: int, deadline: float | None = None
 ) -> dict[Path, str]:
-    """Run tasks in worker processes, and write the records of their pieces.
+    """Run tasks in worker processes, and write the records of their items.
 
     `title` and `memory` are as for `run_shown`. No task is started after `deadline`, in seconds of
     `time.monotonic`. Returns a dict with the path of each record that could not be written, and the
@@ -89,18 +89,18 @@ def run_tasks(
     return lost
 
 
-def read_piece(piece: Piece) -> Record | None:
-    """Return the record of a piece, or None if the record is missing, damaged or outdated."""
-    return read_record(piece.path, piece.key)
+def read_item(item: WorkItem) -> Record | None:
+    """Return the record of an item, or None if the record is missing, damaged or outdated."""
+    return read_record(item.path, item.key)
 
 
-def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, or None if it has no valid record.
+def outcome_of(item: WorkItem, lost: Mapping[Path, str]) -> Record | None:
+    """Return the record of an item, or None if it has no valid record.
 
     `lost` is the result of `run_tasks`. If it contains the path of the record, a record of failure
     with the reason is returned.
     """
-    return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
+    return {"reason": lost[item.path]} if item.path in lost else read_item(item)
 
 
 @dataclass(frozen=True)
@@ -118,47 +118,47 @@ class _TaskJob:
         lost: dict[Path, str] = {}
         if self.deadline is not None and time.monotonic() >= self.deadline:
             return lost
-        for piece in self.task.pieces:
+        for item in self.task.items:
             # Remove old records of failures. If this worker is killed, `_record_death` keeps
             # existing records, so an old record would hide the new reason.
-            if "reason" in (read_piece(piece) or {}):
+            if "reason" in (read_item(item) or {}):
                 with contextlib.suppress(OSError):
-                    piece.path.unlink()
+                    item.path.unlink()
         try:
             make = self.task.prepare()
         except Exception as error:  # recorded, so that the study continues
-            for piece in self.task.pieces:
-                lost |= _record_failure(piece, reason_of(error))
+            for item in self.task.items:
+                lost |= _record_failure(item, reason_of(error))
             return lost
-        for piece in self.task.pieces:
+        for item in self.task.items:
             try:
-                write_record(piece.path, piece.key, make(piece))
+                write_record(item.path, item.key, make(item))
             except Exception as error:
-                lost |= _record_failure(piece, reason_of(error))
+                lost |= _record_failure(item, reason_of(error))
         return lost
 
 
-def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
+def _record_failure(item: WorkItem, reason: str) -> dict[Path, str]:
     """Write a record with the reason of a failure.
 
     Returns an empty dict, or {path: error} if this record cannot be written.
     """
     try:
-        write_record(piece.path, piece.key, {"reason": reason})
+        write_record(item.path, item.key, {"reason": reason})
     except OSError as error:
-        return {piece.path: f"the record could not be written: {reason_of(error)}"}
+        return {item.path: f"the record could not be written: {reason_of(error)}"}
     return {}
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """After a worker was killed, write a record of failure for each piece without a valid record.
+    """After a worker was killed, write a record of failure for each item without a valid record.
 
     Returns a dict with the path of each record that could not be written, and the reason.
     """
     lost: dict[Path, str] = {}
-    for piece in task.pieces:
-        if read_piece(piece) is None:
-            lost |= _record_failure(piece, str(death))
+    for item in task.items:
+        if read_item(item) is None:
+            lost |= _record_failure(item, str(death))
     return lost
 
 

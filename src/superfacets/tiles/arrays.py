@@ -12,8 +12,8 @@ from .._types import Array, Bools, Floats, Ints, Longs
 MAX_SPAN = 1 << 26
 """`compacted` uses a lookup table if maximum minus minimum of the values is below this number."""
 
-_MOST_SPARSE = 16
-"""`index_near` uses a lookup table only if `near` contains at least one in `_MOST_SPARSE` integers
+_MAX_SPARSE = 16
+"""`index_near` uses a lookup table only if `near` contains at least one in `_MAX_SPARSE` integers
 from near[0] to near[-1]."""
 
 
@@ -36,7 +36,7 @@ def index_near(values: Array, among: Array, near: Array) -> Longs:
     `among` and `near` must be ascending.
     """
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
-    if high - low > _MOST_SPARSE * len(near):
+    if high - low > _MAX_SPARSE * len(near):
         high = low
     begin, end = np.searchsorted(among, [low, high])
     table = np.full(high - low, -1, np.int32)

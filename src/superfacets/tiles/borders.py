@@ -22,7 +22,7 @@ STEPS = {"triangles": 14, "polygons": 10, "points": 8}
 the number of arcs from a border to the outer edge of the band. It is larger for triangles, because
 a path across triangles takes about two arcs per edge length."""
 
-MOST_STEPS = 160
+MAX_STEPS = 160
 """Maximum number of arcs by which the band grows each time that smoothing starts again."""
 
 SUM_BLOCK = 1 << 14
@@ -165,9 +165,9 @@ class _Marks:
     def add(self, cells: Ints) -> None:
         """Double the width, and mark the cells within this number of arcs of `cells`.
 
-        The width is at most `MOST_STEPS`.
+        The width is at most `MAX_STEPS`.
         """
-        self._n_steps = min(2 * self._n_steps, MOST_STEPS)
+        self._n_steps = min(2 * self._n_steps, MAX_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
 

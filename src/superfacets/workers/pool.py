@@ -95,7 +95,7 @@ class Pool(Team):
                 self._assign_calls(waiting, calls, width, admits)
                 ready = wait([process.connection for process in self._processes], TICK)
                 for process in [one for one in self._processes if one.connection in ready]:
-                    ended = self._take(process, waiting, kills)
+                    ended = self._receive(process, waiting, kills)
                     if ended is not None:
                         n_left -= 1
                         yield ended
@@ -123,7 +123,7 @@ class Pool(Team):
                     waiting.remove(place)
                     process.give(place, calls[place])
 
-    def _take(
+    def _receive(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
         """Read a message from a worker; return (index, result) if it is the end of a call."""

@@ -18,8 +18,8 @@ const SHIFTS = [0.5, -0.4, 0.28, -0.22, 0.65, -0.55, 0.39, -0.31];
 
 // Least distance in CIELAB of a shade to colors of other classes, and to other shades of the class. Larger distances are
 // not possible for all of the default colors.
-const LEAST_TO_CLASSES = 24;
-const LEAST_TO_SHADES = 10;
+const MIN_TO_CLASSES = 24;
+const MIN_TO_SHADES = 10;
 
 function mixed(color: Rgb, shift: number): Rgb {
   const mix = (value: number): number => Math.round(shift > 0 ? value + (255 - value) * shift : value * (1 + shift));
@@ -46,7 +46,7 @@ function shadesOf(color: Rgb, others: readonly Rgb[]): Rgb[] {
   const worth = (shift: number): number => {
     const lab = labOf(mixed(color, shift));
     const nearest = (to: readonly Rgb[]): number => Math.min(...to.map((one) => Math.hypot(...one.map((value, k) => value - lab[k]))));
-    return Math.min(nearest(others) / LEAST_TO_CLASSES, nearest(own) / LEAST_TO_SHADES);
+    return Math.min(nearest(others) / MIN_TO_CLASSES, nearest(own) / MIN_TO_SHADES);
   };
   while (shades.length < N_SHADES) {
     const best = SHIFTS.find((shift) => worth(shift) >= 1) ?? SHIFTS.reduce((a, b) => (worth(a) >= worth(b) ? a : b));

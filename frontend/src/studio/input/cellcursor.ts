@@ -7,9 +7,9 @@ import type { Workbench } from "../workbench";
 import type { Mesh } from "../data/mesh";
 import { putCircle } from "../view/picker";
 
-const LEAST_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
+const MIN_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
 const MARGIN = 0.1; // width of the border of the canvas that the cursor must not enter, relative to the canvas size
-const LEAST_FACING = 0.35; // smallest cosine of the angle between the cell's normal and the direction to the eye
+const MIN_FACING = 0.35; // smallest cosine of the angle between the cell's normal and the direction to the eye
 const STAND_OFF = 60; // distance from the eye to a cell, in multiples of the cell's radius
 
 const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
@@ -115,7 +115,7 @@ export class CellCursor {
       const distance = lengthOf(step);
       const cosine = distance > 0 ? dot(step, way) / distance : 0;
       const worth = mesh.isCloud ? cosine / distance : cosine;
-      if (cosine >= LEAST_COSINE && worth > most) [best, most] = [cell, worth];
+      if (cosine >= MIN_COSINE && worth > most) [best, most] = [cell, worth];
     }
     return best;
   }
@@ -133,7 +133,7 @@ export class CellCursor {
   private isFacing(cell: number): boolean {
     const normal = normalized(this.mesh.normalOf(cell));
     const toward = this.workbench.drawing.camera.directions()[2];
-    return lengthOf(normal) === 0 || dot(normal, toward) > LEAST_FACING;
+    return lengthOf(normal) === 0 || dot(normal, toward) > MIN_FACING;
   }
 
   /** Move the camera close to the cell. If the cell is visible, the viewing direction does not change. */

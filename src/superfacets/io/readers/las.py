@@ -21,11 +21,11 @@ from ...errors import MeshError, import_extra, reason_of
 from ..attributes import PROJECTION, LasDimension, LasFrame, is_word
 from ..guards import Content, shortened
 
-_MOST_COMPRESSED = 1000
+_MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
 whose points are almost all equal exceed the maximum."""
 _SMALL = 64 << 20
-"""Size of decompressed points in bytes that is accepted even if `_MOST_COMPRESSED` is exceeded."""
+"""Size of decompressed points in bytes that is accepted even if `_MAX_COMPRESSED` is exceeded."""
 
 _Field = tuple[str, str | dict[str, int]]
 """Type and name of a field. A field of packed bits has a dict of names and numbers of bits instead,
@@ -292,10 +292,10 @@ def _text(content: bytes) -> bytes:
 def _decompressed(data: Content, header: _Header) -> Bytes:
     lazrs = import_extra("lazrs", "a .laz file", "las")
     n_bytes = header.n_points * header.size
-    if n_bytes > max(_SMALL, _MOST_COMPRESSED * len(data)):
+    if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
         raise MeshError(
             f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, more"
-            f" than {_MOST_COMPRESSED} times the size of the file, {len(data)} bytes"
+            f" than {_MAX_COMPRESSED} times the size of the file, {len(data)} bytes"
         )
     description = header.records.get((b"laszip encoded", 22204), b"")
     n_layers = _n_layers(description, header)

@@ -28,7 +28,7 @@ _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 _PADDING = "_"
 """Name of fields that are only padding."""
 
-_MOST_COMPRESSED = 100
+_MAX_COMPRESSED = 100
 """Upper bound of the compression ratio. LZF compresses at most 264 bytes to 3 bytes."""
 
 _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -188,7 +188,7 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
     packed = np.frombuffer(data, np.uint8)[begin : begin + sizes[0]]
     n_bytes = header.n_points * header.record_size
-    if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
+    if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * len(packed):
         raise MeshError(
             f"the file must have {n_bytes} bytes for {counted(header.n_points, 'point')}, but"
             f" declares {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)}: it may"

@@ -31,7 +31,7 @@ from .groups import (
     checked_levels,
 )
 from .own_colors import color_parts, own_colors
-from .shape import STEPS, Shape, shape_of, view_facts
+from .shape import STEPS, DrawnSurface, shape_of, view_facts
 from .texture import texture_parts
 
 _MAX_TITLE = 200
@@ -209,7 +209,7 @@ def checked_page_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _arrays(
-    shape: Shape, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
+    shape: DrawnSurface, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
 ) -> Arrays:
     arrays = Arrays()
     labelings = [*levels, *([] if truth is None else [truth])]
@@ -229,7 +229,7 @@ def _arrays(
     return arrays
 
 
-def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
+def _facts_of_shape(shape: DrawnSurface, camera: View) -> dict[str, Any]:
     """Return the initial view, the origin and step of quantized positions, and the point size.
 
     All lengths are fractions of the diagonal of the bounding box, whose center is the origin.

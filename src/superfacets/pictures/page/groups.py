@@ -14,7 +14,7 @@ from ..._validate import compact_partial_labels, refuse_mask
 from ...mesh.base import Cells
 from ..colors import checked_values, region_colors
 from .coding import Arrays
-from .shape import Shape
+from .shape import DrawnSurface
 
 NO_REGION = -1
 NO_VALUE = 65535
@@ -45,7 +45,7 @@ class Labeling:
         """Number of regions, K."""
         return len(self.ids)
 
-    def facts(self, shape: Shape) -> dict[str, Any]:
+    def facts(self, shape: DrawnSurface) -> dict[str, Any]:
         """Return a description of the regions, for the JavaScript viewer."""
         is_numbered = np.array_equal(self.ids, np.arange(self.n_regions))
         area = float(shape.areas.sum()) / shape.diagonal**2
@@ -55,7 +55,9 @@ class Labeling:
             "mean_area": area / max(1, self.n_regions),  # in squared diagonals of the bounding box
         }
 
-    def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
+    def add_to(
+        self, arrays: Arrays, name: str, shape: DrawnSurface, finer: Labeling | None
+    ) -> None:
         """Add labels, colors, cell counts, and areas or volumes of the regions to `arrays`.
 
         The names of the arrays begin with `name`. If each region of `finer` is inside a single

@@ -15,7 +15,7 @@ from ...io.attributes import MeshAttributes
 from ...mesh.base import Cells
 from ...mesh.faces import corners_of
 from .coding import Coding
-from .shape import Shape
+from .shape import DrawnSurface
 
 
 def own_colors(
@@ -29,7 +29,9 @@ def own_colors(
     return np.rint(checked_colors(colors, n_rows) * 255).astype(np.uint8)
 
 
-def color_parts(cells: Cells, shape: Shape, colors: Bytes) -> dict[str, tuple[Array, Coding]]:
+def color_parts(
+    cells: Cells, shape: DrawnSurface, colors: Bytes
+) -> dict[str, tuple[Array, Coding]]:
     """Return an array for the JavaScript viewer: colors of the points of `shape`, or of cells.
 
     `colors` has one row per vertex or per cell. Vertices that `shape` merges get their mean color.

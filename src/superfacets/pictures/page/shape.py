@@ -34,7 +34,7 @@ _POINT_SIZE = 2.0
 
 
 @dataclass(frozen=True)
-class Shape:
+class DrawnSurface:
     """Surface that a page draws for cells: triangles, or the points of a cloud.
 
     Vertices of a mesh at the same position are merged. The remaining vertices are sorted by their
@@ -111,13 +111,15 @@ class _Outline:
     mesh: FaceMesh
     graph: FaceGraph
     cells: npt.NDArray[np.uint32] | None  # (F,) cell of each face; None if faces are cells
-    places: npt.NDArray[np.uint32]  # (V,) index into `Shape.points` of each vertex of the mesh
+    places: npt.NDArray[
+        np.uint32
+    ]  # (V,) index into `DrawnSurface.points` of each vertex of the mesh
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
         """Return the edges that are borders in at least one of the labelings, (B, 4).
 
-        Each row contains the two vertices of an edge, as indices into `Shape.points`, and the two
-        cells of the edge.
+        Each row contains the two vertices of an edge, as indices into `DrawnSurface.points`, and
+        the two cells of the edge.
         """
         sources = np.repeat(
             np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
@@ -136,7 +138,7 @@ class _Outline:
         return np.concatenate([ends, cells], axis=1)
 
 
-def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
+def view_facts(shape: DrawnSurface, camera: View) -> dict[str, Any]:
     """Return the initial view: its angles and zoom, and three axes.
 
     The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
@@ -151,13 +153,13 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def shape_of(cells: Cells) -> Shape:
-    """Return the `Shape` of a mesh or a cloud. Of tetrahedra, it has only the outer surface."""
+def shape_of(cells: Cells) -> DrawnSurface:
+    """Return the `DrawnSurface` of a mesh or a cloud; of tetrahedra, only the outer surface."""
     kind = kind_of(cells)
-    outside = kind.outside(cells)
-    if outside is None:
+    drawn = kind.drawn_faces(cells)
+    if drawn is None:
         return _cloud_shape(kind.cloud(cells))
-    surface, sources = outside
+    surface, sources = drawn
     if sources is None:
         return _surface_shape(surface, None, None, None)
     threads = checked_threads(None)
@@ -170,8 +172,8 @@ def _surface_shape(
     cells: npt.NDArray[np.uint32] | None,
     measures: Floats | None,
     cell_graph: CsrArcs | None,
-) -> Shape:
-    """Return the `Shape` of a mesh whose faces are either cells or sides of tetrahedra.
+) -> DrawnSurface:
+    """Return the `DrawnSurface` of a mesh whose faces are either cells or sides of tetrahedra.
 
     `cells`, `measures` and `cell_graph` are the tetrahedron of each face, and the volumes and the
     graph of all tetrahedra. They are None if the faces are cells.
@@ -185,7 +187,7 @@ def _surface_shape(
     outline = _Outline(mesh, graph, cells, places[corners])
     if sources is not None:
         cells = sources.astype(np.uint32)
-    return Shape(
+    return DrawnSurface(
         mesh.vertices[used], triangles, cells, None,
         areas if measures is None else measures, areas, cell_graph or graph, outline,
     )  # fmt: skip
@@ -210,9 +212,9 @@ def _numbered_by_use(
     return used, places[corners], places
 
 
-def _cloud_shape(cloud: PointCloud) -> Shape:
+def _cloud_shape(cloud: PointCloud) -> DrawnSurface:
     graph: PointGraph = find_point_graph(cloud, checked_threads(None))
-    return Shape(
+    return DrawnSurface(
         graph.positions, None, None, graph.normals, graph.measures, graph.measures, graph, None
     )
 

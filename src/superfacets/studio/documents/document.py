@@ -37,7 +37,7 @@ from ..labels.coding import CellNumbers, pack_cells, unpack_cells
 from ..labels.imports import Imported
 from ..labels.suggestions import suggestions_of
 from ..regions.revisions import GoneError, Partition, Revision, Revisions
-from ..regions.segmenting import Base, Segmenter, default_parameters
+from ..regions.segmenting import Segmenter, UnsplitRegions, default_parameters
 from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
@@ -66,7 +66,7 @@ class Document:
     journal: Journal
     history: History
     segmenter: Segmenter
-    base: Base
+    base: UnsplitRegions
     share_classes: Callable[[ClassList], object] | None = None
     notes: list[str] = field(default_factory=list)
     revisions: Revisions = field(default_factory=Revisions)
@@ -253,7 +253,7 @@ class Document:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
 
-    def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
+    def set_base(self, parameters: dict[str, Any], base: UnsplitRegions) -> Revision:
         """Replace the current regions by `base`, and return the new current revision.
 
         `parameters` are the parameters with which `base` was computed.
@@ -492,7 +492,7 @@ class Document:
         if self._is_foreign():
             self.set_base(self.state.partition.parameters, self.base)
 
-    def _show(self, base: Base) -> Revision:
+    def _show(self, base: UnsplitRegions) -> Revision:
         """Make `base`, with the user's splits, the current revision.
 
         If the splits are from another version of superfacets, they are left out, and a note is

@@ -117,7 +117,7 @@ class SegmentationTask:
 
 
 @dataclass(frozen=True, eq=False)
-class Base:
+class UnsplitRegions:
     """Regions computed by `segment`, merged if a level is set, but not yet split by the user."""
 
     labels: Ints
@@ -135,7 +135,7 @@ class Segmenter:
     """
 
     source: Cells
-    _kept: OrderedDict[tuple[Any, ...], Base] = field(default_factory=OrderedDict)
+    _kept: OrderedDict[tuple[Any, ...], UnsplitRegions] = field(default_factory=OrderedDict)
     _trees: OrderedDict[tuple[Any, ...], MergeTree] = field(default_factory=OrderedDict)
     _worker: ThreadPoolExecutor = field(
         default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
@@ -156,7 +156,7 @@ class Segmenter:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
 
-    def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> Base:
+    def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
         """Segment with checked parameters; this call cancels the previous call of `run`.
 
         Raises Cancelled if a later call or `task` cancels this call, and ValueError if merging
@@ -169,7 +169,7 @@ class Segmenter:
             self._latest = task
         return self._worker.submit(self._base, parameters, task).result()
 
-    def base(self, parameters: Parameters) -> Base:
+    def base(self, parameters: Parameters) -> UnsplitRegions:
         """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
         return self._worker.submit(self._base, parameters, SegmentationTask()).result()
 
@@ -179,7 +179,7 @@ class Segmenter:
             self._latest.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
-    def _base(self, parameters: Parameters, task: SegmentationTask) -> Base:
+    def _base(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
         task.check()
         finest = self._finest(parameters, task)
         level = parameters["level"]
@@ -189,7 +189,7 @@ class Segmenter:
         ranks = tree.regions_at(checked_cut(level, "level", tree))
         return _base_of(ranks[finest.labels], finest.notes)
 
-    def _finest(self, parameters: Parameters, task: SegmentationTask) -> Base:
+    def _finest(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
         key = _key(parameters)
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -206,7 +206,9 @@ class Segmenter:
         _trim(self._kept)
         return base
 
-    def _tree(self, parameters: Parameters, finest: Base, task: SegmentationTask) -> MergeTree:
+    def _tree(
+        self, parameters: Parameters, finest: UnsplitRegions, task: SegmentationTask
+    ) -> MergeTree:
         key = _key(parameters)
         if key not in self._trees:
             task.on_stage("merging")
@@ -245,6 +247,6 @@ def _trim(kept: OrderedDict[Any, Any]) -> None:
         kept.popitem(last=False)
 
 
-def _base_of(labels: Ints, notes: tuple[str, ...]) -> Base:
+def _base_of(labels: Ints, notes: tuple[str, ...]) -> UnsplitRegions:
     digest = hashlib.blake2b(labels.tobytes(), digest_size=8).hexdigest()
-    return Base(labels, int(labels.max()) + 1, digest, notes)
+    return UnsplitRegions(labels, int(labels.max()) + 1, digest, notes)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..._types import Bools, Floats, Ints, Longs
-from ...cells.constraints import NO_GROUPS, Cut
+from ...cells.constraints import NO_GROUPS, KeptCells
 from ...cells.surface import Surface
 from ..labels.coding import CellNumbers
 
@@ -92,7 +92,7 @@ def _region_graph(surface: Surface, cells: CellNumbers) -> _RegionGraph:
     kept = cells[targets] == neighbors
     arcs, sources, targets = arcs[kept], sources[kept], targets[kept]
     offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=len(cells)))])
-    cut = Cut(surface.n_cells, cells.astype(np.int32), arcs, offsets, targets, NO_GROUPS)
+    cut = KeptCells(surface.n_cells, cells.astype(np.int32), arcs, offsets, targets, NO_GROUPS)
     part = cut.surface_of(surface)
     borders, steps, angles, _, _ = part.handle.arc_measures(part.n_threads)
     turns = np.where(angles > 0, angles, -CONVEX * angles)

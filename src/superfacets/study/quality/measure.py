@@ -18,7 +18,7 @@ from ...cells.surface import arc_measures
 from ...mesh.triangle_mesh import Mesh, split_in_four
 from ...pipeline import PAPER, segment
 from ..sources import Source, load_model
-from ..tasks import Piece, Record
+from ..tasks import Record, WorkItem
 
 KS = (50, 100, 150, 200, 300)
 
@@ -155,8 +155,8 @@ class Case(NamedTuple):
     def __str__(self) -> str:
         return f"model {self.source.name}, {self.scale}, {self.variant}, k = {self.k}"
 
-    def piece(self, folder: Path) -> Piece:
-        """Return the `Piece` of this case. Its record is ``folder/SCALE/MODEL/VARIANT_k-K.json``.
+    def item(self, folder: Path) -> WorkItem:
+        """Return the item of this case. Its record is ``folder/SCALE/MODEL/VARIANT_k-K.json``.
 
         Characters of SCALE and VARIANT that are not letters or digits are replaced by "-".
         """
@@ -173,19 +173,19 @@ class Case(NamedTuple):
             "k": self.k,
         }
         path = folder / scale / self.source.name / f"{variant}_k-{self.k}.json"
-        return Piece(self, path, key)
+        return WorkItem(self, path, key)
 
 
 @dataclass(frozen=True)
 class Task:
     """Task of a worker process: measure several cases on one model at one scale."""
 
-    pieces: tuple[Piece, ...]
+    items: tuple[WorkItem, ...]
     memory: int = 0
 
-    def prepare(self) -> Callable[[Piece], Record]:
+    def prepare(self) -> Callable[[WorkItem], Record]:
         """Load the model at its scale, find its creases, and return a function to measure cases."""
-        first: Case = self.pieces[0].subject
+        first: Case = self.items[0].subject
         model = load_model(first.source)
         subject = SCALES[first.scale](Subject(model.mesh, model.ground_truths))
         surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # reused by all cases
@@ -193,8 +193,8 @@ class Task:
         valleys, ridges = creases(subject.mesh)
         _labels(subject, first)  # warm-up, because the first call is slower
 
-        def measure(piece: Piece) -> Record:
-            case: Case = piece.subject
+        def measure(item: WorkItem) -> Record:
+            case: Case = item.subject
             start = time.process_time()  # CPU time, because wall time depends on other programs
             labels = _labels(subject, case)
             seconds = time.process_time() - start

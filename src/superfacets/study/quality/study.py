@@ -13,7 +13,7 @@ from ...io.atomic import atomic_outputs, locked, remove_leftovers
 from ..princeton import Benchmark
 from ..sources import Source, find_models
 from ..table_writer import write_csv
-from ..tasks import memory_of_tasks, outcome_of, read_piece, run_tasks
+from ..tasks import memory_of_tasks, outcome_of, read_item, run_tasks
 from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
 
@@ -61,12 +61,12 @@ def study(options: Options) -> Report:
     finer, main = _tasks(models, scales, options)
     files = [options.output / name for name in ("runs.csv", "tables.md")]
     with locked(options.output):
-        records = [piece.path for task in finer + main for piece in task.pieces]
+        records = [item.path for task in finer + main for item in task.items]
         remove_leftovers([*files, *records], older_than=0.0)  # temporary files of killed processes
         none = {"reason": "no record"}
-        left = [[piece for piece in task.pieces if "reason" in (read_piece(piece) or none)]
+        left = [[item for item in task.items if "reason" in (read_item(item) or none)]
                 for task in finer + main]  # fmt: skip
-        todo = [Task(tuple(pieces)) for pieces in left if pieces]
+        todo = [Task(tuple(items)) for items in left if items]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
         resolution, more_failures = _collect(finer, lost)
@@ -102,7 +102,7 @@ def _tasks(
 
     def task(model: Source, scale: str, variants: Iterable[str], ks: Sequence[int]) -> Task:
         cases = [Case(model, scale, name, k) for k, name in itertools.product(ks, variants)]
-        return Task(tuple(case.piece(options.output / "records") for case in cases))
+        return Task(tuple(case.item(options.output / "records") for case in cases))
 
     middle = [ks[len(ks) // 2]]
     finer = [
@@ -119,10 +119,10 @@ def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], l
     failures: list[str] = []
     for task in tasks:
         gone = {"reason": "its record was deleted"}
-        records = [outcome_of(piece, lost) or gone for piece in task.pieces]
+        records = [outcome_of(item, lost) or gone for item in task.items]
         reasons = [
-            f"{piece.subject}: {record['reason']}"
-            for piece, record in zip(task.pieces, records, strict=True)
+            f"{item.subject}: {record['reason']}"
+            for item, record in zip(task.items, records, strict=True)
             if "reason" in record
         ]
         failures += reasons

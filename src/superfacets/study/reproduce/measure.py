@@ -18,7 +18,7 @@ from ..._types import Ints
 from ...clustering.result import Segmentation
 from ...metrics import evaluate
 from ..sources import Source, load
-from ..tasks import Piece, Record
+from ..tasks import Record, WorkItem
 from .methods import METHODS, Setting
 
 _RECORD_VERSION = 2  # version of the content of records; other versions are not used
@@ -53,25 +53,25 @@ class Run:
             "k": self.k,
         }
 
-    def piece(self, folder: Path, most_segments: int) -> Piece:
-        """Return the `Piece` of this run. Its record is ``folder/METHOD/MESH/alpha-A_k-K.json``."""
+    def item(self, folder: Path, most_segments: int) -> WorkItem:
+        """Return the item of this run. Its record is ``folder/METHOD/MESH/alpha-A_k-K.json``."""
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
-        return Piece(self, path, self.key(most_segments))
+        return WorkItem(self, path, self.key(most_segments))
 
 
 @dataclass(frozen=True)
 class Task:
     """Task of a worker process: runs that differ only in k, and share preparation."""
 
-    pieces: tuple[Piece, ...]
+    items: tuple[WorkItem, ...]
     pictured: frozenset[Run]  # runs whose records must contain labels, for pictures
     setting: Setting
 
     @property
     def first(self) -> Run:
         """First run of the task. The other runs of the task differ only in k."""
-        run: Run = self.pieces[0].subject
+        run: Run = self.items[0].subject
         return run
 
     @property
@@ -79,15 +79,15 @@ class Task:
         """Estimated memory in bytes for methods with quadratic memory, and 0 for other methods."""
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
-    def prepare(self) -> Callable[[Piece], Record]:
+    def prepare(self) -> Callable[[WorkItem], Record]:
         """Load the mesh, do the work that all runs share, and return a function for one run."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
         shared = time.perf_counter() - start
 
-        def measure(piece: Piece) -> Record:
-            run: Run = piece.subject
+        def measure(item: WorkItem) -> Record:
+            run: Run = item.subject
             start = time.perf_counter()
             result = segmenter(run.k)
             end = time.perf_counter()

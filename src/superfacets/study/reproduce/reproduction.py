@@ -13,7 +13,7 @@ from ...errors import MeshError, MissingExtraError
 from ...io.atomic import locked, remove_leftovers
 from ...pictures.rendering import check_rendering
 from ..sources import Sources, find_meshes, find_models
-from ..tasks import Piece, memory_of_tasks, run_shown, run_tasks
+from ..tasks import WorkItem, memory_of_tasks, run_shown, run_tasks
 from .gallery import GALLERY, Drawing, is_drawn, picture_path
 from .measure import Run, Task
 from .methods import METHODS
@@ -68,14 +68,14 @@ def reproduce(options: Options) -> Report:
     plan = _plan(options)
     _check_needs(plan)
     most_segments = max(plan.choice.ks)
-    pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
+    items = {run: run.item(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
         # The lock excludes other running processes, so temporary files are from killed processes.
-        remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
-        results, n_before = _measure(plan, pieces, options, start)
+        remove_leftovers(_outputs(plan, items, options.output), older_than=0.0)
+        results, n_before = _measure(plan, items, options, start)
         if not results.done:
             raise MeshError(_why_nothing(results))
-        problems = _draw_pictures(results, pieces, options)
+        problems = _draw_pictures(results, items, options)
         page = options.output / "index.html"
         plots, comparisons = _write_files(results, options.output)
         seconds = time.monotonic() - start
@@ -111,24 +111,24 @@ def _check_needs(plan: Plan) -> None:
 
 
 def _measure(
-    plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
+    plan: Plan, items: Mapping[Run, WorkItem], options: Options, start: float
 ) -> tuple[Results, int]:
     """Do all runs that have no results; return all results, and the number of earlier results."""
     pictured = frozenset(picture.run for picture in plan.pictures)
-    before = collect(plan, pieces, pictured, {})
+    before = collect(plan, items, pictured, {})
     memory = memory_of_tasks()
     lost = run_tasks(
         "runs",
-        _tasks(before, pieces, pictured, memory),
+        _tasks(before, items, pictured, memory),
         options.n_jobs,
         memory=memory,
         deadline=None if options.budget_seconds is None else start + options.budget_seconds,
     )
-    return collect(plan, pieces, pictured, lost), len(before.done)
+    return collect(plan, items, pictured, lost), len(before.done)
 
 
 def _tasks(
-    results: Results, pieces: Mapping[Run, Piece], pictured: frozenset[Run], memory: int
+    results: Results, items: Mapping[Run, WorkItem], pictured: frozenset[Run], memory: int
 ) -> list[Task]:
     """Return tasks for all runs in `results` that are not done, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
@@ -138,7 +138,7 @@ def _tasks(
             groups.setdefault((run.source, run.method, run.alpha), []).append(run)
     return [
         Task(
-            tuple(pieces[run] for run in runs),
+            tuple(items[run] for run in runs),
             pictured & frozenset(runs),
             runs[0].setting(most_segments, memory),
         )
@@ -147,13 +147,13 @@ def _tasks(
 
 
 def _draw_pictures(
-    results: Results, pieces: Mapping[Run, Piece], options: Options
+    results: Results, items: Mapping[Run, WorkItem], options: Options
 ) -> tuple[str, ...]:
     """Draw the pictures that are missing or outdated; return a message for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
-        Drawing.of(picture, pieces[picture.run].key, results.done[picture.run]["labels"], folder)
+        Drawing.of(picture, items[picture.run].key, results.done[picture.run]["labels"], folder)
         for picture in results.plan.pictures
         if picture.run in results.done
     ]
@@ -162,8 +162,8 @@ def _draw_pictures(
     return tuple(f"{drawing.picture.name}: {end}" for drawing, end in ends if end is not None)
 
 
-def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path]:
-    paths = [piece.path for piece in pieces.values()]
+def _outputs(plan: Plan, items: Mapping[Run, WorkItem], folder: Path) -> list[Path]:
+    paths = [item.path for item in items.values()]
     paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
     paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
     for figure in plan.choice.figures:

@@ -13,7 +13,7 @@ import numpy as np
 from ..._validate import counted
 from ..sources import Source
 from ..table_writer import write_csv
-from ..tasks import Piece, Record, outcome_of
+from ..tasks import Record, WorkItem, outcome_of
 from .measure import Run
 from .methods import METHODS
 from .plan import Plan
@@ -95,9 +95,9 @@ def _runs_of(method: str, runs: Sequence[Run]) -> str:
 
 
 def collect(
-    plan: Plan, pieces: Mapping[Run, Piece], pictured: frozenset[Run], lost: Mapping[Path, str]
+    plan: Plan, items: Mapping[Run, WorkItem], pictured: frozenset[Run], lost: Mapping[Path, str]
 ) -> Results:
-    """Read the records of all runs of a plan; `pieces` contains the path of each record.
+    """Read the records of all runs of a plan; `items` contains the path of each record.
 
     A run in `pictured` is missing if its record contains no labels. `lost` is the result of
     `run_tasks`: the paths of records that could not be written, and the reasons.
@@ -105,7 +105,7 @@ def collect(
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
     for run in plan.runs:
-        record = outcome_of(pieces[run], lost)
+        record = outcome_of(items[run], lost)
         if record is not None and "reason" in record:
             failed[run] = record["reason"]
         elif record is not None and (run not in pictured or "labels" in record):
