@@ -84,7 +84,7 @@ def test_it_is_the_rule_on_random_labels(seed):
 def test_each_region_has_an_id_while_there_are_vertices():
     sheet = shapes.bumpy_sheet(6)
     labels = np.full(sheet.n_faces, 2**31 - 1)
-    labels[[10, 40]] = 5, 9  # most of the area around no vertex
+    labels[[10, 40]] = 5, 9  # all other faces around their vertices have the largest label
     ids = vertex_ids(sheet, labels.astype(np.int32))
     assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
     # There are vertices for two regions of 20 or more: the first one grows.

@@ -38,8 +38,8 @@ Check = Callable[[np.random.Generator, Path], None]
 class Kind(NamedTuple):
     """A kind of cases: the function that runs a case, its relative frequency, and its time limit.
 
-    Time limits are in seconds, and generous for busy machines. The documentation promises the limit
-    for files.
+    Time limits are in seconds, and generous for busy machines.
+    Files have a short limit, because readers must refuse damaged files quickly.
     """
 
     check: Check

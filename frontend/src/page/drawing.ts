@@ -128,7 +128,7 @@ export class Drawing {
     this.frameMs = this.frameMs === undefined ? 0 : (this.frameMs + ms) / 2;
   }
 
-  /** Draw a changed view. While the view moves, slow frames are drawn at low resolution. */
+  /** Request a new picture after the view has changed. While the view moves, slow frames are drawn at low resolution. */
   move(): void {
     this.isCoarse ||= (this.frameMs ?? 0) > SLOW_MS;
     clearTimeout(this.resting);
