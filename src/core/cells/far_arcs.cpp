@@ -44,7 +44,7 @@ class ArcFinder {
   ArcFinder(const OrderedGraph& graph, std::span<const float> costs, int n_steps)
       : graph_(graph), costs_(costs), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
-  // Appends the arcs of the cell at `place` to the list that take() returns. Returns the number of
+  // Appends the arcs of the cell at `place` to the list that take() writes. Returns the number of
   // appended arcs.
   std::int64_t find(Place place) {
     n_walks_ = 0;

@@ -141,8 +141,8 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  // Computes an address instead of indexing, because the index `first` is out of range if the cell
-  // has no arc.
+  // Computes an address instead of indexing, because the index `first` may be out of range if the
+  // cell has no arc.
   prefetch(input.arcs.targets.data() + first);
   prefetch(input.lengths.data() + first);
 }

@@ -49,7 +49,8 @@ inline float with_cost(float length, double factor, double distance) {
 }
 
 // Adds factor |psi_i - psi_j| to the length of each arc, where i and j are the groups of the arc's
-// two cells. The result is rounded to a whole number. An arc and its reverse arc get the same bits.
+// two cells. The result is rounded to a whole number. If an arc and its reverse arc have the same
+// length, they get the same result.
 Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              const PartVectors& vectors, double factor, ThreadTeam& team);
 

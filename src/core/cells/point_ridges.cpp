@@ -7,9 +7,9 @@
 namespace superfacets {
 namespace {
 
-// Minimum angle between the normals at the ends of the sharpest arc across a ridge, in radians.
-// Estimated normals spread an edge over about five arcs. The sharpest of these arcs exceeds this
-// minimum even if the angle of the whole edge is only kSharpAngle.
+// Minimum angle, in radians, by which the normal rotates over a mean arc length at a point of a
+// ridge. Estimated normals spread an edge over about five arcs. The angle in the middle of the edge
+// exceeds this minimum even if the angle of the whole edge is only kSharpAngle.
 constexpr double kLeastTurn = 0.06;
 
 // Distance from a ridge to the flat sides, in mean arc lengths: half the width over which estimated
@@ -28,9 +28,9 @@ constexpr int kMaxHops = 4;
 // Weight of the sideways distance of a step, relative to its forward distance.
 constexpr double kSideways = 0.25;
 
-// The largest eigenvalue of a shape operator, computed from its trace and the sum of its squared
-// entries. No eigenvalue is negative, and the eigenvalue along the normal is 0. Sets *other to the
-// second largest eigenvalue.
+// The largest eigenvalue of the concave or convex part of a shape operator, computed from its trace
+// and the sum of its squared entries. The part has no negative eigenvalue, and its eigenvalue along
+// the normal is 0. Sets *other to the second largest eigenvalue.
 double largest_turn(const Bend& bend, double* other = nullptr) {
   const double trace = double{bend.xx} + bend.yy + bend.zz;
   const double squares =
@@ -104,8 +104,9 @@ class RidgeFinder {
     return bend <= most ? std::optional(at) : std::nullopt;
   }
 
-  // The point within two arcs of `from` that is farthest ahead in the direction `along`. Returns
-  // `from` if no point is ahead.
+  // The point within two arcs of `from` that is farthest ahead in the direction `along`, with a
+  // deduction for the sideways distance. Points without a normal are skipped. Returns `from` if no
+  // point is ahead.
   Cell farthest(Cell from, const Point& along) const {
     const Point side = cross(normals_[from], along);
     Cell best = from;

@@ -11,8 +11,8 @@ namespace superfacets {
 // normals swaps convex and concave edges. Both ridges and concave edges increase weights, so a
 // sharp edge increases weights for either sign of the normals.
 //
-// Estimated normals spread an edge over several arcs. Where this width exceeds `radius`, the radius
-// of a region, nothing is marked, because limbs would look like ridges on sparse points.
+// Estimated normals spread an edge over several arcs. Where half this width exceeds `radius`, the
+// radius of a region, nothing is marked, because limbs would look like ridges on sparse points.
 //
 // A mark depends on the points up to 10 arcs away and on their shape operators (see STEPS in
 // tiles/halos.py).

@@ -13,7 +13,7 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
 
 double unit_of_lengths(double total_weight) {
   // The unit is a power of two, so rounding only cuts the last bits of a weight. A sum computed in
-  // another order of the arcs may differ in its last bits, but gives the same unit.
+  // another order of the arcs may differ in its last bits, but nearly always gives the same unit.
   return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
 }
 

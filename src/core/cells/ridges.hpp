@@ -88,7 +88,7 @@ class CrowdedFaces {
     }
   }
 
-  // Returns the index of a face, or null if the face has few arcs.
+  // Returns the entry of a face, or null if the face has few arcs.
   const Crowd* find(const Arcs& arcs, Face face) const {
     if (arcs.neighbors(face).size() <= kMostInARow) return nullptr;
     return &crowds_[std::lower_bound(faces_.begin(), faces_.end(), face) - faces_.begin()];
@@ -110,9 +110,9 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const EdgeFacto
 }
 
 // Finds the ridges of a surface of faces. A ridge is a convex edge with an angle of at least
-// kSharpAngle between two faces whose other edges are flat. Both ends of a ridge must meet another
-// edge with these properties, or the boundary of the surface. Two faces that share several edges
-// have no ridge.
+// kSharpAngle between two faces whose other edges are flat or similarly sharp (see is_flat_beside).
+// Both ends of a ridge must meet another edge with these properties, the boundary of the surface,
+// or a non-manifold edge. Two faces that share several edges have no ridge.
 //
 // With the option `all_sharp`, every convex edge with an angle of at least kSharpAngle is a ridge,
 // if it is the only edge that its two faces share.

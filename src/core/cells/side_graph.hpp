@@ -10,9 +10,8 @@
 
 namespace superfacets {
 
-// The maximum number of arcs is 2^24 (half a gigabyte) or 16 per face, whichever is larger. This
-// limit accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few
-// edges.
+// The maximum number of arcs is 2^24 or 16 per face, whichever is larger. This limit accepts any
+// ordinary large mesh, and rejects a small mesh with thousands of faces on a few edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
@@ -59,7 +58,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // direction of traversal; neighbors with the same orientation have other values
+  bool ascending;  // direction of traversal; consistently oriented neighbors differ
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.

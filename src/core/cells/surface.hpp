@@ -96,7 +96,8 @@ class Surface {
     return static_cast<int>(arc - arcs_.offsets[from]);
   }
 
-  // Calls visit(begin, end) for each side of a cell; the arcs begin .. end-1 cross the side.
+  // Calls visit(begin, end) for each side of a cell that has arcs; the arcs begin .. end-1 cross
+  // the side.
   template <typename Visit>
   void for_each_side(Cell cell, const Visit& visit) const {
     const std::int64_t last = arcs_.offsets[cell + 1];
@@ -135,7 +136,7 @@ class Surface {
 
   // Whether a walk around a corner reaches the cell `goal`. The walk begins with the step from
   // `before` to `here`, and visits only cells with the label of `here`. The walk fails if the next
-  // cell is not unique.
+  // cell does not exist or is not unique, or after kLongestFan steps.
   virtual bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
                             std::span<const Label> labels) const {
     return walk_around(*this, corner, before, here, goal, labels);

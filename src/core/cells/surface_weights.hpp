@@ -6,11 +6,11 @@
 
 namespace superfacets {
 
-// weights[a] = (step + alpha eta b theta / pi) / d. Step, border length b and angle theta are
-// measures of the arc (see Surface), and eta is 1 if theta is positive. For triangles, the result
-// has the same bits as triangle_weights of weights.hpp. A positive crease_length of the factors
-// replaces b. Ridges may cost more than other convex edges. Returns sums over edges; the net turn
-// is 0 if net_turn is null.
+// weights[a] = (step + alpha eta b |theta| / pi) / d. The step, the border length b and the angle
+// |theta| are measures of the arc (see Surface). EdgeFactors defines eta, and the slack that is
+// subtracted from |theta|. For triangles, the result has the same bits as triangle_weights of
+// weights.hpp. A positive crease_length of the factors replaces b. Ridges may cost more than other
+// convex edges. Returns sums over edges; the net turn is 0 if net_turn is null.
 EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 

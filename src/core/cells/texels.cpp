@@ -15,8 +15,7 @@ constexpr double kMaxTexels = 1 << 14;
 constexpr double kMaxRows = 1 << 14;
 // Maximum number of parts per side of a triangle that covers no center of a texel.
 constexpr int kMaxSplits = 16;
-// The image repeats in both directions. A triangle paints at most this number of copies of the
-// image per direction.
+// Maximum number of copies of the image, per direction, that a triangle paints.
 constexpr double kMaxPaintedTiles = 4.0;
 // Number of triangles per task. Tasks are small, because the sizes of triangles vary.
 constexpr std::int64_t kTrianglesAtOnce = 256;

@@ -106,7 +106,7 @@ enum class Link : std::uint8_t {
 };
 
 // Circular linked lists of the faces on each edge, in ascending order. next[3 * face + side] is the
-// next face on the edge. For an edge with one face, `next` is not set, and the link is kNone.
+// next face on the edge. Where the link is kNone, `next` has no meaning.
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
@@ -243,7 +243,7 @@ class Linker {
   static constexpr std::size_t kMany = SidesOfPart::kReadable;
 
   // Tries to link the sides with the same lower vertex. Returns false, and links nothing, if there
-  // are more than kMost sides, two sides of one face, or more than two sides on an edge.
+  // are more than kMost sides, or if an edge has two sides of one face or more than two sides.
   template <std::size_t kMost>
   bool link_pairs(std::span<const Side> sides, const Vertex* highs) {
     const std::size_t n = sides.size();

@@ -27,8 +27,8 @@ inline double length_over(const Edge& edge, const Point& from, const Point& to) 
 struct Fold {
   double sine;    // |n_i x n_j|; 0 if a normal is missing
   double cosine;  // n_i . n_j
-  // height of each centroid above the plane of the other face, summed over both faces; > 0 if
-  // concave
+  // height of each centroid above the plane of the other face, summed over both faces; if normals
+  // point outwards, > 0 for concave edges
   double rise;
 
   bool is_concave(bool inside_out) const { return inside_out ? rise < 0.0 : rise > 0.0; }

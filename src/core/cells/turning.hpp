@@ -36,7 +36,7 @@ class TurnedSets {
   Buffer<std::uint8_t> turned_;  // 1 if flipped relative to the parent; 0 for a root
 };
 
-// Two neighbors whose normals differ by more than 10 degrees.
+// Two neighbors whose normals differ by more than 10 degrees, even if one of them is flipped.
 struct NormalPair {
   double cost;       // 1 - |n_i . n_j|
   Cell lower;        // the lower of the two input indices

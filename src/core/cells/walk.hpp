@@ -12,8 +12,8 @@ namespace superfacets {
 // fewest neighbors in the region. The walk continues to the neighbor with the fewest unvisited
 // neighbors, so that narrow ends are visited early. At a dead end, the walk backtracks to the last
 // cell with an unvisited neighbor. Further connected components of the region follow. If several
-// cells qualify, the lowest is chosen. Time is linear in the number of cells, and at most cubic in
-// the small number of neighbors of a cell.
+// cells qualify, the lowest is chosen. Time O(n log n) for a region of n cells, if cells have few
+// neighbors.
 Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
                           ThreadTeam& team);
 

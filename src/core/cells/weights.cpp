@@ -16,7 +16,7 @@ constexpr std::int64_t kFewArcs = 8;
 constexpr std::int64_t kFacesPerList = 64;
 
 // Number of arcs whose weights are computed together. Only arcs to faces with a higher index are
-// computed. On most meshes, those of kFacesPerList faces fit into this number.
+// computed. On most meshes, kFacesPerList faces have at most this many such arcs.
 constexpr std::size_t kArcsPerBlock = 128;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
@@ -318,7 +318,7 @@ class Weigher {
     sums_.turn += static_cast<std::int64_t>(sum);
   }
 
-  // Replaces the weights of arcs across ridges.
+  // Replaces the weights of arcs across ridges, and counts edges (see EdgeSums).
   void weigh_ridges(std::span<const RisingArc> rising) {
     const double up = up_of(geometry_);
     for (std::size_t i = 0; i < rising.size(); ++i) {

@@ -129,7 +129,7 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 // crease_length must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal.
 // The slack of the factors is subtracted from theta, but not below 0. An arc and its reverse arc
 // get the same bits. Ridges may cost more than other convex edges. Returns sums over edges. The net
-// turn is 0 if net_turn is null. Otherwise the sums include only the faces that net_turn counts.
+// turn is 0 if net_turn is null. If it is not null, the sums include only the edges that it counts.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);

@@ -32,7 +32,8 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each center has its own label and, if islands_ is kKeep, each cell has a label.
+// Whether each center has its own label (not checked if there are offsets) and, if islands_ is
+// kKeep, each cell has a label.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;

@@ -4,8 +4,8 @@
 
 namespace superfacets {
 
-// Minimum weight of a fine cell in the mean position of its coarse cell. The weight is positive, so
-// that the mean is defined even if the measures of all fine cells are 0.
+// Minimum weight of a fine cell in means_of. The weight is positive, so that the mean is defined
+// even if the measures of all fine cells are 0.
 constexpr double kLeastMeasure = 1e-300;
 
 // The coarse cells of one range, and the arcs that leave them.

@@ -63,7 +63,7 @@ class CoarseGraph {
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
   // coarse cell. A path to a fine cell is the shortest path that passes through the center of a
   // coarse cell or starts at a fine center. `centers` contains the fine center of each region. The
-  // path to this center has the length offsets[region], or 0 if `offsets` is empty. If
+  // path from this center starts with the length offsets[region], or 0 if `offsets` is empty. If
   // needs_lengths is false, the result contains only labels, and this object is freed: it must not
   // be used again.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
@@ -95,7 +95,7 @@ class CoarseGraph {
 
   const OrderedGraph& fine_;
   std::vector<Cell> first_cells_;  // first coarse cell of each range
-  Buffer<LocalCell> local_;        // (N,) coarse cell of each fine cell, indexed by sorted index
+  Buffer<LocalCell> local_;        // (N,) coarse cell of each fine cell, in sorted order
   std::vector<Place> centers_;     // (C,) fine cell at the center of each coarse cell
   // The coarse graph. Input index and sorted index of a coarse cell are equal.
   OrderedGraph graph_;

@@ -8,18 +8,18 @@ namespace superfacets {
 // For each region, finds the cell of the region that is nearest to its target point; the lowest
 // cell if several are equally near. `regions` contains labels in ascending order. On entry,
 // `places` contains any cell of each region; the search is fast if this cell is near the target. On
-// return, `places` contains the nearest cells. label_of(place) is called on several threads. The
-// search in the box tree is limited to kVisitFactor times (number of leaves / number of regions). A
-// search stops early if, for example, the target is far from the region or many cells are equally
-// near. If searches of some regions have stopped early, a single pass over all cells then finds the
-// results for these regions. If regions have few cells on average, only the pass is used, because
-// it is faster. Time O(N + R log N).
+// return, `places` contains the nearest cells. label_of(place) is called on several threads. A
+// search visits at most kLeastVisits + kVisitFactor * (number of leaves / number of regions) nodes
+// of the box tree. A search stops early if, for example, the target is far from the region or many
+// cells are equally near. If searches of some regions have stopped early, a single pass over all
+// cells then finds the results for these regions. If regions have few cells on average, only the
+// pass is used, because it is faster. Time O(N + R log N).
 template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,
                           std::span<Place> places, ThreadTeam& team) {
   constexpr std::int64_t kLeastVisits = 32;
-  // maximum number of leaves visited by a search, in multiples of (all leaves / regions)
+  // see n_visits, the maximum number of nodes visited by a search
   constexpr std::int64_t kVisitFactor = 16;
   // Below this mean number of cells per region, only the pass over all cells is used.
   constexpr std::int64_t kFewPlaces = 64;

@@ -290,7 +290,7 @@ struct Cube {
 
 struct CubeHash {
   std::size_t operator()(const Cube& cube) const {
-    // Odd multipliers near 2^64 / golden ratio, so that cubes adjacent in space get distant hashes.
+    // The multipliers of the SplitMix64 generator give distant hashes to cubes adjacent in space.
     std::uint64_t h = std::bit_cast<std::uint64_t>(cube.x) * 0x9e3779b97f4a7c15ULL;
     h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.y)) * 0xbf58476d1ce4e5b9ULL;
     h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.z)) * 0x94d049bb133111ebULL;

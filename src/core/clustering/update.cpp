@@ -23,7 +23,7 @@ void RegionMeans::resize(std::size_t n_regions) {
 }
 
 // Consecutive cells mostly change between the same two labels. So the contributions of consecutive
-// cells with equal labels are summed first, and applied with one atomic operation.
+// cells with equal labels are summed first, which saves atomic operations.
 void RegionMeans::collect(Change& change, Label label, const FixedSum& sum, std::int64_t sign) {
   if (label != change.label) {
     apply(change, sign);

@@ -48,7 +48,7 @@ Buffer<Point> area_vectors(std::span<const Point> vertices, std::span<const Tria
                            ThreadTeam& team);
 
 // Normalizes a cross product. Returns zero if the product is not longer than its rounding errors.
-// longest_squared is the larger of the squared lengths of the two multiplied vectors.
+// longest_squared must be at least the squared lengths of both multiplied vectors.
 Point unit_normal_along(const Point& direction, double longest_squared);
 
 // Unit normal of a face. Returns zero if the face has no normal, because two corners are at the

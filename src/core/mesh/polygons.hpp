@@ -30,9 +30,8 @@ struct PolygonMeasures {
   Point normal;  // unit normal; zero if the polygon is degenerate
 };
 
-// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), computed with Newell's
-// formula. For a planar polygon, convex or concave, the result is twice the area times the unit
-// normal.
+// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1). For a planar polygon,
+// convex or concave, the result is twice the area times the unit normal.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 // Unit normal of a polygon; zero if its area is not larger than rounding errors.

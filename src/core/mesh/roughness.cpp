@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Maximum number of vertices and faces around a vertex. In a regular triangle mesh, there are 19
-// vertices and 54 faces, including the faces of the third ring. In a regular grid of squares, there
-// are 25 vertices and 36 faces.
+// Maximum number of vertices and faces that are collected around a vertex. In a regular triangle
+// mesh, there are 19 vertices and 36 faces: 24 faces in the two rings, and 12 adjacent faces. In a
+// regular grid of squares, there are 25 vertices and 32 faces.
 constexpr int kMostVertices = 96;
 constexpr int kMostFaces = 256;
 

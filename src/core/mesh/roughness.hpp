@@ -13,7 +13,7 @@ struct Roughness {
   // Absolute height of the vertex above a quadric that is fitted to its neighbors: to both rings
   // for `near`, and to the second ring for `far`. The height is divided by the mean distance from
   // the vertex to the first ring, and by the standard deviation that white noise of variance 1
-  // would cause. NaN if the fit is not unique.
+  // would cause. NaN if a fit is not unique, or if the vertex has too many neighbors.
   Buffer<double> near;
   Buffer<double> far;
   // Angle between the planes of the face and of its first neighbor, 0 to pi / 2. NaN if the face
@@ -22,7 +22,8 @@ struct Roughness {
   // Fraction of the pairs of neighbors whose centers are on the same side of the plane of the face.
   // NaN if the face has fewer than two neighbors.
   Buffer<double> agreement;
-  // Number of faces around the vertex; 0 if the vertex is on the boundary.
+  // Number of faces around the vertex; 0 if the vertex is on the boundary, or has too many
+  // neighbors.
   Buffer<std::int32_t> n_faces;
 };
 

@@ -221,7 +221,7 @@ void BorderField::diffuse() {
   team_.for_each_index(n_near, [&](std::int64_t i) { mixes_[near_[i]] = next_mixes_[i]; });
 }
 
-// Whether every corner of every face around the vertex has the label of the vertex.
+// Whether every corner of every face around the vertex has the label of the vertex, and no other.
 bool BorderField::is_inside(Vertex vertex) const {
   const LabelMix& own = mixes_[vertex];
   if (!own.is_pure()) return false;
@@ -236,9 +236,9 @@ bool BorderField::is_inside(Vertex vertex) const {
   });
 }
 
-// The label fractions of a vertex after one diffusion step: a mean of the fractions of its
-// neighbors, with cotangent weights. The weight of a neighbor is summed over the faces on the edge
-// to this neighbor.
+// The label fractions of a vertex after one diffusion step: its own fractions, mixed with the
+// cotangent-weighted mean of its neighbors that are not pinned (see kFlow). The weight of a
+// neighbor is summed over the faces on the edge to this neighbor.
 LabelMix BorderField::diffused(Vertex vertex) const {
   if (is_inside(vertex)) return mixes_[vertex];
   MixSum sum;

@@ -38,7 +38,7 @@ void sort_crossings(Buffer<Crossing>& crossings) {
 struct RegionBorder {
   Label low;    // the lower label of the two regions
   Label high;   // the higher label of the two regions
-  double cost;  // sum of the costs of the arcs between the regions
+  double cost;  // sum of the costs of the arcs from `low` to `high`
 };
 
 // Returns the borders between regions, sorted by (low, high). Time O(N + M), and O(n log n) for n

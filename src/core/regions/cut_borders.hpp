@@ -13,10 +13,10 @@ struct CutMesh {
 };
 
 // Cuts faces along smooth borders (see BorderField), into at most six parts each. All faces of an
-// edge are cut at the same point, so there are no T-junctions. The point depends only on the
-// positions of the ends, so unwelded seams get no gaps. Parts keep the orientation of their face. A
-// region may become disconnected or lose all of its area. The caller must detect such regions, and
-// call the function again with their faces marked as kept.
+// edge are cut at the same point, so there are no T-junctions. The point is computed for the welded
+// ends, so unwelded seams get no gaps. Parts keep the orientation of their face. A region may
+// become disconnected or lose all of its area. The caller must detect such regions, and call the
+// function again with their faces marked as kept.
 //
 // Throws std::length_error if there are too many parts or vertices to index.
 CutMesh cut_borders(const LabeledMesh& mesh, const CutOptions& options, ThreadTeam& team);

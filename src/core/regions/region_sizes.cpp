@@ -263,8 +263,8 @@ class CellTransfer {
     candidates_.push_back(cell);
   }
 
-  // Whether a cell may leave its region after the region has gained another cell. Even the only
-  // cell of a region may then leave.
+  // Whether a cell may leave its region after the region has gained another cell. With
+  // LeaveTest::kNone, even the only cell of a region may then leave.
   bool may_pass(Cell cell) {
     return members_.test() == LeaveTest::kNone || members_.may_leave(cell);
   }

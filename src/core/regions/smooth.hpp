@@ -34,7 +34,7 @@ Buffer<Label> smooth_borders(const Surface& surface, const BorderCosts& costs,
 
 struct SmoothedPart {
   Buffer<Label> labels;        // new label of each cell of the part
-  std::vector<Cell> examined;  // rim cells for which a move was tried
+  std::vector<Cell> examined;  // rim cells for which MovingRegions::was_examined is true
 };
 
 // Like smooth_borders, for a part of a surface. The part must contain all cells at borders and some
