@@ -32,7 +32,7 @@ inline constexpr std::array<double, 13> kSeries{
 inline constexpr double kEighthTurn = 0x1.921fb54442d18p-1;
 inline constexpr double kEighthTurnRest = 0x1.1a62633145c07p-55;
 
-// ln 2 as a sum of two doubles. The first has the first 32 bits of ln 2, so its products with whole
+// ln 2 as a sum of two doubles. The first has the first 33 bits of ln 2, so its products with whole
 // numbers up to 2^20 are exact. The second is the remainder.
 inline constexpr double kLn2 = 0x1.62e42fefp-1;  // NOLINT(modernize-use-std-numbers): not all bits
 inline constexpr double kLn2Rest = 0x1.473de6af278edp-34;

@@ -22,9 +22,9 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
 
 // Positions after n_steps steps of Taubin's smoothing ("A Signal Processing Approach to Fair
 // Surface Design", 1995). A step moves each vertex toward the mean of its neighbors, by 0.5 of the
-// distance, and then away from the mean, by 0.53 of the distance. Smoothing removes bumps as small
-// as an edge, and does not shrink the shape. Vertices without neighbors do not move. Time O(n_steps
-// * (V + M)). The result has the same bits for any number of threads.
+// distance, and then away from the mean, by 0.53 of the distance. Smoothing removes bumps about as
+// wide as an edge, and hardly shrinks the shape. Vertices without neighbors do not move. Time
+// O(n_steps * (V + M)). The result has the same bits for any number of threads.
 Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
                             std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
 

@@ -52,8 +52,9 @@ class PositionTable {
     team.fill(table_.span(), kEmptySlot);
   }
 
-  // Returns the hash slot of the vertex's position. Stores `vertex` in the slot if it is lower than
-  // the vertex in the slot. Sets is_shared if another vertex with this position is in the slot.
+  // Returns the hash slot of the vertex's position. Stores `vertex` in the slot if the slot is
+  // empty or contains a higher vertex. Sets is_shared if another vertex with this position is in
+  // the slot.
   Slot insert(Vertex vertex, Slot home, bool& is_shared) {
     for (Slot slot = home;; slot = next(slot)) {
       const std::atomic_ref<Vertex> owner(table_[slot]);

@@ -29,8 +29,8 @@ struct VertexEdges {
     return neighbors.subspan(offsets[vertex], offsets[vertex + 1] - offsets[vertex]);
   }
   // The crease_weight of an edge, equal in both directions. The edge is convex if the normal at one
-  // of its ends points away from the other end. In the ScanNet segmentator, the two directions of
-  // an edge have different weights; this weight is the lower of the two.
+  // of its ends points away from the other end. In the ScanNet segmentator, an edge may be convex
+  // in one direction only; here it is then convex in both.
   double weight(Vertex a, Vertex b) const {
     const Point step = positions[b] - positions[a];
     const bool is_convex = dot(normals[b], step) > 0.0 || dot(normals[a], step) < 0.0;

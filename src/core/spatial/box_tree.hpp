@@ -58,7 +58,7 @@ class BoxTree {
 
   // Computes a value for each node. The result is indexed by [level][node]. All nodes start with
   // `empty`. combine(node, value) merges the value of a cell into its leaf, and the value of a
-  // child into its parent.
+  // child into its parent. Leaves must have a fixed size.
   template <typename Value, typename Combine>
   std::vector<std::vector<Value>> summarize(std::span<const Value> of_places, const Value& empty,
                                             const Combine& combine) const {

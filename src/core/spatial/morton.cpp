@@ -98,8 +98,9 @@ Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
   return order;
 }
 
-// Orders cells by recursively halving their box, until a part has at most n_together cells. Both
-// halves have the same number of cells, so the recursion also ends if cells coincide.
+// Orders cells by recursive splits at the median along the longest axis of their box, until a part
+// has at most n_together cells. Both halves have about the same number of cells, so the recursion
+// also ends if cells coincide.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
   // Small parts are sorted by index, because the order after nth_element depends on the standard

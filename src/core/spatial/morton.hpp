@@ -9,12 +9,12 @@ namespace superfacets {
 
 // Sorts cells along a Morton curve with 2^10 steps per axis in `bounds`, the bounding box of all
 // positions. Cells with equal codes are sorted by index. Time O(N). Uses 12 bytes per cell
-// including the result, or 20 if all cells are within a tenth of the box along each axis.
+// including the result, or 20 if nearly all cells are within a tenth of the box along each axis.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
 // Like morton_order, but if more than n_together cells have the same code, they are ordered by
-// recursively halving their box. So consecutive cells are near in space even if the density of
-// cells varies widely. Takes O(N log N) time at most.
+// recursive splits at the median along the longest axis of their box. So consecutive cells are near
+// in space even if the density of cells varies widely. Takes O(N log N) time at most.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
@@ -50,8 +50,8 @@ Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& 
 // Number of bits of a Morton code.
 inline constexpr int kCodeBits = 30;
 
-// Sorts cells by their code of kCodeBits bits, then by index. Time O(N). Uses 8 bytes per cell
-// including the result.
+// Sorts cells by their code of kCodeBits bits, then by index. Time O(N). Uses as much memory as
+// morton_order.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
 
 // Bounding box of all positions.

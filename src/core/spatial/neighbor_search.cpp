@@ -151,8 +151,8 @@ double NearestFinder::bound_by_recent(const Point& center) const {
   return bound;
 }
 
-// Upper bound of the distance to the farthest neighbor, computed from the next points along the
-// curve.
+// Upper bound of the distance to the farthest neighbor, computed from points that are adjacent
+// along the curve.
 double NearestFinder::bound_along_curve(Place place) {
   const auto n_along = static_cast<Place>(std::max(n_nearest_, BoxTree::kLeaf - 1));
   if (search_.n_points() <= n_along) return kInfinity;
@@ -187,7 +187,8 @@ void NearestFinder::enter(std::size_t leaf, const Point& center, double bound) {
   std::ranges::sort(nearby_, {}, &Nearby::gap);
 }
 
-// Collects the points within a distance of a point. Returns false if there are too many points.
+// Collects the other points within a distance of a point. Returns false if there are too many
+// points, or if the list of leaves is empty.
 bool NearestFinder::collect(Place place, double squared_bound) {
   const Point& center = search_.position_at(place);
   n_candidates_ = 0;

@@ -20,7 +20,8 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
 }
 
 // Points sorted along a space-filling curve, with a box tree. If a cloud has a far outlier, many
-// points have the same Morton code. These points are ordered by recursively halving their box.
+// points have the same Morton code. These points are ordered by recursive splits at the median (see
+// refined_morton_order).
 class NeighborSearch {
  public:
   // Builds a search for a subset of a cloud. `points` contains the indices of the subset,

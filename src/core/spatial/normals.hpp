@@ -53,7 +53,7 @@ struct AxisSpread {
 Point common_axis(const AxisSpread& spread);
 
 // The direction of least variance of the included points: a unit vector of arbitrary sign. Zero if
-// the points are on a line or at a single position.
+// this direction is not unique, for example if the points are on a line.
 Point direction_of_least_spread(const Spread& spread);
 
 // Estimates the normal of a point from its neighborhood: the mean of the axes if there are any,

@@ -24,21 +24,21 @@ struct SeenSurface {
   // kMostStretched times the area of a surface perpendicular to the ray
   Buffer<double> areas;
   // One entry per triangle: 1 if some view sees the triangle. A view sees a triangle if the
-  // triangle has a pixel with a positive area, or if its centroid is not hidden. A centroid is
-  // hidden if it is deeper than the surface in its pixel by more than the length of this surface in
-  // the pixel.
+  // triangle has a pixel with a positive area, or if its centroid is in a pixel with a positive
+  // area and is not hidden. A centroid is hidden if it is deeper than the surface in its pixel by
+  // more than the length of this surface in the pixel.
   Buffer<std::uint8_t> is_seen;
 };
 
 // Maximum ratio between the surface area in a pixel and the area of a surface perpendicular to the
 // ray. Surfaces within 6 degrees of the line of sight exceed this ratio. On these surfaces, an
-// error of one pixel in a mask is an error of ten pixel widths on the surface.
+// error of one pixel in a mask is an error of at least ten pixel widths on the surface.
 inline constexpr double kMostStretched = 10.0;
 
 // Finds the visible triangles of each view. Triangles are visible from both sides. If several
-// triangles have the same depth, the lowest is visible. Triangles that extend behind the camera are
-// clipped. Takes about 20 ns per triangle and view, and 5 ns per pixel of each triangle in view.
-// Results do not depend on the number of threads.
+// triangles have the same depth, the lowest is visible. If a triangle extends behind the camera,
+// its part in front of the camera is visible. Takes about 20 ns per triangle and view, and 5 ns per
+// pixel of each triangle in view. Results do not depend on the number of threads.
 SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
                         std::span<const View> views, ThreadTeam& team);
 

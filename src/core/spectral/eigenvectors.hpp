@@ -13,11 +13,11 @@ struct Eigenpairs {
 };
 
 // Returns the n_wanted smallest positive eigenvalues of L x = lambda A x, with their eigenvectors.
-// The result is shorter if the graph has fewer cells. L is the Laplacian of the conductances, which
-// must be positive and symmetric. There must be at most one arc from each cell to another cell. A
-// is the diagonal matrix of the measures a_i > 0. Eigenvectors with eigenvalue 0, which are
-// constant on each connected component, are left out. `components` contains the component of each
-// cell, 0 to n_components - 1.
+// The result is shorter if there are fewer positive eigenvalues. L is the Laplacian of the
+// conductances, which must be positive and symmetric. There must be at most one arc from each cell
+// to another cell. A is the diagonal matrix of the measures a_i > 0. Eigenvectors with eigenvalue
+// 0, which are constant on each connected component, are left out. `components` contains the
+// component of each cell, 0 to n_components - 1.
 //
 // The sign of each vector is chosen so that its entry with the largest magnitude is positive. The
 // iteration begins with fixed vectors and runs on one thread, so the result is the same in each

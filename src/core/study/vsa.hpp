@@ -44,7 +44,7 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
 //
 // For L2 and a proxy without a normal, the error is the integral of the squared distance to the
 // center of the proxy. For L21, the error of a face without a normal is 0. For L21 and a proxy
-// without a normal, the error is the average over all directions of the normal.
+// without a normal, the error is its average over all directions of the proxy's normal.
 double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, const Proxy& proxy);
 
 // Returns the proxy with the least error for each region 0..n_regions-1. Each region must have a
