@@ -69,7 +69,7 @@ class Buffer {
   const T* end() const { return data_ + size_; }
   std::span<T> span() { return {data_, size_}; }
 
-  // Removes values at the end. The remaining values are moved only if they are less than
+  // Removes values at the end. The remaining values are moved only if they take less than
   // kLargeMemory bytes.
   void shrink(std::size_t size) {
     SUPERFACETS_ASSERT(size <= size_);

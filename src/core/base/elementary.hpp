@@ -82,8 +82,8 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   return sum + (q * (z * series) + (lost + n * kEighthTurnRest));
 }
 
-// Sets angles[i] = arctangent(y[i], x[i]). All instruction sets give the same bits. The processor
-// must support `with`. Takes about 2 ns per element with AVX2, and 6 ns with SSE2.
+// Sets angles[i] = arctangent(y[i], x[i]). All instruction sets give bit-identical results. The
+// processor must support `with`. Takes about 2 ns per element with AVX2, and 6 ns with SSE2.
 void arctangents(std::span<const double> y, std::span<const double> x, std::span<double> angles,
                  InstructionSet with = best_instruction_set());
 

@@ -41,8 +41,8 @@ template <typename Loop, typename... Arguments>
 
 // Calls the version of loop(arguments...) that is compiled for the instruction set `with`. The
 // processor must support this instruction set. The call operator of `loop` must be const and
-// SUPERFACETS_ALWAYS_INLINE. All versions give the same bits, because no operations are fused or
-// reordered.
+// SUPERFACETS_ALWAYS_INLINE. All versions give bit-identical results, because no operations are
+// fused or reordered.
 template <typename Loop, typename... Arguments>
 void run_version(InstructionSet with, const Loop& loop, const Arguments&... arguments) {
 #if SUPERFACETS_HAS_VERSIONS

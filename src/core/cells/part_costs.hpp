@@ -55,8 +55,8 @@ Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              const PartVectors& vectors, double factor, ThreadTeam& team);
 
 // Returns given[a] + factor |f_i - f_j| for each arc a, where f_i and f_j are the features of the
-// arc's two cells. `features` has n_features numbers per cell. If an arc and its reverse arc have
-// the same bits in `given`, they get the same bits in the result.
+// arc's two cells. `features` has n_features numbers per cell. If the given values of an arc and
+// its reverse arc are bit-identical, so are their results.
 Buffer<double> add_feature_steps(const Arcs& arcs, std::span<const double> given,
                                  std::span<const double> features, std::size_t n_features,
                                  double factor, ThreadTeam& team);

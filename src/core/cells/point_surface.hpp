@@ -72,7 +72,8 @@ class PointSurface final : public Surface {
 // Computes the weights of arcs with eq. 1-3 (see weights.hpp). The geodesic term (eq. 1) is the
 // distance of the two points. In the angular term (eq. 2), theta is the smaller of the angles by
 // which the shape operators at both ends rotate the normal along the step (see Bend). Convex angles
-// have a larger weight on ridges (point_ridges.hpp). An arc and its reverse arc get the same bits.
+// have a larger weight on ridges (point_ridges.hpp). An arc and its reverse arc get bit-identical
+// weights.
 void point_weights(const PointSurface& surface, const EdgeFactors& factors, ThreadTeam& team,
                    std::span<double> weights);
 

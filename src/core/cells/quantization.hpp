@@ -6,8 +6,9 @@
 namespace superfacets {
 
 // The sum of all weights, an upper bound of path lengths, is less than 2^kTotalBits units. So path
-// lengths fit into 64 bits, and are exact in a double. On a mesh of 10 million faces, a mean arc
-// has about 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
+// lengths fit into 64 bits, and are exact in a double. On a mesh of 10 million faces, an arc of
+// mean length has about 2^23 units, which is precise enough even if a few arcs are 2^20 times as
+// long.
 inline constexpr int kTotalBits = 48;
 
 // Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. The unit is the

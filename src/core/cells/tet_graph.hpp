@@ -23,7 +23,7 @@ struct TetMeasures {
 TetGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
                          ThreadTeam& team);
 
-// Computes all measures. An arc and its reverse arc get the same bits.
+// Computes all measures. An arc and its reverse arc get bit-identical measures.
 TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> tets,
                          const TetGraph& graph, ThreadTeam& team);
 

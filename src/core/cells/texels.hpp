@@ -43,9 +43,9 @@ TexelColors texel_colors(std::span<const std::uint8_t> pixels, const TexelGrid& 
 
 // For each texel, the id of the triangle that covers its center, or -1 if no triangle does. Rows of
 // the result are from top to bottom. If several triangles cover a center, the triangle with the
-// lowest index wins. A triangle that covers no center gets the texel at its centroid, if no
-// triangle covers that texel. Then ids are extended by `bleed` texels into uncovered texels.
-// Triangles are clamped to four images per direction.
+// lowest index wins. A triangle that covers no center paints the texel at its centroid, if no
+// triangle covers the center of that texel. Then ids are extended by `bleed` texels into uncovered
+// texels. Triangles are clamped to four images per direction.
 Buffer<std::int32_t> paint_ids(const TexelGrid& grid, const TexturedTriangles& triangles,
                                std::span<const std::int32_t> ids, int bleed, ThreadTeam& team);
 

@@ -21,8 +21,8 @@ inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 inline constexpr double kSoftAngle = kSharpAngle * 0.26;
 
 struct EdgeFactors {
-  double alpha = 200.0;        // factor of the angular term, >= 0
-  double eta_convex = 0.2;     // eta of convex edges; eta of concave edges is 1
+  double alpha = 200.0;     // factor of the angular term, >= 0
+  double eta_convex = 0.2;  // eta of convex edges; eta of concave edges is 1 (but see convex_share)
   double crease_length = 0.0;  // replaces the edge length |e| in eq. 2 if > 0
   double diagonal = 1.0;       // d, the diagonal of the bounding box of the vertices used by faces
   double ridges = 0.0;         // eta of ridges (ridges.hpp); only used if larger than eta_convex
@@ -128,8 +128,9 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
 // crease_length must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal.
 // The slack of the factors is subtracted from theta, but not below 0. An arc and its reverse arc
-// get the same bits. Ridges may cost more than other convex edges. Returns sums over edges. The net
-// turn is 0 if net_turn is null. If it is not null, the sums include only the edges that it counts.
+// get bit-identical weights. Ridges may cost more than other convex edges. Returns sums over edges.
+// The net turn is 0 if net_turn is null. If it is not null, the sums include only the edges that it
+// counts.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);

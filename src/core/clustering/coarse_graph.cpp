@@ -17,7 +17,7 @@ struct CoarseGraph::Part {
 CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team)
     : fine_(fine), local_(fine.n_cells()) {
   SUPERFACETS_ASSERT(fine.is_symmetric && cell_size >= 1);
-  // (N,) length of the path from the center of the coarse cell to each fine cell
+  // (N,) `length` of each fine cell, as defined at divide_range
   Buffer<float> lengths(fine.n_cells());
   std::vector<Part> parts = divide(cell_size, lengths, team);
   number(parts);

@@ -77,7 +77,7 @@ struct CrossingLengths {
 
   // The length (or crease cost, if straight_unit > 0) of the path from center to center via an arc
   // between fine cells. The values at both ends are added first, so that both directions of the arc
-  // give the same bits.
+  // give bit-identical results.
   float across(Place place, const Arc& arc) const {
     const float ends = from_center[place] + from_center[arc.to];
     return positions.empty() ? ends + arc.length

@@ -8,7 +8,7 @@ namespace superfacets {
 
 // How unreached cells are labeled.
 enum class Islands : std::uint8_t {
-  kKeep,     // each island becomes a region
+  kKeep,     // each island becomes one or more regions
   kNearest,  // islands have no label during the loop, and join the nearest region after the loop
 };
 

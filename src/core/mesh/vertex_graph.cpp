@@ -35,7 +35,7 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
   team.for_each_index(arcs.n_lists(), [&](std::int64_t vertex) {
     for (std::int64_t arc = arcs.offsets[vertex]; arc < arcs.offsets[vertex + 1]; ++arc) {
       // The length is computed from the lower to the higher vertex, so that both arcs of an edge
-      // get the same bits.
+      // get bit-identical lengths.
       const std::int64_t neighbor = arcs.entries[arc];
       const auto [low, high] = std::minmax({vertex, neighbor});
       lengths[arc] = norm(vertices[high] - vertices[low]);

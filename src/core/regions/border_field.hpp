@@ -125,11 +125,12 @@ struct LabelMix {
 };
 
 // Threshold dynamics (Merriman, Bence and Osher, 1992) for many labels with given areas. Each
-// vertex has a fraction of each label nearby. A round has three steps. First, the fractions at a
-// vertex are set to the area-weighted mean of its faces. Second, the fractions diffuse along edges.
-// Third, each vertex gets the label with the largest fraction, and a border crosses an edge where
-// the interpolated fractions of two labels are equal. The three steps shorten borders. An offset
-// per label, which is added to its fractions, restores the initial area of the region.
+// vertex has a fraction of each label nearby. A round consists of three operations. First, the
+// fractions at a vertex are set to the area-weighted mean of its faces. Second, the fractions
+// diffuse along edges. Third, each vertex gets the label with the largest fraction, and a border
+// crosses an edge where the interpolated fractions of two labels are equal. The three operations
+// shorten borders. An offset per label, which is added to its fractions, restores the initial area
+// of the region.
 //
 // Labels diffuse only within a few rings of vertices around borders, and never into or through
 // pinned vertices (see pinned_vertices). The result does not depend on the number of threads. Time

@@ -35,8 +35,8 @@ std::int64_t count_mesh_segments(std::span<const Point> positions, std::span<con
                                  std::span<const Vertex> representative,
                                  const SegmentLimits& limits, ThreadTeam& team);
 
-// Returns the segments of count_mesh_segments, and smaller connected components: for each vertex,
-// some vertex that represents its segment.
+// Returns for each vertex some vertex that represents its segment. Connected components with fewer
+// than `least` nodes, which count_mesh_segments does not count, are segments too.
 Buffer<Vertex> mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
                              std::span<const Triangle> faces,
                              std::span<const Vertex> representative, const SegmentLimits& limits,

@@ -107,9 +107,9 @@ class Smoother {
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
 
-  // Processes patches of one color in parallel. These patches are not adjacent, but they may change
-  // the areas of the same regions between them. Areas are therefore updated after all patches have
-  // finished.
+  // Processes patches of one color in parallel. These patches are not adjacent, but two of them may
+  // be adjacent to the same region, and both change its area. Areas are therefore updated after all
+  // patches have finished.
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
     std::copy_if(patches.begin(), patches.end(), std::back_inserter(tasks_),

@@ -6,13 +6,14 @@
 
 namespace superfacets {
 
-// Minimum conductance of an arc. A positive minimum connects all parts of the surface.
+// Minimum conductance of an arc. The minimum is positive, so that creases never disconnect the
+// surface.
 inline constexpr double kLeastConductance = 1e-6;
 
 // Returns the conductance of each arc, (M,): sqrt(A_i + A_j) / g + kLeastConductance. A is the area
 // of a cell, and g is the length of the step (see Surface::step_length). The square root
-// approximates the length of the border between the cells. An arc and its reverse arc get the same
-// bits.
+// approximates the length of the border between the cells. An arc and its reverse arc get
+// bit-identical conductances.
 Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
                                  ThreadTeam& team);
 
