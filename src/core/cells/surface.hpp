@@ -96,8 +96,8 @@ class Surface {
     return static_cast<int>(arc - arcs_.offsets[from]);
   }
 
-  // Calls visit(begin, end) for each side of a cell that has arcs; the arcs begin .. end-1 cross
-  // the side.
+  // Calls visit(begin, end) for each side of a cell that any arc crosses; the arcs begin .. end-1
+  // cross the side.
   template <typename Visit>
   void for_each_side(Cell cell, const Visit& visit) const {
     const std::int64_t last = arcs_.offsets[cell + 1];

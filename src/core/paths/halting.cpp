@@ -36,8 +36,7 @@ void HaltedPaths::add_doubt(Place place, const Path& path) {
 
 // Finds the uncertain cells: unreached cells, and cells to which a shortest path passes through a
 // cell outside the radius `reach` of its center. If the graph is not symmetric, all cells are
-// uncertain. If the cell has another shortest path within the radius, the cell is checked
-// unnecessarily.
+// uncertain. If a cell has another shortest path within the radius, it is checked unnecessarily.
 void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> centers) {
   const auto add_halted = [&](Place place, std::vector<Place>& found) {
     const Label label = exact.path(place).label;

@@ -83,7 +83,8 @@ class Neighborhood {
   const std::span<const Label> labels_;
   const Cell cell_;
   int limit_ = 0;
-  int n_steps_ = 0;  // number of neighbors in the region; distinct up to limit_
+  // Number of neighbors in the region. Duplicates are counted only above limit_.
+  int n_steps_ = 0;
   std::array<Step, kMostNeighbors> steps_{};
 };
 

@@ -36,9 +36,9 @@ struct SeenSurface {
 inline constexpr double kMostStretched = 10.0;
 
 // Finds the visible triangles of each view. Triangles are visible from both sides. If several
-// triangles have the same depth, the lowest is visible. If a triangle extends behind the camera,
-// its part in front of the camera is visible. Takes about 20 ns per triangle and view, and 5 ns per
-// pixel of each triangle in view. Results do not depend on the number of threads.
+// triangles have the same depth, the lowest is visible. Of a triangle that extends behind the
+// camera, only the part in front can be visible. Takes about 20 ns per triangle and view, and 5 ns
+// per pixel of each triangle in view. Results do not depend on the number of threads.
 SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
                         std::span<const View> views, ThreadTeam& team);
 
