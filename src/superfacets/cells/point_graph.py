@@ -160,7 +160,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is probably open. `normal_sum` is weighted by the areas of points.
+    """Return whether a surface is probably open; `normal_sum` is the sum of area * normal.
 
     On open surfaces, estimated normals may point to the wrong side. For example, they point out of
     a room that was scanned from inside, so its concave edges would be treated as convex.
@@ -193,7 +193,7 @@ def find_sorted_graph(
 
 
 def bare_point_surface(graph: PointGraph, n_threads: int) -> Surface:
-    """Return a `Surface` without normals. This saves a tenth of the memory."""
+    """Return a `Surface` without normals. This saves a tenth of the memory of `segment`."""
     return point_surface(replace(graph, normals=NO_NORMALS), n_threads)
 
 
@@ -394,11 +394,11 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
 
 
 class FacingSums(NamedTuple):
-    """Sums over the points of each component, from which its normals are flipped to a viewpoint."""
+    """Sums over the points of each component that decide whether its normals must be flipped."""
 
     areas: Floats  # (C,) area
     normals: Floats  # (C, 3) normals, weighted by area
-    facing: Floats  # (C,) area as it appears from the viewpoint; < 0 if seen from behind
+    facing: Floats  # (C,) area projected toward the viewpoint; < 0 if seen from behind
     angles: Floats  # (C,) solid angle seen from the viewpoint, in steradians; > 0 from behind
 
     @classmethod
@@ -427,11 +427,12 @@ class FacingSums(NamedTuple):
         np.add.at(self.angles, components, facing)
 
     def is_turned_away(self, *, has_one_viewpoint: bool) -> Bools:
-        """Return which components must be flipped, if their normals point outward, shape (C,).
+        """Return which components must be flipped, assuming that normals point outward, (C,).
 
         An open component is flipped if most of its area is seen from behind. About half of the area
-        of a closed component faces a viewpoint outside. Therefore it is flipped only if the
-        viewpoint is inside, where the surface covers a solid angle of 4 pi.
+        of a closed component faces a viewpoint outside. Therefore, a closed component is flipped
+        only if the viewpoint is inside, where the surface covers a solid angle of 4 pi. If each
+        point has its own viewpoint, closed components are treated like open components.
         """
         is_behind = np.asarray(self.facing < 0)
         if not has_one_viewpoint:  # each point is visible from its own viewpoint

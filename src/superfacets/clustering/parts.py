@@ -63,9 +63,9 @@ and for example 0 if it is convex."""
 
 MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
 """Costs between parts are 0 if `_ConductingGraph.blocked_fraction` is at most the first value, and
-have their full value if it is at least the second. In between, they increase linearly. The share is
-0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at least
-0.037 for all benchmark models."""
+have their full value if it is at least the second. In between, they increase linearly. The fraction
+is 0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at
+least 0.037 for all benchmark models."""
 
 MIN_CONDUCTANCE = 1e-6
 """Minimum conductance of an arc, so that neighboring cells stay connected. `_core` uses the same
@@ -306,7 +306,7 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
 def _conducting_graph(
     graph: _core.OrderedGraph, crease_cost: float, n_threads: int
 ) -> _ConductingGraph:
-    """Return a graph with conductances.
+    """Return the arcs of a graph with their conductances, which are low across creases.
 
     `crease_cost` is the cost of a concave crease of angle pi, in the unit of the positions.
     """
@@ -350,7 +350,7 @@ def _coarser(
     `level` and `graph` have the same cells and arcs.
     """
     levels: list[_ConductingGraph] = []
-    coarse: list[_core.CoarseGraph] = []  # prevents that the owner of `graph` is freed
+    coarse: list[_core.CoarseGraph] = []  # keeps the owner of `graph` in memory
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
@@ -406,7 +406,7 @@ def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
 def _end_of_group(values: Floats, n_vectors: int) -> int:
     """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues.
 
-    If all eigenvalues after the first `n_vectors` are equal, their vectors are left out.
+    If all eigenvalues from number `n_vectors` on are equal, no vectors are added.
     """
     wanted = min(n_vectors, len(values))
 
