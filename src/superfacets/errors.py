@@ -44,7 +44,7 @@ class BalanceWarning(UserWarning):
 
 
 class MismatchWarning(UserWarning):
-    """Labels were transferred to a target of which a part is far from the labeled mesh."""
+    """Labels were transferred, but a part of the target is far from the labeled mesh."""
 
 
 class SliverWarning(UserWarning):

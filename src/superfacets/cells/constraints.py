@@ -116,7 +116,7 @@ class KeptCells:
     def of(
         cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints
     ) -> KeptCells:
-        """Make an instance from the cells and arcs to keep; both cells of a kept arc are kept."""
+        """Make an instance from the cells and arcs to keep; kept arcs must join kept cells."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)

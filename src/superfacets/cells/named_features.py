@@ -1,4 +1,4 @@
-"""Return features chosen by name: properties in files, texture colors, normals and heights."""
+"""Return features chosen by name: properties in files, colors, normals and heights."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def features_of(
     - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
     - Any other name is a property of the faces, points or vertices in the file.
 
-    If `is_kept` is given, (N,), and a cloud has no normals, they are estimated from the kept points
-    only; the normals of the other points are 0.
+    If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points only;
+    the normals of the other points are 0.
 
     Raises a MeshError if a feature is not available. For an unknown name, the message lists the
     available names.

@@ -24,8 +24,8 @@ from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
 N_NEIGHBORS = 6
-"""Number of nearest neighbors to which each point gets an arc. All arcs get a reverse arc, so that
-a point has seven arcs on average."""
+"""Number of nearest neighbors to which each point gets an arc, if they are not too far (see
+`CUTOFF`). All arcs get a reverse arc, so that a point has seven arcs on average."""
 
 N_AROUND = 12
 """Number of nearest neighbors from which the normal of a point is estimated."""
@@ -230,8 +230,8 @@ def build_point_graph(
     cloud : PointCloud or cloud-like
         Same as in `segment`.
     n_neighbors : int, default 6
-        Number of nearest neighbors to which each point has an arc. If points have the same
-        distance, points with lower indices are used first.
+        Number of nearest neighbors to which each point has an arc, if they are not too far (see
+        `cutoff`). If points have the same distance, points with lower indices are used first.
     cutoff : float, default 4.0
         Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.
@@ -343,7 +343,7 @@ def estimate_normals(
     Returns
     -------
     ndarray of float64, shape (N, 3)
-        Unit normal of each point; zero for a point whose neighbors lie on a line.
+        Unit normal of each point; zero if undefined, for example if all neighbors lie on a line.
 
     Raises
     ------

@@ -58,8 +58,8 @@ faces, compactness would be 0.1 higher (worse)."""
 
 CREASE_STEEPNESS = 20.0
 """Conductances across creases are multiplied by exp(-CREASE_STEEPNESS * eta * theta / pi). Theta is
-the angle between the normals of the two faces. Eta is the weight of the crease: 1 if it is concave,
-and for example 0 if it is convex."""
+the angle between the normals of the two faces. Eta is the relative cost of the crease: usually 1
+for concave edges and ridges, and 0 for other convex edges."""
 
 MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
 """Costs between parts are 0 if `_ConductingGraph.blocked_fraction` is at most the first value, and
@@ -226,11 +226,12 @@ def spectral_embedding(
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa) + 10^{-6}
 
-    where g is the distance between the centroids of the two faces. For concave edges, kappa = theta
-    / pi, where theta is the angle between the normals. The conductance across concave creases is
-    therefore low. For example, coordinates of fingers are far from coordinates of the palm, because
-    creases separate fingers and palm. Vector q is scaled by :math:`(\lambda_q /
-    \lambda_1)^{-1/2}`.
+    where g is the distance between the centroids of the two faces, and kappa = eta theta / pi.
+    Theta is the angle between the normals. Eta is the relative cost of the edge with the weights
+    ``"parts"``: usually 1 for concave edges and ridges, and 0 for other convex edges. The
+    conductance across creases is therefore low. For example, coordinates of fingers are far from
+    coordinates of the palm, because creases separate fingers and palm. Vector q is scaled by
+    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
     Eigenvectors are computed on about 700 groups of faces, interpolated to the faces, and smoothed
     by relaxation. Vectors that are constant on each component are excluded. Eigenvalues below 0.001
