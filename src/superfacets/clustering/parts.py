@@ -64,8 +64,8 @@ for concave edges and ridges, and 0 for other convex edges."""
 MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
 """Costs between parts are 0 if `_ConductingGraph.blocked_fraction` is at most the first value, and
 have their full value if it is at least the second. In between, they increase linearly. The fraction
-is 0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at
-least 0.037 for all benchmark models."""
+is 0 for surfaces without concave edges and ridges, such as smooth convex bodies, which have no
+parts. It is at least 0.037 for all benchmark models."""
 
 MIN_CONDUCTANCE = 1e-6
 """Minimum conductance of an arc, so that neighboring cells stay connected. `_core` uses the same
@@ -121,7 +121,7 @@ class PartCosts:
         concave crease of angle pi in the unit of the positions. The cost of an arc is gamma times
         the distance of its ends in the embedding. Distances are scaled so that, over all arcs of
         the embedded graph, their sum equals the sum of the arc lengths without crease costs. On
-        shapes with few concave creases, gamma is reduced (see `MIN_BLOCKED`).
+        shapes with few creases, gamma is reduced (see `MIN_BLOCKED`).
         """
         gamma, crease_cost = factors
         embedded = groups[-1].graph if groups else graph
