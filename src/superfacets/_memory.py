@@ -28,7 +28,7 @@ def usable_memory() -> int:
 def free_memory() -> int:
     """Return the free memory of the machine in bytes, but at most `usable_memory`.
 
-    The result is `usable_memory` if the system does not report free memory. Only Linux does.
+    The result is `usable_memory` if the system does not report free memory. Only Linux reports it.
     """
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()

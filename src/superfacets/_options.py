@@ -1,4 +1,4 @@
-"""Classes for options of `segment`, one class for each stage of the computation.
+"""Classes for options of `segment`, grouped by stage or subject.
 
 The method ``checked`` of each class validates arguments before any work is done. The property
 ``params``, which most classes have, returns the options as entries of `Segmentation.params`. Other

@@ -249,9 +249,9 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Return the index of the first corner that is not a vertex, and the box of all corners.
+    """Return the first position in `corners` of an invalid vertex index, and the bounding box.
 
-    If all corners are vertices, the index is None. Otherwise, the box is not valid. Raises a
+    If all vertex indices are valid, the position is None. Otherwise, the box is not valid. Raises a
     MeshError if a vertex is not finite or the box violates `EXTENT_RANGE`.
     """
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
@@ -435,7 +435,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
 def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
     """Return `value` as an array of numbers of shape (N, 3), or raise a MeshError.
 
-    If `n_rows` is given, N must be `n_rows`. Messages call N `count`.
+    If `n_rows` is given, N must be `n_rows`. Otherwise, messages show `count` instead of N.
     """
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):

@@ -40,11 +40,11 @@ class IslandWarning(UserWarning):
 
 
 class BalanceWarning(UserWarning):
-    """Some regions are disconnected, because no connected regions of equal size were found."""
+    """Some regions are disconnected, because no connected regions of the given size were found."""
 
 
 class MismatchWarning(UserWarning):
-    """Labels were transferred between meshes that overlap only partly."""
+    """Labels were transferred, but a part of the target is far from the labeled mesh."""
 
 
 class SliverWarning(UserWarning):
@@ -52,7 +52,7 @@ class SliverWarning(UserWarning):
 
 
 class ViewWarning(UserWarning):
-    """Some images are not used, because their masks are empty or their cameras see no faces."""
+    """Some images are not used, because they have no masks or their cameras see no region."""
 
 
 def reason_of(error: BaseException) -> str:

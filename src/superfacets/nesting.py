@@ -43,7 +43,7 @@ def hierarchy(
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
     The finest level comes from `segment`, or from `labels`. Then the two neighboring regions with
-    the lowest cost are merged, again and again, until no neighbors are left. `Hierarchy.cut`
+    the lowest merge cost are merged repeatedly, until no neighbors are left. `Hierarchy.cut`
     returns the level with any other number of regions. The cost of merging two regions with areas a
     and b and centroids p and q is
 
@@ -173,7 +173,7 @@ def hierarchy(
 def _read(
     cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
 ) -> tuple[Any, FeatureOptions]:
-    """Return the cells, and features whose names are replaced by numbers; a graph has no names."""
+    """Read the cells, and replace names of features by values; return a graph unchanged."""
     if isinstance(cells, CellGraph):
         return cells, features
     return read_with_features(cells, features, ConstraintOptions(mask), n_threads)

@@ -80,7 +80,8 @@ PAPER: Mapping[str, Any] = MappingProxyType(
 """Keywords for the algorithm as published in the paper: ``segment(mesh, 150, **PAPER)``. Weights
 are computed with equations 1 to 3 of the paper, and seeds are placed by farthest-point sampling.
 Paths end at 2 r from the center, where r is the expected radius of a region. The loop stops when no
-center moves. Borders are not smoothed."""
+center moves, when the centers return to an earlier state, or after 50 iterations. Neither the mesh
+nor the borders are smoothed."""
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
 """Keywords for regions that each stay within one part of a shape, such as a finger of a hand. They
@@ -109,7 +110,7 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "segMinVerts": "use min_size: a fraction of the mean area of regions",
         "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
-        # Not "use": the command would then advise its option --barriers, which takes a file.
+        # Not "use": the command would then suggest its option --barriers, which takes a file.
         "barrier_angle": "pass barriers=superfacets.sharp_edges(mesh, 30)",
         "seed": "labels are the same on every run; init accepts the faces to start from",
     }
@@ -123,9 +124,10 @@ class Prepared:
     """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
 
     `segment` accepts a `Prepared` in place of the mesh and returns the same labels. In this case,
-    `weld` has no effect, and `denoise` must be ``"auto"`` or `n_steps`. If the cells are sorted
-    (`order` is not None), arrays of weights are not accepted, and `radius_factor` only for points.
-    `cells`, `graph`, `shapes` and `order` have the same meaning as in `OrderedCells`.
+    `weld` has no effect, `denoise` must be ``"auto"`` or `n_steps`, and `features` must be numbers.
+    If the cells are sorted (`order` is not None), arrays of weights are not accepted, and
+    `radius_factor` only for points. `cells`, `graph`, `shapes` and `order` have the same meaning as
+    in `OrderedCells`.
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
@@ -146,7 +148,7 @@ class Prepared:
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
         Cells are sorted if `is_sorted` is true and sorting saves time. `is_kept` is the same as in
-        `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps and the cells
+        `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps > 0 and the cells
         are not faces.
         """
         kind = kind_of(source)
@@ -236,8 +238,8 @@ def segment(
         Any mesh of triangles, polygons or tetrahedra. It may be open, non-manifold, degenerate or
         disconnected. A point cloud is a PointCloud, an (N, 3) array, or a file of points.
     n_segments : int, optional
-        Number of regions k, from 1 to the number of faces N. The default is 150, or N if the mesh
-        has fewer than 150 faces.
+        Number of regions k, from 1 to the number of faces N. The default is 150, or N if N < 150,
+        unless seeds, `radius` or `cells_per_region` are given.
     alpha : float, optional
         How strongly borders follow creases, >= 0. With 0, regions are most compact. The default
         depends on `weights`.
@@ -303,8 +305,8 @@ def segment(
         each connected component may be smaller: it contains the remaining cells. See
         `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
-        Faces where the mask is False are left out and get the label -1. Points are segmented as if
-        the cloud had no other points.
+        Faces where the mask is False are left out and get the label -1. In a cloud, points inside
+        the mask are segmented as if the cloud had no other points.
     barriers : array_like of int, shape (N,) or (E, 2), optional
         Either one number per face, so that all faces of a region have the same number; or edges as
         pairs of vertices, so that no region extends across these edges.
@@ -323,10 +325,10 @@ def segment(
     -------
     Segmentation
         Labels are int32 from 0 to K - 1, one per face in input order, and -1 where the mask is
-        False. Labels are the same on every run. With ``islands="nearest"``, K equals k. With
-        ``islands="keep"``, each component without a seed adds one region. With ``init="flood"``,
-        ``init="grid"`` or `radius_factor`, K may differ more from k. `min_size` and `min_measure`
-        can make K smaller than k.
+        False. Labels are the same on every run. With ``islands="nearest"``, K equals k, but
+        barriers can make K larger. With ``islands="keep"``, each component without a seed adds one
+        region. With ``init="flood"``, ``init="grid"`` or `radius_factor`, K may differ more from k.
+        `min_size` and `min_measure` can make K smaller than k.
 
     Warns
     -----
@@ -455,8 +457,8 @@ class Options:
 class _Work:
     """Data that each stage passes to the next stage.
 
-    A field is None until a stage sets it. The last stage that needs a large array sets the field
-    to None again, which frees the memory.
+    Most fields are None until a stage sets them. The last stage that needs a large array sets the
+    field to None again, which frees the memory.
     """
 
     options: Options
@@ -685,7 +687,7 @@ def _coarsen(work: _Work) -> _Work:
 
 
 def _add_parts(work: _Work) -> _Work:
-    """Add far arcs and costs between parts (see `add_part_costs`), if the weights have parts."""
+    """Add far arcs and costs between parts (see `add_part_costs`) if `_Work.has_parts` is true."""
     if not work.has_parts:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
@@ -718,7 +720,7 @@ def add_part_costs(
 
 
 def _cluster(work: _Work) -> _Work:
-    """Place seeds, and repeatedly label cells and move centers until the centers converge."""
+    """Place seeds, and run the clustering loop, which labels cells and moves centers."""
     options = work.options
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
@@ -881,7 +883,8 @@ BARRIERS_NOTE = "barriers divide the cells into components, each of which has at
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     """Issue an IslandWarning if components or `min_measure` changed the number of regions.
 
-    There is no warning if seeds, `radius` or `radius_factor` are given.
+    There is no warning if seeds, `radius` or `radius_factor` are given, or if there are more
+    regions because barriers are given and one region was requested.
     """
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius

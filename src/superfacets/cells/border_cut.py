@@ -102,10 +102,10 @@ def cut_borders(
     `smooth_borders`.
 
     Borders in creases and on the boundary of an open mesh do not move. Creases are folds of 75
-    degrees or more, folds of 40 degrees or more that continue in a straight line, and edges of
-    three or more faces. The area of each region changes by at most 15 %, and the sum of all changes
-    is at most 1 % of the total area, usually 0.3 %. Connected regions stay connected. A region for
-    which smooth borders would violate these rules keeps its faces; see `BorderCut.is_kept`.
+    degrees or more, folds of 40 degrees or more that continue almost straight, and edges of three
+    or more faces. The area of each region changes by at most 15 %, and the sum of all changes is at
+    most 1 % of the total area, usually 0.3 %. Connected regions stay connected. A region for which
+    smooth borders would violate these rules keeps its faces; see `BorderCut.is_kept`.
 
     All faces at an edge are cut at the same point of the edge, so closed meshes stay closed, and
     seams get no gaps. This point is at least a tenth of the edge length away from both ends of the
@@ -139,8 +139,9 @@ def cut_borders(
     -----
     Time is O(F), plus a constant number of steps for each face near a border. The curves are
     computed by threshold dynamics with fixed areas. The indicator function of each region is 1 in
-    the region and 0 elsewhere. It diffuses along the surface, but not across creases. Then each
-    point is assigned to the region whose diffused function is largest there.
+    the region and 0 elsewhere. It diffuses along the surface, but not across creases. Then an
+    offset per region, which keeps its area, is added to the diffused function, and each point is
+    assigned to the region with the largest sum there.
 
     References
     ----------
@@ -261,8 +262,9 @@ def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
     """Cut faces repeatedly until no region has a fault, as defined by `_RegionsToCut.faults`.
 
     After each attempt, regions with faults are marked to keep their old faces. In the second half
-    of the attempts, the neighbors of marked regions are marked, too. Returns the cut mesh, and
-    whether each region keeps its old faces, shape (n_regions,).
+    of the attempts, the neighbors of marked regions are marked, too. After `_MAX_TRIALS` attempts,
+    all regions keep their old faces. Returns the cut mesh, and whether each region keeps its old
+    faces, shape (n_regions,).
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):

@@ -125,9 +125,9 @@ class BaseGraph(CsrArcs):
     ) -> tuple[Singles, float]:
         """Return the weights of arcs rounded to integers, and the unit of these integers.
 
-        The unit is `unit_factor` times the default unit, which `CellGraph` describes. The factor is
-        a power of two. If it is larger than 1, the integers are smaller, so that sums of lengths
-        stay in range when costs are added to the lengths later.
+        The unit is `unit_factor` times the default unit (see `CellGraph.unit`). The factor is a
+        power of two. If it is larger than 1, the integers are smaller, so that sums of lengths stay
+        in range when costs are added to the lengths later.
         """
         checked_measures(self.measures, self.n_cells, n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)

@@ -116,7 +116,7 @@ class KeptCells:
     def of(
         cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints
     ) -> KeptCells:
-        """Make an instance from the cells and arcs to keep; both cells of a kept arc are kept."""
+        """Make an instance from the cells and arcs to keep; kept arcs must join kept cells."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
@@ -161,7 +161,7 @@ class KeptCells:
 
 
 def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cells) -> Bools:
-    """Return the mask of the cells with one of `values`, or with any value but 0 if it is None.
+    """Return the mask of the cells with one of `values`; None stands for all values except 0.
 
     Raises a MeshError if there are no such cells; `labels` is the value of each cell in `file`.
     """
@@ -181,10 +181,10 @@ def sharp_edges(
 ) -> Ints:
     """Return the sharp edges of a mesh, to use as `barriers` of `segment`.
 
-    An edge is sharp if its faces meet at a large angle. With these barriers, ``segment(mesh, 1,
-    ...)`` makes one region per smooth surface of a CAD part. Surfaces that meet tangentially, such
-    as a flat side and its fillet, are in one region. If a line of sharp edges ends inside a smooth
-    surface, one region covers both sides of the line.
+    An edge is sharp if the normals of its faces differ by `angle` or more. With these barriers,
+    ``segment(mesh, 1, ...)`` makes one region per smooth surface of a CAD part. Surfaces that meet
+    tangentially, such as a flat side and its fillet, are in one region. If a line of sharp edges
+    ends inside a smooth surface, one region covers both sides of the line.
 
     Parameters
     ----------
@@ -317,7 +317,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    # Sides whose two ends both belong to barriers; other edges are removed below.
+    # Sides whose two ends are ends of barriers. Sides that are not barriers are removed below.
     is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")

@@ -111,7 +111,8 @@ class CloudInfo:
     """Whether the cloud has normals."""
     knows_turns: bool
     """Whether concave and convex creases can be distinguished. This is possible if the cloud has
-    normals or viewpoints, or if the cloud is closed, because estimated normals then point out."""
+    normals or viewpoints, or if the cloud is closed, because estimated normals then point
+    outward."""
     has_axes: bool
     """Whether the cloud has axes: normals of unknown sign."""
     has_viewpoints: bool

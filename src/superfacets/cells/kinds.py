@@ -113,8 +113,9 @@ class Kind:
     ) -> OrderedCells | None:
         """Return a graph of all cells in which only kept cells have arcs.
 
-        The result is None if arcs between kept cells do not depend on other cells: then remove
-        these cells from the whole graph. If `is_sorted` is true, cells may be sorted.
+        The result is None if arcs between kept cells do not depend on the other cells. The caller
+        can then remove the other cells from the whole graph. If `is_sorted` is true, cells may be
+        sorted.
         """
         return None
 
@@ -135,7 +136,7 @@ class Kind:
     ) -> Weighed:
         """Return one weight per arc, for regions with the expected radius `radius`.
 
-        An arc and its reverse arc have the same weight, unless the caller gave other weights.
+        An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
         """
         return step_weights(surface, options, self.plural)
 
@@ -384,7 +385,7 @@ def graph_and_surface(
 ) -> tuple[Any, Surface]:
     """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`.
 
-    If `is_kept` is given, (N,), only points of a cloud that are kept have neighbors.
+    If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
     """
     kind = kind_of(cells)
     found = None

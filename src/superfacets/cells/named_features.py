@@ -1,4 +1,4 @@
-"""Return features that users choose by name: properties in files, or values of the mesh."""
+"""Return features chosen by name: properties in files, colors, normals and heights."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def features_of(
     - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
     - Any other name is a property of the faces, points or vertices in the file.
 
-    If `is_kept` is given, (N,), normals of points are estimated from the kept points only; the
-    normals of the other points are 0.
+    If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points only;
+    the normals of the other points are 0.
 
     Raises a MeshError if a feature is not available. For an unknown name, the message lists the
     available names.
@@ -79,7 +79,7 @@ def _texels_of(
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Return whether a cloud has colors, or its file has colors of faces, vertices or points."""
+    """Return whether a cloud has colors, or the file of the mesh or cloud has colors."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
     return any({*COLORS} <= {*stored} for stored in _stored(attributes))
@@ -88,8 +88,9 @@ def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
     """Return red, green and blue of each cell or of each vertex, or None if there are no colors.
 
-    Files of point clouds store black for missing colors, so None is also returned if all colors are
-    black. The result ranges from 0 to 255; see `MeshAttributes.colors` for the range in a file.
+    Files of point clouds store black for missing colors, so None is also returned if all colors of
+    a cloud are black. The result ranges from 0 to 255; see `MeshAttributes.colors` for the range in
+    a file.
     """
     if not kind_of(cells).are_points or cells.colors is None:
         return None if attributes is None else attributes.colors
@@ -99,7 +100,7 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[
 def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
     """Return `stored_colors`, where colors of vertices are averaged over the corners of each cell.
 
-    If a mesh has as many vertices as cells, the colors are those of vertices.
+    If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
     """
     colors = stored_colors(cells, attributes)
     if colors is None or len(colors) != getattr(cells, "n_vertices", None):

@@ -24,8 +24,8 @@ from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
 N_NEIGHBORS = 6
-"""Number of nearest neighbors to which each point gets an arc. All arcs get a reverse arc, so that
-a point has seven arcs on average."""
+"""Number of nearest neighbors to which each point gets an arc, if they are not too far (see
+`CUTOFF`). All arcs get a reverse arc, so that a point has seven arcs on average."""
 
 N_AROUND = 12
 """Number of nearest neighbors from which the normal of a point is estimated."""
@@ -160,7 +160,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is probably open. `normal_sum` is weighted by the areas of points.
+    """Return whether a surface is probably open; `normal_sum` is the sum of area * normal.
 
     On open surfaces, estimated normals may point to the wrong side. For example, they point out of
     a room that was scanned from inside, so its concave edges would be treated as convex.
@@ -193,7 +193,7 @@ def find_sorted_graph(
 
 
 def bare_point_surface(graph: PointGraph, n_threads: int) -> Surface:
-    """Return a `Surface` without normals. This saves a tenth of the memory."""
+    """Return a `Surface` without normals. This saves a tenth of the memory of `segment`."""
     return point_surface(replace(graph, normals=NO_NORMALS), n_threads)
 
 
@@ -230,8 +230,8 @@ def build_point_graph(
     cloud : PointCloud or cloud-like
         Same as in `segment`.
     n_neighbors : int, default 6
-        Number of nearest neighbors to which each point has an arc. If points have the same
-        distance, points with lower indices are used first.
+        Number of nearest neighbors to which each point has an arc, if they are not too far (see
+        `cutoff`). If points have the same distance, points with lower indices are used first.
     cutoff : float, default 4.0
         Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.
@@ -343,7 +343,7 @@ def estimate_normals(
     Returns
     -------
     ndarray of float64, shape (N, 3)
-        Unit normal of each point; zero for a point whose neighbors lie on a line.
+        Unit normal of each point; zero if undefined, for example if all neighbors lie on a line.
 
     Raises
     ------
@@ -394,11 +394,11 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
 
 
 class FacingSums(NamedTuple):
-    """Sums over the points of each component, from which its normals are flipped to a viewpoint."""
+    """Sums over the points of each component that decide whether its normals must be flipped."""
 
     areas: Floats  # (C,) area
     normals: Floats  # (C, 3) normals, weighted by area
-    facing: Floats  # (C,) area as it appears from the viewpoint; < 0 if seen from behind
+    facing: Floats  # (C,) area projected toward the viewpoint; < 0 if seen from behind
     angles: Floats  # (C,) solid angle seen from the viewpoint, in steradians; > 0 from behind
 
     @classmethod
@@ -427,11 +427,12 @@ class FacingSums(NamedTuple):
         np.add.at(self.angles, components, facing)
 
     def is_turned_away(self, *, has_one_viewpoint: bool) -> Bools:
-        """Return which components must be flipped, if their normals point outward, shape (C,).
+        """Return which components must be flipped, assuming that normals point outward, (C,).
 
         An open component is flipped if most of its area is seen from behind. About half of the area
-        of a closed component faces a viewpoint outside. Therefore it is flipped only if the
-        viewpoint is inside, where the surface covers a solid angle of 4 pi.
+        of a closed component faces a viewpoint outside. Therefore, a closed component is flipped
+        only if the viewpoint is inside, where the surface covers a solid angle of 4 pi. If each
+        point has its own viewpoint, closed components are treated like open components.
         """
         is_behind = np.asarray(self.facing < 0)
         if not has_one_viewpoint:  # each point is visible from its own viewpoint

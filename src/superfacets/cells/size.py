@@ -23,7 +23,7 @@ class RegionSize(NamedTuple):
     """Expected number and radius of regions."""
 
     n_segments: int
-    """Number k of regions: set by the caller, or the number of seeds, or computed from r."""
+    """Number k of regions: set by the caller, number of seeds, computed from r, or the default."""
     radius: float
     """Radius r in the unit of the positions: set by the caller, or computed as in `radius_of`."""
 
@@ -91,7 +91,7 @@ MIN_LENGTH = 2.0
 
 MAX_HEIGHT = 0.5
 """Maximum height of a thin face above its longest side, as a multiple of the expected radius. Long
-faces that are not thin make regions coarse, but do not turn regions into stripes."""
+faces that are not thin make borders coarse, but do not turn regions into stripes."""
 
 MAX_SHARE = 0.1
 """Fraction of the area in long and thin faces above which `segment` warns. The value was chosen on

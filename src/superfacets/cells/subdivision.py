@@ -29,8 +29,8 @@ MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
 
 MAX_GROWTH = 4
-"""Default maximum number of new faces per old face, for meshes for which this maximum allows more
-than `MAX_FACES` new faces."""
+"""Default maximum number of new faces per old face. It replaces `MAX_FACES` for large meshes, for
+which it allows more new faces."""
 
 RESOLUTION = 1e-12
 """Minimum of `max_edge`, as a fraction of the largest absolute coordinate. This is 4,500 times the
@@ -51,11 +51,11 @@ class Subdivision:
         Index of the old face that contains each new face. These indices are in ascending order.
     depths : ndarray of uint8, shape (F,)
         Number of bisections that made each new face. The area of a new face is ``2.0**-depth``
-        times the area of its old face. Polygons are first cut into triangles; for polygons, it is
-        ``2.0**-depth`` times the area of the triangle that contains the new face.
+        times the area of its old face. Polygons are first cut into triangles; the area of a new
+        face is then ``2.0**-depth`` times the area of the triangle that contains it.
     cut_areas : ndarray of float64, shape (F,), optional
-        If the old mesh has polygons, area of the triangle of the old face that contains each new
-        face. None if the old mesh is a `Mesh`.
+        If the old mesh has polygons, area of the triangle that contains each new face. None if the
+        old mesh is a `Mesh`.
     """
 
     mesh: Mesh

@@ -224,8 +224,8 @@ def ids_in_layout(
 ) -> Ints:  # fmt: skip
     """Draw the labels of the faces that `is_here` marks into an image, shape (height, width).
 
-    Labels extend beyond the faces by `BLEED` texels. All other texels are -1, and so are texels in
-    faces with the label -1. `size` is the width and height of the image, and `wrap` are the wrap
+    Faces with the label -1 are not drawn. Labels extend beyond the drawn faces by `BLEED` texels.
+    All other texels are -1. `size` is the width and height of the image, and `wrap` are the wrap
     modes of the two texture coordinates.
     """
     width, height = size

@@ -45,7 +45,7 @@ def shape_diameter(
     of a ray is 1 / (angle + 0.2), with its angle to the inward normal in radians. The logarithm of
     s is then smoothed along the surface by solving :math:`(A + t^2 L)\,x = A \log s`, with areas A
     and the Laplacian L of the face graph. Arcs have the conductance :math:`\sqrt{A_i + A_j} / g`,
-    where g is the distance between centroids.
+    where g is the distance from centroid to centroid through the midpoint of the edge.
 
     Parameters
     ----------

@@ -610,8 +610,8 @@ def weights_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
-    An edge is included in the sums if the lower of its two faces has a nonzero entry in `counted`,
-    shape (N,). If `counted` is `ALL_COUNT` or None, all edges are included. For None,
+    An edge is included in the sums if its face with the lower index has a nonzero entry in
+    `counted`, shape (N,). If `counted` is `ALL_COUNT` or None, all edges are included. For None,
     `EdgeSums.turn` is not computed, and is 0.
     """
     handle, n_threads = surface.handle, surface.n_threads

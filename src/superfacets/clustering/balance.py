@@ -92,10 +92,10 @@ class SizeRules:
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
-        `measures` are the areas or volumes of the cells before the mesh is smoothed. `cut` has the
-        cells inside the mask, or is None for all cells. `order` is the index in the input of each
-        cell, or None if cells are in input order. Raises a MeshError if the sum of all sizes is 0,
-        or is out of the range given by `MAX_TOTAL`.
+        `measures` are the areas or volumes of the cells before the mesh is smoothed. `cut` contains
+        the cells inside the mask, or is None for all cells. `order` is the index in the input of
+        each cell, or None if cells are in input order. Raises a MeshError if the sum of all sizes
+        is 0, or is out of the range given by `MAX_TOTAL`.
         """
         if not options.is_used:
             return None

@@ -64,9 +64,9 @@ class LargeGraph(Protocol):
 
     @property
     def straight_unit(self) -> float:
-        """Unit of arc lengths if they are straight distances plus costs; 0 for other arc lengths.
+        """Unit of the arc lengths, in the unit of the positions.
 
-        The unit of arc lengths is given in the unit of the positions.
+        The value is 0 unless each arc length is a straight distance plus a cost.
         """
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
@@ -104,7 +104,8 @@ determine the labels of all cells (see `Coarsening.on_all`). With a value of 24,
 undersegmentation error is 0.003 to 0.006 higher. With 96, the error is 0.001 to 0.003 lower."""
 
 COARSEST_PER_REGION = 12
-"""Value that replaces CELLS_PER_REGION on all other coarse levels, if `is_straight(graph)`."""
+"""Value that replaces CELLS_PER_REGION on all coarse levels except the finest, if
+`is_straight(graph)`."""
 
 MANY_REGIONS = 10_000
 """Minimum number of regions for a short loop, if regions are small; see `Coarsening.is_short`. On

@@ -59,11 +59,11 @@ class Loop:
         return self.levels[-1].stop_reason
 
     def run(self, coarsening: Coarsening, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
-        """Run the loop on the coarse graphs, from coarsest to finest, and then on all cells.
+        """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
-        `centers` are the initial centers, as cells of the coarsest graph. Returns the label of each
-        cell, and the centers from which these labels were computed. The list `coarsening.graphs` is
-        emptied to free memory.
+        If `coarsening.on_all`, the loop also runs on all cells. `centers` are the initial centers,
+        as cells of the coarsest graph. Returns the label of each cell, and the centers from which
+        these labels were computed. The list `coarsening.graphs` is emptied to free memory.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")

@@ -58,14 +58,14 @@ faces, compactness would be 0.1 higher (worse)."""
 
 CREASE_STEEPNESS = 20.0
 """Conductances across creases are multiplied by exp(-CREASE_STEEPNESS * eta * theta / pi). Theta is
-the angle between the normals of the two faces. Eta is the weight of the crease: 1 if it is concave,
-and for example 0 if it is convex."""
+the angle between the normals of the two faces. Eta is the relative cost of the crease: usually 1
+for concave edges and ridges, and 0 for other convex edges."""
 
 MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
 """Costs between parts are 0 if `_ConductingGraph.blocked_fraction` is at most the first value, and
-have their full value if it is at least the second. In between, they increase linearly. The share is
-0 for surfaces without concave creases, such as convex bodies, which have no parts. It is at least
-0.037 for all benchmark models."""
+have their full value if it is at least the second. In between, they increase linearly. The fraction
+is 0 for surfaces without concave edges and ridges, such as smooth convex bodies, which have no
+parts. It is at least 0.037 for all benchmark models."""
 
 MIN_CONDUCTANCE = 1e-6
 """Minimum conductance of an arc, so that neighboring cells stay connected. `_core` uses the same
@@ -121,7 +121,7 @@ class PartCosts:
         concave crease of angle pi in the unit of the positions. The cost of an arc is gamma times
         the distance of its ends in the embedding. Distances are scaled so that, over all arcs of
         the embedded graph, their sum equals the sum of the arc lengths without crease costs. On
-        shapes with few concave creases, gamma is reduced (see `MIN_BLOCKED`).
+        shapes with few creases, gamma is reduced (see `MIN_BLOCKED`).
         """
         gamma, crease_cost = factors
         embedded = groups[-1].graph if groups else graph
@@ -226,11 +226,12 @@ def spectral_embedding(
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa) + 10^{-6}
 
-    where g is the distance between the centroids of the two faces. For concave edges, kappa = theta
-    / pi, where theta is the angle between the normals. The conductance across concave creases is
-    therefore low. For example, coordinates of fingers are far from coordinates of the palm, because
-    creases separate fingers and palm. Vector q is scaled by :math:`(\lambda_q /
-    \lambda_1)^{-1/2}`.
+    where g is the distance between the centroids of the two faces, and kappa = eta theta / pi.
+    Theta is the angle between the normals. Eta is the relative cost of the edge with the weights
+    ``"parts"``: usually 1 for concave edges and ridges, and 0 for other convex edges. The
+    conductance across creases is therefore low. For example, coordinates of fingers are far from
+    coordinates of the palm, because creases separate fingers and palm. Vector q is scaled by
+    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
     Eigenvectors are computed on about 700 groups of faces, interpolated to the faces, and smoothed
     by relaxation. Vectors that are constant on each component are excluded. Eigenvalues below 0.001
@@ -306,7 +307,7 @@ def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.Coa
 def _conducting_graph(
     graph: _core.OrderedGraph, crease_cost: float, n_threads: int
 ) -> _ConductingGraph:
-    """Return a graph with conductances.
+    """Return the arcs of a graph with their conductances, which are low across creases.
 
     `crease_cost` is the cost of a concave crease of angle pi, in the unit of the positions.
     """
@@ -350,7 +351,7 @@ def _coarser(
     `level` and `graph` have the same cells and arcs.
     """
     levels: list[_ConductingGraph] = []
-    coarse: list[_core.CoarseGraph] = []  # prevents that the owner of `graph` is freed
+    coarse: list[_core.CoarseGraph] = []  # keeps the owner of `graph` in memory
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
@@ -406,7 +407,7 @@ def _eigenvectors(level: _ConductingGraph, n_vectors: int) -> Floats:
 def _end_of_group(values: Floats, n_vectors: int) -> int:
     """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues.
 
-    If all eigenvalues after the first `n_vectors` are equal, their vectors are left out.
+    If all eigenvalues from number `n_vectors` on are equal, no vectors are added.
     """
     wanted = min(n_vectors, len(values))
 

@@ -33,8 +33,8 @@ def place_seeds(
     graph : CellGraph
     n_segments : int, optional
         Number of regions k, from 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A
-        is the sum of all measures. The default is 150, or N for smaller graphs, unless `radius` is
-        given.
+        is the sum of all measures. The default is 150, or N for smaller graphs, unless `radius` or
+        seeds are given.
     radius : float, optional
         Expected radius r, > 0, as a fraction of the diagonal of ``graph.bounds``. The number k is
         then A / (pi r^2), rounded.

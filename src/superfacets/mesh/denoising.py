@@ -28,8 +28,8 @@ N_SAMPLES, N_FIRST = 512, 128
 no noise, the remaining samples are not measured."""
 
 MIN_SAMPLES = 32
-"""Minimum number of samples at which `near` and `agreement` of `Roughness` are finite. Meshes with
-fewer of these samples are not smoothed."""
+"""Minimum number of samples at which `near` and `agreement` of `Roughness` are finite. With fewer
+of these samples, ``"auto"`` does not smooth the mesh."""
 
 NOISE_LIMIT, NOISE_LIMIT_ON_GRIDS = 0.029, 0.005
 """Minimum noise, in edge lengths, at which meshes are smoothed: for irregular meshes, and for

@@ -133,9 +133,9 @@ class PolygonMesh(CellsOfVertices):
     def triangulate(self) -> Triangulation:
         """Cut the faces into triangles, without adding vertices.
 
-        Convex faces are cut into a fan around their first corner, and other faces by ear clipping.
-        Faces with more than 4,096 corners are always cut into a fan. Use this method for programs
-        and file formats that need triangles.
+        Faces are cut into a fan around their first corner if no triangle of the fan is flipped, as
+        in convex faces, and otherwise by ear clipping. Faces with more than 4,096 corners are
+        always cut into a fan. Use this method for programs and file formats that need triangles.
 
         Examples
         --------

@@ -24,7 +24,7 @@ class Arc(NamedTuple):
     face: int
     side: int
     neighbor: int
-    same_turn: bool  # True if both faces contain their common edge in the same direction
+    same_turn: bool  # True if both faces traverse their common edge in the same direction
 
 
 def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:

@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """Return the simplices of each cell. A polygon gives a fan of triangles at its first corner."""
+    """Return the simplices of each cell. A polygon is cut into a fan around its first corner."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])

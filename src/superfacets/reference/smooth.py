@@ -193,10 +193,10 @@ class MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Return the length of the shortest path from the initial border of a region to a face.
+        """Return the length of a path from the initial border of the region `label` to a face.
 
-        `label` is the region to which the face would move. The length is 0 if the face was in this
-        region at the start.
+        The face would move to this region. The path is the shortest path through a neighbor of the
+        face in the region. The length is 0 if the face was in the region at the start.
         """
         if self.first[face] == label:
             return 0.0

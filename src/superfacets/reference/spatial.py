@@ -16,7 +16,7 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import dot
 
 FLAT = 1e-20
-"""A triangle has no normal if the squared sine of the angle at its first corner is at most this."""
+"""A triangle has no normal if the squared sine of the angle at its first corner is at most FLAT."""
 
 
 def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:

@@ -83,7 +83,8 @@ def count_segments(
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0
         ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), index))
     sets = {node: [node] for node in range(len(positions))}
-    limits = [threshold] * len(positions)  # maximum weight of edges that may join its segment
+    # Maximum weight, for each node, of edges that may join its segment to another segment.
+    limits = [threshold] * len(positions)
 
     def join(may_join: Callable[[int, int, float], bool]) -> None:
         for weight, index in sorted(ranks):

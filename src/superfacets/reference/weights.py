@@ -194,7 +194,7 @@ class _Surface:
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Return whether each end of an edge meets another edge in `found`, or the boundary."""
+        """Return whether an edge continues as a ridge at both ends, as in `crease_weights`."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -208,7 +208,7 @@ class _Surface:
         for _ in range(MAX_STEPS):
             step = self._next_around(corner, before, here)
             if step is None:
-                return True  # boundary of the mesh
+                return True  # boundary of the mesh, or edge of three or more faces
             if step[1] in found:
                 return True
             before, here = here, step[0]

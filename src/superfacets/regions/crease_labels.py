@@ -77,9 +77,9 @@ def large_regions(
     """Grow regions of vertices to `least` vertices, and return the new labels of all vertices.
 
     A small region takes vertices from neighboring regions, as long as these stay connected and keep
-    `least` vertices. If `merge` is true, regions that are still too small are merged with
-    neighboring regions. `counts` is the number of mesh vertices at each welded vertex. All vertices
-    with edges must have a label >= 0.
+    `least` vertices. A region that cannot get enough vertices does not change or, if `merge` is
+    true, is merged with a neighboring region. `counts` is the number of mesh vertices at each
+    welded vertex. All vertices with edges must have a label >= 0.
     """
     if least < 2:
         return labels

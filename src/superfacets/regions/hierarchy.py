@@ -26,7 +26,7 @@ MERGE_CREASE_SCALE = 1.6
 """Crease cost, in units of the radius of a region, at which an edge adds only 1/e of its length to
 the open length of a border (see `Borders`). The scale is smaller than `edit.CREASE_SCALE`, so
 creases have more influence on merging than on `smooth_borders`. With a scale of 3, the
-undersegmentation error is 0.222 at the same compactness."""
+undersegmentation error is higher at the same compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
 """Four arrays with one entry per border: the lower region, the higher region, the length and the

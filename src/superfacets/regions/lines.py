@@ -30,8 +30,8 @@ class BorderLines:
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, one line after the other. If several vertices are at one position,
-        the vertex with the lowest index is listed.
+        Vertices of all lines, one line after the other. If vertices are welded, the vertex with the
+        lowest index at each position is listed.
     offsets : ndarray of int64, shape (L + 1,)
         The vertices of line i are ``vertices[offsets[i]:offsets[i + 1]]``; see `line`.
     regions : ndarray of int32, shape (L, 2)

@@ -77,7 +77,7 @@ class Goals(NamedTuple):
 def settle(
     costs: BorderCosts, labels: Ints, centers: Ints, goals: Goals, smoothing: SmoothOptions | None
 ) -> tuple[Ints, Ints]:
-    """Move cells between regions until sizes are within `goals.limits`; return labels and centers.
+    """Move cells between regions to bring sizes within `goals.limits`; return labels and centers.
 
     Moved cells make borders rough. Therefore, if `smoothing` is given, borders are smoothed and
     cells are moved again. This second result is used unless its sizes are out of bounds. Raises a
@@ -97,7 +97,7 @@ def settle(
 
 
 def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
-    """Move cells until the sizes of all regions are within `goals.limits`, and return new labels.
+    """Move cells to bring the sizes of all regions within `goals.limits`, and return new labels.
 
     Cells move from large to small regions, along shortest paths in the graph of adjacent regions.
     Some sizes may remain outside the limits. Regions stay connected if `goals.is_exact` is false.

@@ -25,7 +25,7 @@ class Submesh(NamedTuple):
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or PointCloud
         The part, of the same class as the whole mesh. Cells and vertices keep their order, and
-        unused vertices are removed. Points keep their normals and colors.
+        unused vertices are removed. Points keep their normals, colors, axes and viewpoints.
     cells : ndarray of int32
         Index, in the whole mesh, of each cell of the part, in ascending order.
     vertices : ndarray of int32

@@ -60,8 +60,8 @@ def vertex_labels(
     min_vertices : int, default 1
         Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
         vertices from neighboring regions, across the edges with the lowest weights. A neighboring
-        region must stay connected and keep `min_vertices` vertices. If no neighboring region can
-        give a vertex, a region stays smaller.
+        region must stay connected and keep `min_vertices` vertices. If neighboring regions cannot
+        give enough vertices, the small region does not change.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 

@@ -204,7 +204,7 @@ def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks of the cells of a tile at `places`, and marks nearby; see `_spread`."""
+    """Raise the marks of a tile at the curve indices `places`, and marks nearby; see `_spread`."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -329,7 +329,7 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Return, for each face, whether `ends` and `is_chosen` contain one of its vertices."""
+        """Return, for each face, whether one of its vertices is in both `ends` and `is_chosen`."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])

@@ -25,7 +25,7 @@ OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``outer`` cells of all tiles; return, for each tile, the tiles that have its halo.
+    """Write the ``outer`` cells of all tiles; return, for each tile, the tiles with its halo.
 
     Two tiles of faces *meet* if they share a vertex. The outer faces of a tile are the faces at
     vertices that it shares, and all faces that share a vertex with these faces. The halo of a tile

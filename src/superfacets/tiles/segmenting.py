@@ -183,7 +183,8 @@ def segment_tiled(
     150 bytes per face, if regions have fewer than about 200 faces (100 if `weights` is not
     ``"parts"``), or if the loop runs on all faces (``tol=0``, or ``max_num_iter`` 0 or 1).
 
-    The option `radius_factor` of `segment`, which stops expansions early, is not supported.
+    The other options of `segment`, such as `features`, `mask` and `radius_factor`, are not
+    supported.
 
     Examples
     --------
@@ -344,7 +345,7 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
 
 
 def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
-    """Run stages 1 and 2, which write the arcs of all tiles; return facts for later stages."""
+    """Run stages 1 and 2, which write the arcs of all tiles; return the `ArcFacts` of the graph."""
     has_border_weights = options.cleanup.smooth and options.weights.has_other_unit
     unit_factor = UNIT_FACTOR if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
     rule = WeightRule(

@@ -23,9 +23,10 @@ Kind = Literal["triangles", "polygons", "points"]
 class TileStore:
     """A mesh or cloud split into tiles, with named arrays for each tile.
 
-    Cells are sorted by the Morton code of their position in the bounding box, then by number. The
-    index of a cell in this order is its *curve index*; variables with curve indices are named
-    `places`. After stage 1, each tile with n cells has these arrays:
+    Cells are sorted by the Morton code of their position in the bounding box. Faces of equal code
+    are sorted by number; for points of equal code, see `sort_cloud`. The index of a cell in this
+    order is its *curve index*; variables with curve indices are named `places`. After stage 1, each
+    tile with n cells has these arrays:
 
     ========= ============== ==================================================================
     cells     (n,) int32     cell number: for faces, the index in the input; for points, the

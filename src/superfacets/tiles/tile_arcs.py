@@ -44,7 +44,7 @@ class WeightRule:
     has_border_weights: bool  # True to compute additional weights for border costs
     n_threads: int
     unit_factor: float = 1.0  # factor that increases the unit of arc lengths, see `UNIT_FACTOR`
-    is_inside_out: bool = False  # True if normals point inward and must be flipped
+    is_inside_out: bool = False  # True if normals point inward; swaps concave and convex
     convex_share: float = 0.0  # result of `convex_share_of`; 0 for solid shapes
     of_machine_part: bool = False  # True to compute weights for machine parts
 
@@ -81,7 +81,7 @@ class _TileSums:
 
 
 def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
-    """Write the arcs of all tiles with their lengths, and return facts about the whole graph.
+    """Write the arcs of all tiles with their lengths, and return the `ArcFacts` of the graph.
 
     Each tile gets the CSR lists ``arcs``. In a tile of n cells, a target t < n is row t of the
     cells. Any other target t is row t - n of ``ghosts``, which contains the curve indices, in

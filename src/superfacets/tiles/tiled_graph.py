@@ -151,15 +151,17 @@ class TiledCoarseGraph:
     """Graph of the coarse cells of all tiles, with the methods of `_core.CoarseGraph`."""
 
     graph: _core.OrderedGraph  # graph of all coarse cells, in memory
-    fine: TiledGraph  # array ``coarse`` of tile t: coarse cell of each cell, minus firsts[t]
+    # Graph of all cells. Array ``coarse`` of tile t contains the coarse cell of each cell, minus
+    # firsts[t].
+    fine: TiledGraph
     firsts: Longs  # (T + 1,) index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
-        """Add long arcs between coarse cells, as `_core.OrderedGraph.add_far_arcs` does."""
+        """Add far arcs between coarse cells, as `_core.OrderedGraph.add_far_arcs` does."""
         self.graph.add_far_arcs(n_threads)
 
     def add_part_costs(self, rows: Singles, factor: float, n_threads: int) -> None:
-        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_costs` does."""
+        """Add costs between parts to arc lengths, as `_core.OrderedGraph.add_part_costs` does."""
         self.graph.add_part_costs(NO_GROUPS, rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
