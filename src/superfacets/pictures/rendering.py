@@ -98,7 +98,8 @@ def render(
         of as lines along edges. This has no effect on clouds, which are drawn without borders.
     numbers : bool, default False
         Whether the label of each visible region is written on it, near the center of its visible
-        part. The label -1 is not written.
+        part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
+        small regions are left out.
 
     Returns
     -------
