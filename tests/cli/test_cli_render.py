@@ -100,6 +100,7 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
         (both, 320),
         (["--labels", four, "--compare", two, "--color-by", values], 320),
         (["--labels", four, "--color-by", "area"], 160),
+        (["--labels", four, "--numbers"], 160),
         (["--labels", four, "--view", "top", "--up", "z"], 160),
         (["--labels", four, "--azimuth", 0, "--elevation", 90, "--up", "z"], 160),
     ]:
@@ -107,8 +108,11 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
         assert run(*picture, *more) == (0, f"wrote {path}{guess}\n", "")
         assert size_of(path) == ((width, 120), 1)
         seen.append(path.read_bytes())
-    assert len(set(seen)) == 4
-    assert seen[3] == seen[4]
+    assert len(set(seen)) == 5
+    assert seen[4] == seen[5]
+    status, _, err = run(*picture, "--numbers")
+    assert status == 2
+    assert err.endswith("numbers are the labels of regions: give labels too\n")
 
 
 def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):

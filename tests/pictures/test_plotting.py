@@ -21,7 +21,7 @@ from superfacets import (
     render,
 )
 from superfacets.adapters.results import NO_COLOR
-from superfacets.pictures.annotations import _ticks, scale_strip, title_strip
+from superfacets.pictures.annotations import _clearances, _places, _ticks, scale_strip, title_strip
 from superfacets.pictures.colors import Scale, checked_values, scale_colors, scale_of
 
 SIZE = (160, 120)
@@ -65,6 +65,37 @@ def test_labelings_stand_side_by_side_from_the_same_camera(gl):
     assert both.shape == (120, 320, 3)
     np.testing.assert_array_equal(both[:, :160], plain)
     np.testing.assert_array_equal(both[:, 160:], plot(SHEET, coarse, size=SIZE).image)
+
+
+def test_each_labeling_has_numbers_of_its_own(gl):
+    one, other = LABELS, 10 - LABELS // 3
+    both = plot(SHEET, one, compare=[other], numbers=True, size=SIZE).image
+    for half, labels in [(both[:, :160], one), (both[:, 160:], other)]:
+        numbered = render(SHEET, labels, numbers=True, size=SIZE)
+        np.testing.assert_array_equal(half, numbered)
+        assert not np.array_equal(numbered, render(SHEET, labels, size=SIZE))
+
+
+def test_the_room_of_a_pixel_is_the_distance_to_the_end_of_its_region():
+    regions = np.array([[0, 0, 0, 0, 1], [0, 0, 0, 0, 1], [0, 0, 0, 0, 1]])
+    assert _clearances(regions).tolist() == [[1, 1, 1, 1, 1], [1, 2, 2, 1, 1], [1, 1, 1, 1, 1]]
+
+
+def test_numbers_do_not_overlap_and_regions_seen_edge_on_have_none():
+    """A large region, a region of two pixel columns, and a ring around a small square."""
+    regions = np.full((60, 100), 0)
+    regions[:, :2] = 1
+    regions[20:40, 60:80], regions[27:33, 67:73] = 2, 3
+    counts = np.bincount(regions.ravel())
+    [large, ring, *small] = _places(regions, counts, 8, [10, 10, 10, 10])
+    assert (large[0], ring[0], len(small)) == (0, 2, 0)  # no room in the square is left
+    assert regions[large[1:]] == 0
+    assert regions[ring[1:]] == 2
+    assert abs(large[1] - ring[1]) > 8 or abs(large[2] - ring[2]) > 10
+    ((region, *place),) = _places(
+        np.where(regions == 2, -1, regions), counts * [0, 0, 0, 1], 8, [9] * 4
+    )
+    assert (region, place) == (3, [29, 69])
 
 
 def test_titles_stand_above_and_take_of_the_height(gl):

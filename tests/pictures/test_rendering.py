@@ -12,7 +12,15 @@ from models import read_off
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
-from superfacets import Mesh, MissingExtraError, PointCloud, render, sample_mesh
+from superfacets import (
+    Mesh,
+    MissingExtraError,
+    PointCloud,
+    PolygonMesh,
+    TetMesh,
+    render,
+    sample_mesh,
+)
 from superfacets.pictures import drawing, rendering
 from superfacets.pictures.backend import RenderError
 from superfacets.pictures.colors import face_colors
@@ -171,6 +179,64 @@ def test_regions_are_outlined_in_dark(gl):
     assert dark(picture)[89:91, 49:51].all()
     assert not dark(picture)[30, 50]
     assert not dark(picture)[90, 110]
+
+
+def changed(one, other):
+    """Rows and columns of the pixels that differ."""
+    return np.argwhere((one != other).any(axis=2))
+
+
+def test_the_number_of_a_visible_region_is_written_near_its_center(gl):
+    """From the front, only one side of the cube is visible."""
+    sides = np.arange(12) // 2
+    for names in (np.arange(6), np.arange(6) * 1000 - 7):
+        plain, numbered = (
+            render(cube(), names[sides], size=SIZE, view=FRONT, numbers=numbers)
+            for numbers in (False, True)
+        )
+        pixels = changed(plain, numbered)
+        assert (pixels.min(axis=0) + pixels.max(axis=0)) / 2 == pytest.approx([60, 80], abs=2)
+        assert np.ptp(pixels[:, 0]) < 20
+        text = numbered[tuple(pixels.T)]
+        assert text.min() < 50
+        assert text.max() > 245  # the outline
+    front = np.where(sides == 1, -1, sides)  # now the visible side is in no region
+    pictures = [render(cube(), front, size=SIZE, view=FRONT, numbers=n) for n in (False, True)]
+    np.testing.assert_array_equal(*pictures)
+
+
+def tets():
+    return TetMesh([*np.eye(3), [0, 0, 0], [1, 1, 1]], [[3, 0, 1, 2], [4, 2, 1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("cells", "options"),
+    [
+        (PolygonMesh.of_faces(square().vertices, [[0, 1, 2, 3]]), {}),
+        (square(), {"smooth_borders": True}),
+        (tets(), {}),
+        (tets(), {"clip": "x"}),
+        (PointCloud(bumpy_sheet(6).vertices), {}),
+    ],
+)
+def test_numbers_are_the_labels_that_were_given(gl, cells, options):
+    """Two labels of the same region differ only in the text."""
+    labels = np.arange(cells.n_cells) % 2
+    options = {"size": SIZE, "view": View(azimuth=40, elevation=40, up="z"), **options}
+    plain, ones, more = (
+        render(cells, labels + step, numbers=numbers, **options)
+        for step, numbers in [(0, False), (1, True), (1001, True)]
+    )
+    assert len(changed(plain, ones)) < len(changed(plain, more))
+    assert len(changed(plain, more)) < 0.1 * plain[..., 0].size
+
+
+def test_numbers_need_labels(gl, tmp_path):
+    with pytest.raises(ValueError, match="numbers are the labels of regions: give labels too"):
+        render(square(), numbers=True, output=tmp_path / "picture.png")
+    with pytest.raises(TypeError, match="numbers must be True or False"):
+        render(square(), [0, 1], numbers="yes")
+    assert not list(tmp_path.iterdir())
 
 
 def test_smooth_borders_are_shorter_lines_and_keep_the_colors_of_regions(gl):

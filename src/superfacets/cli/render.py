@@ -110,12 +110,14 @@ def _values_named(
            " x.  [default: draw the outer surface]"),
     option("--smooth-borders", FLAG,
            "Draw region borders of a mesh as smooth curves, as computed by superfacets cut."),
+    option("--numbers", FLAG, "Write the number (label) of each visible region on the region."),
 )  # fmt: skip
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
     labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
     compare: tuple[Path, ...], color_by: str | None, viewpoint: tuple[float, ...] | None,
     side: str | None, size: tuple[int, int] | None, smooth_borders: bool,
+    numbers: bool,
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
@@ -148,7 +150,7 @@ def render_command(
             plotted = plot(
                 cells, shown, output=path, compare=others, titles=titles, size=size, colors=colors,
                 color_by=values, scale_title=None if named is None else named.stem, view=view,
-                clip=clip, smooth_borders=smooth_borders,
+                clip=clip, smooth_borders=smooth_borders, numbers=numbers,
             )  # fmt: skip
         except (ValueError, TypeError) as error:
             if named is None or isinstance(error, MeshError):

@@ -1,13 +1,14 @@
-"""Draw the strip with titles above pictures, and the strip with a color scale below pictures."""
+"""Draw titles above pictures, a color scale below pictures, and numbers on regions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from .._types import Array, Ints, Longs
 from ..adapters.results import NO_COLOR
 from .backend import import_pillow
 from .colors import Scale, scale_colors
@@ -24,6 +25,22 @@ _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
 _TINY = 1e-290  # smaller ranges get ticks only at their ends, because steps would underflow
+
+# Height of numbers on regions: a fraction of the mean diameter of the visible regions, but at least
+# this number of pixels, and at most this fraction of the picture's height.
+_NUMBER, _MIN_NUMBER, _MAX_NUMBER = 0.3, 10.0, 1 / 32
+
+# Minimum clearance of a number's center in pixels: regions seen edge-on are one or two pixels wide.
+_MIN_ROOM = 3
+
+# Clearance that suffices for a number, as a fraction of the largest clearance in its region. The
+# height of the number also suffices.
+_WIDE = 0.8
+
+# Width of the outline of numbers, as a fraction of their height.
+_OUTLINE = 0.12
+
+_DARK, _LIGHT = (28, 28, 32), (255, 255, 255)
 
 Color = tuple[int, int, int]
 
@@ -65,6 +82,73 @@ def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Pic
     return np.asarray(image)
 
 
+def draw_numbers(picture: Picture, regions: Ints, names: Array) -> Picture:
+    """Write the name of each visible region on the picture, dark with a light outline.
+
+    `regions` contains the region of each pixel, (height, width), or -1 for no region; `names`
+    contains a number for each region. Numbers do not overlap: if the numbers of larger regions
+    leave no room, the number of a region is left out.
+    """
+    counts = np.bincount(regions.ravel() + 1, minlength=len(names) + 1)[1:]
+    diameter = math.sqrt(4 / math.pi * counts.sum() / max(1, np.count_nonzero(counts)))
+    size = max(_MIN_NUMBER, min(_NUMBER * diameter, _MAX_NUMBER * len(picture)))
+    outline, font = max(1, round(_OUTLINE * size)), _font(size)
+    image = import_pillow("Image").fromarray(picture)
+    pen = import_pillow("ImageDraw").Draw(image)
+    texts = [str(name) for name in names]
+    widths = [math.ceil(font.getlength(text)) + 2 * outline for text in texts]
+    for region, row, column in _places(regions, counts, math.ceil(size), widths):
+        pen.text(
+            (column + 0.5, row + 0.5), texts[region], fill=_DARK, font=font, anchor="mm",
+            stroke_width=outline, stroke_fill=_LIGHT,
+        )  # fmt: skip
+    return np.asarray(image)
+
+
+def _places(
+    regions: Ints, counts: Longs, height: int, widths: Sequence[int]
+) -> Iterator[tuple[int, int, int]]:
+    """Yield region, row and column of the center of each number, the largest region first.
+
+    `counts` is the number of pixels of each region; the number of a region is `height` pixels high
+    and `widths[region]` pixels wide. Of all free pixels with enough clearance in the region, the
+    center is the pixel nearest to the centroid of the region's pixels.
+    """
+    rooms = _clearances(regions)
+    rooms[rooms < _MIN_ROOM] = 0
+    order = np.argsort(regions.ravel(), kind="stable")
+    ends = len(order) - counts.sum() + np.cumsum(counts)
+    for region in np.argsort(-counts, kind="stable").tolist():
+        pixels = order[ends[region] - counts[region] : ends[region]]
+        free = rooms.ravel()[pixels]
+        if not free.any():
+            continue
+        rows, columns = np.divmod(pixels, regions.shape[1])
+        distances = np.hypot(rows - rows.mean(), columns - columns.mean())
+        place = np.where(free >= min(height, _WIDE * free.max()), distances, np.inf).argmin()
+        row, column = int(rows[place]), int(columns[place])
+        yield region, row, column
+        reach = (widths[region] + max(widths)) // 2
+        above, left = max(0, row - height), max(0, column - reach)
+        rooms[above : row + height + 1, left : column + reach + 1] = 0
+
+
+def _clearances(regions: Ints) -> Longs:
+    """Return the number of pixels from each pixel to the end of its region, >= 1.
+
+    The number is the minimum for the directions left, right, up and down, and includes the pixel.
+    """
+    room = np.full(regions.shape, max(regions.shape), dtype=np.int64)
+    for turns in range(4):
+        turned, least = np.rot90(regions, turns), np.rot90(room, turns)
+        columns = np.arange(1, turned.shape[1] + 1)
+        is_new = np.ones(turned.shape, dtype=bool)
+        is_new[:, 1:] = turned[:, 1:] != turned[:, :-1]
+        starts = np.maximum.accumulate(np.where(is_new, columns, 0), axis=1)
+        np.minimum(least, columns - starts + 1, out=least)  # writes into `room`
+    return room
+
+
 def _canvas(width: int, height: int, background: Color) -> tuple[Any, Any]:
     """Create an image; return the image, and an object that draws on the image."""
     image = import_pillow("Image").new("RGB", (width, height), background)
@@ -74,7 +158,7 @@ def _canvas(width: int, height: int, background: Color) -> tuple[Any, Any]:
 def _ink(background: Color) -> Color:
     """Return the text color: white on a dark background, otherwise nearly black."""
     is_dark = 0.299 * background[0] + 0.587 * background[1] + 0.114 * background[2] < 128
-    return (255, 255, 255) if is_dark else (28, 28, 32)
+    return _LIGHT if is_dark else _DARK
 
 
 def _font(size: float) -> Any:

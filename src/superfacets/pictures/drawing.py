@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Floats, Longs
+from .._types import Floats, Ints, Longs
+from .._validate import ranked_labels
 from ..errors import RenderError
+from .annotations import draw_numbers
 from .backend import import_pillow, import_vtk, quiet_vtk
 from .camera import Camera
 from .scene import Picture, Scene
@@ -82,11 +84,14 @@ def draw(
     frame: tuple[int, int],
     line_width: float,
     background: tuple[int, int, int],
+    *,
+    has_numbers: bool = False,
 ) -> list[Picture]:
     """Return a picture of the scene for each camera, (height, width, 3).
 
     `frame` is (width, height), and `line_width` is the width of borders in pixels; with 0, no
-    borders are drawn. All cameras must have the same field of view.
+    borders are drawn. All cameras must have the same field of view. If `has_numbers` is True, the
+    label of each visible region is written on it.
     """
     vtk = import_vtk()
     width, height = frame
@@ -100,7 +105,12 @@ def draw(
                 samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
                 _show(stage, (255, 255, 255), shadows=True)
                 shadows = _shoot(vtk, stage, *_shadow_frame(frame))
-                pictures.append(_combined(samples, shadows, background))
+                picture = _combined(samples, shadows, background)
+                if has_numbers and scene.labels is not None:
+                    ranks, ids = ranked_labels(scene.labels)
+                    regions = _shoot_regions(vtk, stage, scene.colors, ranks, frame)
+                    picture = draw_numbers(picture, regions, ids)
+                pictures.append(picture)
         finally:
             stage.window.Finalize()
     return pictures
@@ -239,6 +249,28 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
     if flat.size != height * width * 3:
         raise RenderError(f"VTK returned {flat.size} values instead of {height * width * 3}")
     return np.asarray(flat.reshape(height, width, 3)[::-1], dtype=np.uint8)
+
+
+def _shoot_regions(
+    vtk: Any, stage: _Stage, colors: Picture, regions: Ints, frame: tuple[int, int]
+) -> Ints:
+    """Return the region visible in each pixel, (height, width), or -1 for no region.
+
+    `regions` contains the region of each triangle, or -1. The surface is drawn without light, and
+    the color of a region is its index + 1 in base 256. Then triangles get their `colors` back.
+    Border lines must be hidden, as in the image of ambient occlusion.
+    """
+    codes = ((regions[:, np.newaxis] + 1) >> np.array([0, 8, 16])).astype(np.uint8)
+    faces, look = stage.surface.GetMapper().GetInput(), stage.surface.GetProperty()
+    stage.renderer.SetBackground(0, 0, 0)
+    stage.renderer.SetUseSSAO(False)
+    stage.surface.GetMapper().SetScalarVisibility(True)
+    look.LightingOff()
+    faces.GetCellData().SetScalars(vtk.numpy_to_vtk(codes, deep=True))
+    pixels = _shoot(vtk, stage, *frame).astype(np.int32)
+    faces.GetCellData().SetScalars(vtk.numpy_to_vtk(colors, deep=True))
+    look.LightingOn()
+    return pixels @ np.array([1, 256, 65536], dtype=np.int32) - 1
 
 
 def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:

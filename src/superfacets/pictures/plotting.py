@@ -123,6 +123,7 @@ def plot(
     background: str = "white",
     clip: Clip | None = None,
     smooth_borders: bool = False,
+    numbers: bool = False,
 ) -> Plot:
     """Return a picture or animation of cells and their regions, for one or several labelings.
 
@@ -132,7 +133,7 @@ def plot(
 
     Parameters
     ----------
-    cells, labels, colors, border_width, background, clip, smooth_borders
+    cells, labels, colors, border_width, background, clip, smooth_borders, numbers
         Same as in `render`.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a rotation.
@@ -195,7 +196,7 @@ def plot(
     if color_by is not None and colors is not None:
         raise ValueError("give colors or color_by, not both")
     style = checked_style(
-        size or (_SIZE if n == 1 else _MOVING_SIZE), view, border_width, background
+        size or (_SIZE if n == 1 else _MOVING_SIZE), view, border_width, background, numbers=numbers
     )
     import_vtk()
     shades, scale = [colors] * len(series), None

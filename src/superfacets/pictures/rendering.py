@@ -37,6 +37,7 @@ from .scene import (
     build_scene,
     checked_colors,
     default_border_width,
+    given_labels,
     upright,
 )
 
@@ -55,6 +56,7 @@ def render(
     background: str = "white",
     clip: Clip | None = None,
     smooth_borders: bool = False,
+    numbers: bool = False,
 ) -> Picture:
     """Return a shaded picture of a mesh with colored and outlined regions.
 
@@ -94,6 +96,10 @@ def render(
     smooth_borders : bool, default False
         Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
         of as lines along edges. This has no effect on clouds, which are drawn without borders.
+    numbers : bool, default False
+        Whether the label of each visible region is written on it, near the center of its visible
+        part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
+        small regions are left out.
 
     Returns
     -------
@@ -115,7 +121,7 @@ def render(
     """
     cells = as_cells(mesh)
     is_smooth = checked_flag(smooth_borders, "smooth_borders")
-    style = checked_style(size, view, border_width, background)
+    style = checked_style(size, view, border_width, background, numbers=numbers)
     path = None if output is None else checked_picture_path(output, (".png",))
     import_vtk()
     scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
@@ -136,6 +142,7 @@ class Style:
     view: View
     border_width: float | None  # in pixels; None for the width from `default_border_width`
     background: tuple[int, int, int]
+    has_numbers: bool  # whether labels are written on regions
 
     @property
     def aspect(self) -> float:
@@ -144,14 +151,16 @@ class Style:
 
 
 def checked_style(
-    size: tuple[int, int], view: View | str | None, border_width: float | None, background: str
-) -> Style:
+    size: tuple[int, int], view: View | str | None, border_width: float | None, background: str,
+    *, numbers: bool,
+) -> Style:  # fmt: skip
     """Check arguments of `render`, and return them as a `Style`."""
     frame = (_checked_side(size, 0), _checked_side(size, 1))
     view = _checked_view(view)
     if border_width is not None:
         border_width = checked_number(border_width, "border_width", zero=True)
-    return Style(frame, view, border_width, _checked_background(background))
+    has_numbers = checked_flag(numbers, "numbers")
+    return Style(frame, view, border_width, _checked_background(background), has_numbers)
 
 
 def scene_of(
@@ -172,12 +181,12 @@ def scene_of(
     if sources is None:
         return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
     if labels is not None:
-        labels, _ = compact_partial_labels(
+        labels, ids = compact_partial_labels(
             labels, cells.n_cells, getattr(cells, "n_vertices", None)
         )
         # Colors are chosen for the whole volume, so that they do not depend on `clip`.
         colors = face_colors(cells, labels) if colors is None else colors
-        labels = labels[sources]
+        labels = given_labels(labels[sources], ids)
     if colors is not None:
         colors = checked_colors(colors, cells.n_cells)[sources]
     return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
@@ -199,7 +208,8 @@ def _surface_scene(
     given = face_colors(surface, compact) if colors is None else colors
     shades = checked_colors(given, surface.n_faces)
     cut = cut_borders(surface, compact)
-    return build_scene(cut.mesh, cut.labels, _colors_of_parts(cut, compact, shades))
+    colors = _colors_of_parts(cut, compact, shades)
+    return build_scene(cut.mesh, given_labels(cut.labels, ids), colors)
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
@@ -232,12 +242,14 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
     """Return a picture of the scene for each camera.
 
     All cameras must have the same distance from their targets, because border lines have the same
-    width in all pictures.
+    width in all pictures. Raises a ValueError if the style has numbers, but the scene no labels.
     """
+    if style.has_numbers and scene.labels is None:
+        raise ValueError("numbers are the labels of regions: give labels too")
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
-    return draw(scene, cameras, style.frame, width, style.background)
+    return draw(scene, cameras, style.frame, width, style.background, has_numbers=style.has_numbers)
 
 
 def png_of_picture(picture: Picture) -> bytes:

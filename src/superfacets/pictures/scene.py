@@ -74,6 +74,7 @@ class Scene:
     colors: Picture  # (T, 3) color of each triangle
     borders: Longs  # (B, 2) indices into `points`: the ends of each edge between two regions
     n_regions: int  # number of regions; 1 if there are no labels
+    labels: Array | None = None  # (T,) label of each triangle, or None if there are no labels
 
     @cached_property
     def normals(self) -> Floats:
@@ -116,8 +117,10 @@ def build_scene(
     points = (points - (low + high) / 2) / np.linalg.norm(high - low)
     face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
     borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
+    shown = None
     if labels is not None:
         checked, ids = compact_partial_labels(labels, mesh.n_faces, mesh.n_vertices)
+        shown = given_labels(checked, ids)
         graph, n_regions = build_face_graph(mesh), max(1, len(ids))
         if colors is None:
             face_colors = colors_of_cells(region_colors(graph, checked), checked)
@@ -126,7 +129,13 @@ def build_scene(
         face_colors = checked_colors(colors, mesh.n_faces)
     if sources is not None:
         face_colors = face_colors[sources]
-    return Scene(points, triangles, face_colors, borders, n_regions)
+        shown = None if shown is None else shown[sources]
+    return Scene(points, triangles, face_colors, borders, n_regions, shown)
+
+
+def given_labels(labels: Ints, ids: Array) -> Array:
+    """Return the labels before `compact_partial_labels`, which returned `labels` and `ids`."""
+    return np.append(ids, -1)[labels]
 
 
 def build_cloud_scene(
@@ -135,10 +144,12 @@ def build_cloud_scene(
     """Build the scene of a cloud, with a colored hexagon for each point."""
     graph = find_point_graph(cloud, checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
+    shown = None
     if labels is not None:
         checked, ids = compact_partial_labels(labels, cloud.n_points)
         point_colors = colors_of_cells(region_colors(graph, checked), checked)
         n_regions = max(1, len(ids))
+        shown = np.repeat(given_labels(checked, ids), len(_HEXAGON))
     elif cloud.colors is not None:
         point_colors = np.rint(cloud.colors * 255).astype(np.uint8)
     if colors is not None:
@@ -148,7 +159,8 @@ def build_cloud_scene(
     first = 6 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]
     triangles = (first + _HEXAGON).reshape(-1, 3)
     shades = np.repeat(point_colors, len(_HEXAGON), axis=0)
-    return Scene(corners, triangles, shades, np.empty((0, 2), dtype=np.int64), n_regions)
+    borders = np.empty((0, 2), dtype=np.int64)
+    return Scene(corners, triangles, shades, borders, n_regions, shown)
 
 
 def hexagons_of(graph: PointGraph) -> Floats:
