@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ...errors import MeshError
 from ...io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
@@ -30,7 +31,7 @@ _LAST_BYTES = 1 << 12  # bytes at the end of a file in which the last line is se
 Line = dict[str, Any]
 
 
-class JournalError(ValueError):
+class JournalError(MeshError):
     """Error raised if a work file cannot be used."""
 
 
