@@ -204,7 +204,7 @@ def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
         )
     if lines and lines[0].get("version") not in READABLE:
         raise JournalError(f"{path}: was written by a later version of superfacets")
-    note = f"{path}: the last line was incomplete, as after a crash, and was removed"
+    note = f"{path}: the last line was incomplete, as after a crash, and was left out"
     return lines, size, [note] if size < len(data) else []
 
 

@@ -260,7 +260,7 @@ def _listed(content: Any) -> list[Any]:
     """
     if isinstance(content, list):
         return [
-            new_class(i, entry) if isinstance(entry, str) else entry
+            {**new_class(i, entry), "color": None} if isinstance(entry, str) else entry
             for i, entry in enumerate(content, 1)
         ]
     if not isinstance(content, dict):
