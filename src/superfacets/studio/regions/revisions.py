@@ -21,8 +21,8 @@ from ...io.guards import shortened
 MAX_KEPT = 6  # number of most recently used revisions that are kept
 
 FLAT = 0.95
-"""A region is flat if its mean normal has at least this length. In noisy scans, over 90 % of a floor
-is in flat regions. A cap of a sphere is flat up to 26 degrees around its center."""
+"""A region is flat if its mean normal has at least this length. In noisy scans, over 90 % of a
+floor is in flat regions. A cap of a sphere is flat up to 26 degrees around its center."""
 
 
 @dataclass(frozen=True)
