@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapes
 
 pytest.importorskip("uvicorn")
 
@@ -95,7 +96,7 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
     status, _, err = run("studio", sheet, "--no-browser")
     assert status == 0
     assert "note:" in err
-    assert "was removed" in err
+    assert "was left out" in err
     served[1][0].close()
 
 
@@ -152,3 +153,99 @@ def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served
     _, out, _ = run("studio", sheet, "--list")
     assert out == f"100.0 %  {Path(sheet).name}  changed since review\n"
     assert not served
+
+
+@pytest.fixture
+def labeled(sheet):
+    """The file with 20 regions, of which one is chair 1; a studio still has it open."""
+    from superfacets.studio.documents.document import Document
+
+    document = Document.open(Path(sheet), n_segments=20)
+    document.set_classes([{"id": 3, "name": "chair", "color": "#0a0b0c"}])
+    document.paint(document.revision.cells_of(4), 3, objects=1)
+    yield document
+    document.close()
+
+
+def test_exports_are_written_while_a_studio_has_the_work_open(run, labeled, tmp_path):
+    from superfacets.studio.export.write import export_bytes
+
+    work = labeled.journal.path.read_bytes()
+    status, out, err = run(
+        "studio", labeled.path, "-o", tmp_path / "out" / "deep",
+        *("--export", "classes", "--export", "vertex-classes.txt", "--export", "instances"),
+        *("--export", "objects", "--export", "objects.npz", "--export", "superfacets"),
+        *("--export", "region-classes"),
+    )  # fmt: skip
+    assert (status, err) == (0, "")
+    kinds = (
+        ("cells", "npy"), ("vertices", "txt"), ("instances", "txt"), ("objects", "json"),
+        ("objects", "npz"), ("regions", "npy"), ("region_classes", "csv"),
+    )  # fmt: skip
+    for line, (what, format) in zip(out.splitlines(), kinds, strict=True):
+        name, content = export_bytes(labeled, what, format)
+        assert line == f"wrote {tmp_path / 'out' / 'deep' / name}"
+        assert (tmp_path / "out" / "deep" / name).read_bytes() == content
+    assert labeled.journal.path.read_bytes() == work
+
+
+def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
+    from superfacets import write_mesh
+    from superfacets.studio.documents.document import Document
+    from superfacets.studio.labels.classes import checked_class_list, write_classes
+
+    scans, out = tmp_path / "scans", tmp_path / "out"
+    (scans / "b").mkdir(parents=True)
+    for name in ("a.ply", "b/a.ply", "c.ply", "new.ply", "twin.ply", "twin.off"):
+        write_mesh(scans / name, shapes.bumpy_sheet(8))
+    shared = checked_class_list([{"id": 1, "name": "leg"}])
+    write_classes(scans / "superfacets-classes.json", shared)
+    for name in ("a.ply", "b/a.ply", "c.ply", "twin.ply", "twin.off"):
+        document = Document.open(scans / name, None, 5, shared, lambda _: None)
+        document.paint(np.arange(9, dtype=np.uint32), 1, objects=2)
+        document.close()
+    (scans / "c.ply.studio.jsonl").write_text("no\n")
+    status, printed, err = run("studio", scans, "--export", "objects", "-o", out)
+    assert status == 1
+    assert "c.ply.studio.jsonl: is not a work file" in err
+    assert err.count("inputs that differ only in the ending have the same exports") == 2
+    assert "3 of 5 files failed" in err
+    written = sorted(path for path in out.rglob("*") if path.is_file())
+    assert written == [out / "a.objects.json", out / "b" / "a.objects.json"]
+    assert len(printed.splitlines()) == 2
+    assert '"name":"leg","color":[230,159,0]' in written[0].read_text()
+    assert not (scans / "new.ply.studio.jsonl").exists()
+
+
+def test_wrong_exports_write_nothing(run, sheet, labeled, tmp_path):
+    work = f"{sheet}.studio.jsonl"
+    for arguments, exit_status, message in (
+        (("--export", "faces"), 2, "--export must be one of classes, vertex-classes"),
+        (("--export", "objects.ply"), 2, "format must be one of json, npz"),
+        (("-o", tmp_path / "out"), 2, "say what to export with --export"),
+        (("--export", "objects", "--work", tmp_path / "no.jsonl"), 1, "there is no work file"),
+    ):
+        status, out, err = run("studio", sheet, *arguments)
+        assert (status, out) == (exit_status, "")
+        assert message in err
+        assert err.count("\n") == 1
+    torn = Path(work).read_bytes().replace(b'"op"', b'"oq"', 1)
+    (tmp_path / "torn.jsonl").write_bytes(torn)
+    options = ("--work", tmp_path / "torn.jsonl", "-o", tmp_path / "out")
+    status, _, err = run("studio", sheet, "--export", "classes", *options)
+    assert status == 1
+    assert "torn.jsonl: line 2 of the work file is damaged" in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_labels_of_a_command_may_be_a_work_file(run, sheet, labeled, tmp_path):
+    work = labeled.journal.path
+    status, _, err = run("convert", sheet, work, "-o", tmp_path / "cells.npy")
+    assert (status, err) == (0, "")
+    assert np.array_equal(np.load(tmp_path / "cells.npy"), labeled.state.classes)
+    other = tmp_path / "tri.obj"
+    other.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    status, _, err = run("convert", other, work, "-o", tmp_path / "no.npy")
+    assert status == 1
+    assert f"{work}: the work file has 1152 cells, but the mesh has 1" in err
+    assert not (tmp_path / "no.npy").exists()

@@ -10,6 +10,7 @@ import time
 import httpx
 import numpy as np
 import pytest
+import shapes
 from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 
 import superfacets
@@ -130,7 +131,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("paint", {"class": True, "cells": ""}, 400, "class must be a whole number"),
         ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
         ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
-        ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a text"),
+        ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a string"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
         (
             "split",
@@ -299,13 +300,31 @@ def test_an_error_in_a_run_is_its_last_line(client):
     assert client.state()["n_regions"] == 20
 
 
-def test_similar_regions_are_found(client):
+def test_regions_that_face_the_same_way_are_similar_to_a_flat_region(serve, tmp_path):
+    """The regions of the floor of a box have shapes like the regions of its walls."""
+    write_mesh(tmp_path / "box.ply", superfacets.subdivide(shapes.cube(), max_edge=0.1).mesh)
+    client = serve(tmp_path / "box.ply", n_segments=60)
+    graph = superfacets.region_graph(client.document().cells, client.labels())
+    floor = np.flatnonzero(graph.normals[:, 2] < -0.9)
+    body = {"region": int(floor[0]), "revision": client.state()["revision"]}
+    for tolerance, expected in ((0.05, floor), (0.6, np.flatnonzero(graph.normals[:, 2] < 0.9))):
+        found = client.done("similar", **body, tolerance=tolerance)["regions"]
+        assert found == expected.tolist()
+    assert len(client.done("similar", **body, tolerance=1)["regions"]) == graph.n_regions
+
+
+def test_similar_regions_are_found(serve, tmp_path):
+    write_mesh(tmp_path / "bear.ply", superfacets.sample_mesh(5_000))
+    client = serve(tmp_path / "bear.ply", n_segments=20)
     revision = client.state()["revision"]
-    one = client.done("similar", region=4, revision=revision, tolerance=0)["regions"]
-    some = client.done("similar", region=4, revision=revision, tolerance=0.7)["regions"]
-    every = client.done("similar", region=4, revision=revision, tolerance=1)["regions"]
-    assert 4 in one
-    assert set(one) < set(some) < set(every) == set(range(20))
+    lengths = superfacets.region_graph(client.document().cells, client.labels()).normal_lengths
+    body = {"region": int(lengths.argmin()), "revision": revision}
+    assert lengths.min() < 0.5  # compared by shape, not by direction
+    one = client.done("similar", **body, tolerance=0)["regions"]
+    some = client.done("similar", **body, tolerance=0.5)["regions"]
+    every = client.done("similar", **body, tolerance=1)["regions"]
+    assert one == [body["region"]]
+    assert set(one) < set(some) < set(every) == set(range(len(lengths)))
     assert client.post("similar", region=20, revision=revision).status_code == 400
     assert client.post("similar", region=1, revision=revision, tolerance=2).status_code == 400
 

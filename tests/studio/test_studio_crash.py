@@ -103,7 +103,7 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
     server = Server(path)
     try:
         notes = server.http.get("state").json()["notes"]
-        assert any("was removed" in note for note in notes)
+        assert any("was left out" in note for note in notes)
         assert server.http.get("state").json()["seq"] == cut.count(b"\n") - 1
         httpx.post(f"{server.base}/api/quit", headers={"X-Token": server.token})
         assert server.process.wait(20) == 0

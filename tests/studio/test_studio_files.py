@@ -18,8 +18,10 @@ from superfacets.studio.labels.classes import (
     CLASSES_FILE,
     MAX_CLASS,
     checked_class_list,
+    default_classes,
     read_classes,
     with_missing,
+    with_named,
 )
 
 
@@ -229,6 +231,7 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
         {"id": 3, "name": "floor"},
     ]
     path.write_text(json.dumps({"images": [], "categories": categories}))
+    assert read_classes(path)[0]["color"] == "#010203"
     found = [(c["id"], c["name"], c["key"], "stuff" in c) for c in read_classes(path)]
     assert found == [(2, "Slab", "2", True), (12, "wall", "", False), (3, "floor", "3", False)]
     path.write_text('["roof", {"id": 2, "name": "wall", "stuff": true}]')
@@ -311,3 +314,36 @@ def test_a_name_that_is_no_text_is_no_obstacle(serve, tmp_path):
     assert "a%FF.classes.npy" in answer.headers["content-disposition"]
     client.close()
     assert serve(tmp_path).classes().any()
+
+
+def colors(classes):
+    return [entry["color"] for entry in classes]
+
+
+def test_a_new_class_gets_a_default_color_that_differs_from_colors_in_use(tmp_path):
+    default = colors(default_classes([str(i) for i in range(32)]))
+    near = "#e59e01"  # the first default color, almost
+    used = [{"id": 7, "name": "a", "color": default[1]}, {"id": 9, "name": "b", "color": near}]
+    listed = checked_class_list([*used, {"id": 2, "name": "c"}, {"id": 1, "name": "d"}])
+    assert colors(listed) == [default[1], near, default[2], default[3]]
+    assert colors(with_missing(listed, [4]))[4:] == [default[4]]
+    assert colors(with_named(listed, "e")[1])[4:] == [default[9]]  # class 10 has its own color
+    (tmp_path / "classes.json").write_text(json.dumps([used[0], "c"]))
+    assert colors(read_classes(tmp_path / "classes.json"))[1] == default[2]
+
+
+def test_default_colors_repeat_only_after_all_are_in_use():
+    default = colors(default_classes([str(i) for i in range(32)]))
+    assert len({*default}) == 32
+    classes = ()
+    for number in range(40):
+        _, classes = with_named(classes, str(number))
+    assert colors(classes) == default + default[:8]
+
+
+@pytest.mark.parametrize("color", [[1, 2], [1, 2, 300], [1, 2, 3, 4], "red", {}])
+def test_wrong_colors_of_categories_are_errors(tmp_path, color):
+    path = tmp_path / "scan.objects.json"
+    path.write_text(json.dumps({"categories": [{"id": 1, "name": "a", "color": color}]}))
+    with pytest.raises(ValueError, match=r"classes\[0\]: color must be #rrggbb"):
+        read_classes(path)

@@ -35,7 +35,7 @@ export class Workbench {
   private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
   cursor = -1; // region selected by keyboard; -1 if there is none
   hoveredCell = -1;
-  tolerance = 0.05; // largest difference between the shapes of regions that `fillSimilar` paints, 0 to 1
+  tolerance = 0.05; // `tolerance` of the Python function `similar_regions` for `fillSimilar`, 0 to 1
   readonly selection = new Set<number>();
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
   private isPainted = false; // whether the selected regions were selected by painting them

@@ -33,6 +33,7 @@ from ..mesh.base import Cells
 from .failures import print_note
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
+WORK_ENDING = ".jsonl"
 VALUE_ENDINGS = (".npy", ".txt")
 
 
@@ -123,7 +124,15 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
 
 
 def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
-    """Read a label file, which has one label per cell or, for a mesh, one label per vertex."""
+    """Read a label file, which has one label per cell or, for a mesh, one label per vertex.
+
+    A work file of the studio has the class of each cell; 0 means no class.
+    """
+    if path.suffix == WORK_ENDING:
+        from ..studio.documents.history import classes_in_work
+
+        classes = classes_in_work(path, bytes(read_content(path)), cells.n_cells)
+        return GivenLabels(path, classes, False)
     ending = known_ending(path, LABEL_ENDINGS)
     source = Input(str(path), read_content(path), ending, path.parent)
     n_vertices = getattr(cells, "n_vertices", None)

@@ -9,13 +9,17 @@ import sys
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from ..errors import MissingExtraError
-from .failures import print_notes
-from .options import COUNT, FILE, FLAG, json_option, option, options
+from ..io.atomic import output_folder
+from .failures import EXIT_DATA, count_failures, print_notes
+from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
+
+if TYPE_CHECKING:
+    from ..studio.documents.files import Files
 
 
 @click.command("studio")
@@ -30,11 +34,18 @@ from .options import COUNT, FILE, FLAG, json_option, option, options
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
     option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
+    option("--export exports KIND", None,
+           "Write the saved labels of all files that have a work file, and exit: classes,"
+           " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
+           " format, such as objects.npz. May be given several times.", multiple=True),
+    option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
+@click.pass_context
 def studio_command(
-    path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
-    port: int | None, is_list: bool, no_browser: bool,
+    ctx: click.Context, /, path: Path, n_segments: int | None, work: Path | None,
+    classes: Path | None, port: int | None, is_list: bool, exports: tuple[str, ...],
+    output: Path | None, no_browser: bool,
 ) -> None:  # fmt: skip
     """Label a mesh or point cloud, or all files of a folder, in a browser.
 
@@ -43,11 +54,15 @@ def studio_command(
     _check_extra()
     from ..studio.documents.files import Files
     from ..studio.labels.classes import read_classes
-    from ..studio.web.address import address_file, open_again, redirection, stored_address
-    from ..studio.web.server import serve
 
+    if output is not None and not exports:
+        raise click.UsageError("-o is the folder of exports: say what to export with --export")
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)
+    if exports:
+        if _export(files, exports, output):
+            ctx.exit(EXIT_DATA)
+        return
     if is_list:
         for entry in files.listed():
             reviewed = "  reviewed" if entry.get("reviewed") else ""
@@ -55,6 +70,14 @@ def studio_command(
                 reviewed = "  changed since review"
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
         return
+    _serve(files, port, is_shown=not no_browser)
+
+
+def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
+    """Run the server until the user stops it, and open the page if `is_shown`."""
+    from ..studio.web.address import address_file, open_again, redirection, stored_address
+    from ..studio.web.server import serve
+
     opened, address = open_again(port, stored_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
         for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the address file, then exit
@@ -64,7 +87,7 @@ def studio_command(
         def show(page: str) -> None:
             click.echo(f"superfacets studio: {page} (press Ctrl-C to stop)")
             sys.stdout.flush()
-            if not no_browser:
+            if is_shown:
                 with contextlib.suppress(OSError):  # the user can still open the printed address
                     webbrowser.open(stack.enter_context(redirection(page)))
 
@@ -72,6 +95,37 @@ def studio_command(
             with files.document(0) as document:
                 print_notes(document.notes)
         serve(files, opened, address, show)
+
+
+def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
+    """Write exports of all files that have a work file, and return the number of failed files."""
+    from ..studio.export.write import export, parsed_export
+
+    wanted = [parsed_export(name) for name in exports]
+    started = [i for i in range(len(files.paths)) if files.work_of(i).exists()]
+    if not started:
+        raise FileNotFoundError(f"{files.home}: there is no work file, so there are no labels yet")
+    root = files.folder or files.paths[0].parent
+    inputs = [files.path(i) for i in started]
+    targets = [(output or root) / path.relative_to(root).with_suffix("") for path in inputs]
+
+    def write(index: int) -> None:
+        target = targets[index]  # folder and first part of the names of exports
+        if targets.count(target) > 1:
+            raise FileExistsError(
+                f"{inputs[index]}: inputs that differ only in the ending have the same exports:"
+                " export each of them to another folder with -o"
+            )
+        document = files.read(started[index])
+        try:
+            print_notes(document.notes)
+            with output_folder(target.parent):
+                for what, format in wanted:
+                    click.echo(f"wrote {export(document, what, format, folder=target.parent)}")
+        finally:
+            document.close()
+
+    return count_failures([str(path) for path in inputs], write)
 
 
 def _end(number: int, _: object) -> NoReturn:

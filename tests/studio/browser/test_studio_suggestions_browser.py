@@ -1,6 +1,7 @@
 """Suggested objects in a real browser: seen, accepted and rejected by mouse and keyboard alone."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -43,6 +44,12 @@ def instances_of(server, tab, spots):
 
 
 def rows(tab):
+    """Names and scores."""
+    return [re.sub(r"[\d,]+ · ", "", text) for text in sizes(tab)]
+
+
+def sizes(tab):
+    """Names, numbers of cells and scores."""
     return tab.locator("#suggestions button").all_text_contents()
 
 
@@ -53,10 +60,14 @@ def test_keys_accept_and_reject_what_is_chosen_or_under_the_pointer(studio, sugg
     assert not tab.classes().any()
     chair = next(entry["id"] for entry in server.state()["classes"] if entry["name"] == "chair")
 
+    n_cells = np.count_nonzero(tab.labels() == spots[0][0])
+    assert sizes(tab)[0] == f"chair{n_cells} · 0.90"
     tab.press("j", "a")  # the best one, and on to the next
-    tab.wait_for_status("Suggestion accepted: chair. 3 left.")
+    tab.wait_for_status(
+        "Suggestion accepted: chair. 3 left. The next one is chosen: no class yet, score 0.75."
+    )
     assert instances_of(server, tab, spots) == [1000 * chair + 1, 0, 0, 0]
-    assert tab.locator("#suggestions [aria-current=true]").text_content() == "no class yet0.75"
+    assert tab.locator("#suggestions [aria-current=true]").text_content().endswith(" · 0.75")
     tab.press("2", "a")  # as an object of the chosen class
     tab.wait_for_status("accepted: class 2")
     assert instances_of(server, tab, spots) == [1000 * chair + 1, 0, 2001, 0]
@@ -83,6 +94,21 @@ def test_keys_accept_and_reject_what_is_chosen_or_under_the_pointer(studio, sugg
     assert instances_of(server, tab, spots) == [1000 * chair + 1, 0, 2001, 0]
 
 
+def test_j_after_a_visits_every_suggestion(studio, suggest):
+    _, tab = studio
+    suggest(tab, ("chair", "chair", "table", "table"))
+    tab.press("j")
+    for name, n_left in (("chair", 3), ("table", 2), ("chair", 1)):
+        tab.press("a")
+        tab.wait_for_status(f"Suggestion accepted: {name}. {n_left} left.")
+        tab.press("j")
+    tab.wait_for_status("Suggestion: table, score 0.30.")
+    tab.press("Control+z", "Control+z")
+    tab.settled()
+    tab.press("j", "j")  # the first J goes to the best one, and the second to the next
+    assert tab.locator("#suggestions [aria-current=true]").text_content().endswith(" · 0.60")
+
+
 def test_shift_gives_the_chosen_class_and_only_good_scores_are_accepted(studio, suggest):
     server, tab = studio
     spots = suggest(tab, ("chair", "chair", "table"))
@@ -105,9 +131,10 @@ def test_pieces_of_a_class_without_scores_are_suggested_largest_first(studio, tm
     tab.locator("#as-suggestions").check()
     tab.locator("#import").set_input_files(tmp_path / "classes.npy")
     tab.wait_for_status("2 suggested objects")
-    titles = [button.get_attribute("title") for button in tab.locator("#suggestions button").all()]
-    assert [int(title.split()[0]) for title in titles] == sorted(counts, reverse=True)
+    assert sizes(tab) == [f"class 2{n}" for n in sorted(counts, reverse=True)]
     assert counts[0] < counts[1]
+    tab.locator("#least-score").fill("1")  # has no effect without scores
+    assert tab.locator("#accept-all").text_content() == "Accept all of them (2)"
 
 
 APART = """(() => {  // the first region, and a larger one that is not its neighbor

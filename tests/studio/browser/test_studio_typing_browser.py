@@ -97,6 +97,16 @@ def test_an_empty_view_and_a_card_of_another_view(desk):
     tab.wait_for_status("No cell is in view. Home shows the whole mesh.")
     tab.locator("#views button", has_text="Reset").click()
     tab.until("document.querySelector('#status').textContent === ''")
+    toward = "JSON.stringify(studio.workbench.drawing.camera.directions()[2])"
+    first = tab.evaluate(toward)
+    tab.locator("#help-button").focus()  # as after a click on a button
+    tab.press("ArrowLeft")
+    assert tab.evaluate(toward) != first
+    tab.press("Home")
+    tab.until(f"{toward} === {first!r}")
+    tab.locator("#least-score, #tolerance").last.focus()
+    tab.press("ArrowLeft", "Home")  # move the slider
+    assert tab.evaluate(toward) == first
 
 
 def test_strokes_say_what_they_replace_and_undo_what_it_reverts(desk):

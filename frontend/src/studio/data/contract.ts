@@ -64,6 +64,7 @@ export interface SuggestionEntry {
   class: number; // class id; 0 if the user must choose a class
   score: number | null; // 0 to 1; null if the file contains no score
   n_cells: number;
+  area: number; // volume for tetrahedra
 }
 
 /** Changes made by undo, by redo, or by accepting or rejecting suggestions, and the state after the change. */

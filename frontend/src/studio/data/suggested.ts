@@ -16,11 +16,11 @@ export function suggestedFrom(buffer: ArrayBuffer): Suggested {
 }
 
 /**
- * 1-based indices of all suggestions, by decreasing score and, for equal scores, by decreasing number of cells.
+ * 1-based indices of all suggestions, by decreasing score and, for equal scores, by decreasing area.
  * Suggestions without a score come last.
  */
 export function byScore({ entries }: Suggested): number[] {
   const scoreAt = (place: number): number => entries[place - 1].score ?? -1;
-  const sizeAt = (place: number): number => entries[place - 1].n_cells;
-  return entries.map((_, i) => i + 1).sort((a, b) => scoreAt(b) - scoreAt(a) || sizeAt(b) - sizeAt(a) || a - b);
+  const areaAt = (place: number): number => entries[place - 1].area;
+  return entries.map((_, i) => i + 1).sort((a, b) => scoreAt(b) - scoreAt(a) || areaAt(b) - areaAt(a) || a - b);
 }

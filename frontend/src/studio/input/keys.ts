@@ -15,7 +15,6 @@ interface Key {
   shown?: string; // key name in the help dialog; by default names[0], empty to omit the key
   what: string; // description in the help dialog
   run: () => void;
-  onCanvas?: boolean; // whether the key works only while the canvas or no element has the focus
   paints?: boolean; // whether the key changes the class of the active region or cell
 }
 
@@ -169,7 +168,7 @@ export class Keys {
     const { camera } = this.workbench.drawing;
     const arrows = (prefix: string, what: string, go: (x: number, y: number) => void): Key[] =>
       ARROWS.map(([name, x, y], i) => ({
-        names: [`${prefix}Arrow${name}`], shown: i ? "" : `${prefix}Arrows`, what, onCanvas: true, run: () => go(x, y),
+        names: [`${prefix}Arrow${name}`], shown: i ? "" : `${prefix}Arrows`, what, run: () => go(x, y),
       }));
     return [
       ...arrows("", "turn the view; with the brush: go to the next cell", (x, y) => modes.tool.arrow(x, -y)),
@@ -201,8 +200,7 @@ export class Keys {
     // These keys must not choose classes, because Blender uses them to change the view.
     if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;
     const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
-    if (!key || (key.onCanvas && target !== this.workbench.drawing.canvas && target !== document.body)) return;
-    if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
+    if (!key || (target.matches("[type=range], [type=radio]") && /^(Arrow|Page|Home)/.test(event.key))) return;
     if (key.paints && !this.isOnMesh(event)) return this.refuse(event);
     event.preventDefault();
     key.run();

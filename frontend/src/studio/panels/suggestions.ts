@@ -14,6 +14,7 @@ export class Suggestions {
   private order: number[] = []; // 1-based indices of the suggestions, by decreasing score
   private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by the 1-based index of the suggestion
   private chosen = 0; // 1-based index of the chosen suggestion; 0 if there is none
+  private isAhead = false; // whether accepting or rejecting has chosen the suggestion, so `next` has yet to visit it
   private readonly list = element("suggestions");
   private readonly least = element<HTMLInputElement>("least-score");
 
@@ -36,6 +37,7 @@ export class Suggestions {
     this.order = byScore(suggested);
     this.cells = new Groups(suggested.owners, suggested.entries.length + 1);
     this.chosen = 0;
+    this.isAhead = false;
     this.workbench.drawing.setSuggestions(suggested.owners);
     this.show();
   }
@@ -46,7 +48,7 @@ export class Suggestions {
     element("suggestions-count").textContent = String(order.length);
     const rows = order.slice(0, MAX_LISTED).map((place) => this.row(place));
     const nMore = order.length - rows.length;
-    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} more with lower scores`)] : []));
+    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} more`)] : []));
     this.workbench.drawing.setSuggestionColors(entries.map((entry) => this.colorOf(entry)), this.chosen);
     this.showControls();
   }
@@ -55,9 +57,10 @@ export class Suggestions {
     const entry = this.entries[place - 1];
     const swatch = make("i");
     swatch.style.background = cssColor(this.colorOf(entry));
-    const score = entry.score === null ? "" : entry.score.toFixed(2);
-    const title = `${entry.n_cells.toLocaleString("en")} cells; click to go there`;
-    const button = make("button", { type: "button", title }, swatch, make("span", {}, this.nameOf(entry)), make("output", {}, score));
+    const size = entry.n_cells.toLocaleString("en");
+    const score = entry.score === null ? "" : ` · ${entry.score.toFixed(2)}`;
+    const title = `Number of ${this.workbench.session.mesh.cellName}${score && ", and score"}; click to go there`;
+    const button = make("button", { type: "button", title }, swatch, make("span", {}, this.nameOf(entry)), make("output", {}, size + score));
     button.ariaCurrent = String(place === this.chosen);
     button.addEventListener("click", () => this.choose(place));
     return make("li", {}, button);
@@ -72,13 +75,10 @@ export class Suggestions {
     return entry.class ? this.workbench.className(entry.class) : "no class yet";
   }
 
-  /**
-   * Suggestions whose score is at least the value of the slider. If the value is 0, suggestions without a score are
-   * included.
-   */
+  /** Suggestions whose score is at least the value of the slider, and all suggestions without a score. */
   private get goodEnough(): number[] {
     const least = Number(this.least.value);
-    return this.order.filter((place) => !least || (this.entries[place - 1].score ?? -1) >= least);
+    return this.order.filter((place) => (this.entries[place - 1].score ?? 1) >= least);
   }
 
   private showControls(): void {
@@ -106,21 +106,30 @@ export class Suggestions {
     return hovered || this.chosen;
   }
 
-  /** Go to the suggestion with the next lower score, or from the last one to the first. */
+  /**
+   * Go to the suggestion with the next lower score, or from the last one to the first. A suggestion that `settle` has
+   * chosen is visited first.
+   */
   next(): void {
     if (!this.order.length) return this.workbench.say("There are no suggestions. Import a file to get some.");
-    this.choose(this.order[(this.order.indexOf(this.chosen) + 1) % this.order.length]);
+    const step = this.isAhead ? 0 : 1;
+    this.choose(this.order[(this.order.indexOf(this.chosen) + step) % this.order.length]);
   }
 
   private choose(place: number): void {
     this.chosen = place;
+    this.isAhead = false;
     this.show();
     this.list.children[this.order.indexOf(place)]?.scrollIntoView({ block: "nearest" });
     this.workbench.hover(-1);
     this.workbench.fly(this.cells.of(place));
+    this.workbench.say(`Suggestion: ${this.told(place)}. A accepts, R rejects, J goes to the next one.`);
+  }
+
+  /** Name and score of a suggestion. */
+  private told(place: number): string {
     const entry = this.entries[place - 1];
-    const score = entry.score === null ? "" : `, score ${entry.score.toFixed(2)}`;
-    this.workbench.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next one.`);
+    return this.nameOf(entry) + (entry.score === null ? "" : `, score ${entry.score.toFixed(2)}`);
   }
 
   /** Accept the active suggestion as an object of its class or, if `isChosenClass`, of the chosen class. */
@@ -140,19 +149,26 @@ export class Suggestions {
     this.workbench.say(this.order.length ? "No suggestion is under the pointer or chosen. J goes to the next one." : "There are no suggestions. Import a file to get some.");
   }
 
-  /** Accept or reject suggestions. If the chosen suggestion is among them, go to the next one. */
+  /** Accept or reject suggestions. If the chosen suggestion is among them, choose the next one and say so. */
   private async settle(places: number[], isAccepted: boolean, isChosenClass = false): Promise<void> {
     const { workbench, entries } = this;
     const ids = places.map((place) => entries[place - 1].id);
     const pairs = places.map((place, i): [number, number] => [ids[i], this.classFor(place, isChosenClass)]);
     const names = [...new Set(pairs.map(([, id]) => workbench.className(id)))].join(", ");
+    const isMoved = places.includes(this.chosen);
     const rest = this.order.slice(this.order.indexOf(this.chosen) + 1).filter((place) => !places.includes(place));
-    const nextId = places.includes(this.chosen) && rest.length ? entries[rest[0] - 1].id : 0;
+    const nextId = entries[(isMoved ? rest[0] : this.chosen) - 1]?.id;
+    const wasAhead = this.isAhead;
     const isDone = await workbench.session.settle(isAccepted ? pairs : [], isAccepted ? [] : ids);
     if (!isDone) return;
-    if (nextId) this.choose(1 + this.entries.findIndex(({ id }) => id === nextId));
+    const next = 1 + this.entries.findIndex(({ id }) => id === nextId);
+    if (next && isMoved) this.choose(next);
+    this.chosen = next;
+    this.isAhead = next > 0 && (isMoved || wasAhead);
+    this.show();
     const what = places.length === 1 ? "Suggestion" : `${places.length} suggestions`;
     const done = isAccepted ? `accepted: ${names}` : "rejected";
-    workbench.say(`${what} ${done}. ${this.order.length || "None"} left.`);
+    const chosen = next && isMoved ? ` The next one is chosen: ${this.told(next)}.` : "";
+    workbench.say(`${what} ${done}. ${this.order.length || "None"} left.${chosen}`);
   }
 }

@@ -57,10 +57,10 @@ export class Views {
     return seen.filter(isBack).length > MANY_BACKS * seen.length;
   }
 
-  keys(): { names: string[]; what: string; onCanvas: boolean; run: () => void }[] {
+  keys(): { names: string[]; what: string; run: () => void }[] {
     return [
-      ...this.usual.map(({ key, what, run }) => ({ names: [key], what, onCanvas: key === "Home", run })),
-      { names: ["w"], what: "see inside: hide surfaces seen from behind, such as walls", onCanvas: false, run: () => this.toggleBacks() },
+      ...this.usual.map(({ key, what, run }) => ({ names: [key], what, run })),
+      { names: ["w"], what: "see inside: hide surfaces seen from behind, such as walls", run: () => this.toggleBacks() },
     ];
   }
 }

@@ -42,7 +42,7 @@ from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
 from .history import History
-from .journal import Journal, Line
+from .journal import Journal, Line, parsed_work
 from .journal_lines import line_of
 from .source import Source
 
@@ -77,7 +77,6 @@ class Document:
     def __post_init__(self) -> None:
         self.notes += self.journal.notes
         self._show(self.base)
-        self._adopt_base()
 
     @classmethod
     def open(
@@ -100,14 +99,32 @@ class Document:
         header = {**source.facts, "parameters": parameters, "classes": own}
         journal = Journal.open(work.resolve() if work else work_file_of(path), header)
         try:
-            source.check_work(journal)
-            history = History.replayed(journal, source.n_cells, classes if share_classes else None)
-            segmenter = Segmenter(source.cells)
-            base = segmenter.base(history.state.partition.parameters)
-            return cls(source, journal, history, segmenter, base, share_classes)
+            document = cls._of(source, journal, classes if share_classes else None)
+            document.share_classes = share_classes
+            document._adopt_base()
+            return document
         except BaseException:
             journal.close()
             raise
+
+    @classmethod
+    def read(cls, path: Path, work: Path, classes: ClassList | None = None) -> Document:
+        """Read an input file and its work file for exports; the document cannot be changed.
+
+        The work file is neither locked nor written, so a studio may have it open. `classes` is the
+        list that the meshes of a folder share, or None to use the list in the work file. Raises the
+        same errors as `open`, and FileNotFoundError if there is no work file.
+        """
+        source = Source.read(path)
+        return cls._of(source, parsed_work(work, work.read_bytes()), classes)
+
+    @classmethod
+    def _of(cls, source: Source, journal: Journal, classes: ClassList | None) -> Document:
+        source.check_work(journal)
+        history = History.replayed(journal, source.n_cells, classes)
+        segmenter = Segmenter(source.cells)
+        base = segmenter.base(history.state.partition.parameters)
+        return cls(source, journal, history, segmenter, base)
 
     @property
     def path(self) -> Path:

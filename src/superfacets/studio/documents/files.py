@@ -59,7 +59,16 @@ class Files:
     @property
     def home(self) -> Path:
         """The work file of a single input, or the input folder."""
-        return self.folder or self.work or work_file_of(self.paths[0])
+        return self.folder or self.work_of(0)
+
+    def work_of(self, number: int) -> Path:
+        """Return the path of the work file of a file; the work file may not exist."""
+        return self.work or work_file_of(self.path(number))
+
+    def read(self, number: int) -> Document:
+        """Read a file and its work file with `Document.read`."""
+        shared = None if self.folder is None else self.classes
+        return Document.read(self.path(number), self.work_of(number), shared)
 
     def path(self, number: int) -> Path:
         """Return the path of a file; raise an IndexError if there is no such file."""
@@ -125,7 +134,7 @@ class Files:
             marks = document.state.review_marks
             return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
         try:
-            return {**entry, **_progress_of(summary(self.work or work_file_of(path)))}
+            return {**entry, **_progress_of(summary(self.work_of(number)))}
         except JournalError as error:
             return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 

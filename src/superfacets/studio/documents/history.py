@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
+import numpy as np
+
+from ..._types import Ints
 from ...io.guards import shortened
 from ..labels.classes import ClassList
 from .changes import Change, State
-from .journal import Journal, JournalError, Line
+from .journal import Journal, JournalError, Line, parsed_work
 from .journal_lines import change_of, first_state
 
 
@@ -125,6 +129,18 @@ class History:
         is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
         kept = self.state.is_changed and "review" not in kinds
         return self.state.is_reviewed and (is_new or kept)
+
+
+def classes_in_work(path: Path, data: bytes, n_cells: int) -> Ints:
+    """Return the class of each cell, (N,), in the content of a work file; 0 means no class.
+
+    Raises JournalError if the data is not a valid work file of a mesh with `n_cells` cells.
+    """
+    journal = parsed_work(path, data)
+    found = journal.header.get("n_cells")
+    if found != n_cells:
+        raise JournalError(f"{path}: the work file has {found} cells, but the mesh has {n_cells}")
+    return History.replayed(journal, n_cells, None).state.classes.astype(np.int32)
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})

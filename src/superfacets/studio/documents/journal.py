@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ...errors import MeshError
 from ...io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
@@ -30,7 +31,7 @@ _LAST_BYTES = 1 << 12  # bytes at the end of a file in which the last line is se
 Line = dict[str, Any]
 
 
-class JournalError(ValueError):
+class JournalError(MeshError):
     """Error raised if a work file cannot be used."""
 
 
@@ -203,7 +204,7 @@ def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
         )
     if lines and lines[0].get("version") not in READABLE:
         raise JournalError(f"{path}: was written by a later version of superfacets")
-    note = f"{path}: the last line was incomplete, as after a crash, and was removed"
+    note = f"{path}: the last line was incomplete, as after a crash, and was left out"
     return lines, size, [note] if size < len(data) else []
 
 

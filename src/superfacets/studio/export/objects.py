@@ -78,7 +78,12 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
     instances, cells = document.instances, document.cells
     image = {"id": 1, "file_name": document.path.name, "n_cells": document.n_cells}
     categories = [
-        {"id": entry["id"], "name": entry["name"], "isthing": int(not entry.get("stuff", False))}
+        {
+            "id": entry["id"],
+            "name": entry["name"],
+            "color": [*bytes.fromhex(entry["color"][1:])],
+            "isthing": int(not entry.get("stuff", False)),
+        }
         for entry in document.class_list
     ]
     centers = document.segmenter.surface.positions

@@ -76,8 +76,24 @@ def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
     }
 
 
-def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
-    """Write an export to the folder of the input, and return the path of the file.
+def parsed_export(name: str) -> tuple[str, str | None]:
+    """Return the kind and the format of an export like "objects.json"; the format may be missing.
+
+    Names are the ends of the default file names: marker and format. Raises ValueError if there is
+    no such kind of export.
+    """
+    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": MARK}.items()}
+    kind, _, format = name.partition(".")
+    return kinds[checked_choice(kind, "--export", tuple(kinds))], format or None
+
+
+def export(
+    document: Document, what: str, format: str | None, *, folder: Path | None = None,
+    replace: bool = False,
+) -> Path:  # fmt: skip
+    """Write an export to a folder, by default that of the input, and return the path of the file.
+
+    If `format` is None, the first of the formats in `formats_of` is used.
 
     An existing file is replaced if its name contains a marker of the studio. Some names have no
     marker, because other tools require these names. An existing file with such a name may come from
@@ -87,7 +103,8 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
     Raises FileExistsError if the file exists and must not be replaced, and OSError if it cannot be
     written.
     """
-    path = document.path.with_name(_name_of(document, what, format))
+    format = format or formats_of(document.source.kind)[what][0]
+    path = (folder or document.path.parent) / _name_of(document, what, format)
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")

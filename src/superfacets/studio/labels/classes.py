@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from ...io.atomic import atomic_outputs
 from ...io.attributes import is_encodable
+from ...pictures.colors import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
 MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
@@ -37,6 +39,9 @@ _COLORS = (
 which color-blind people can distinguish. The distance in CIELAB of each of the last 16 to all
 earlier colors is at least 32. Gray is not used, because unlabeled cells are gray."""
 
+_MIN_DISTANCE = 0.06
+"""Smallest OKLab distance of a new color to colors in use: that of any two of `_COLORS`."""
+
 _N_DEFAULT = 6
 
 _COLOR = re.compile(r"#[0-9a-f]{6}")
@@ -44,6 +49,9 @@ _COLOR = re.compile(r"#[0-9a-f]{6}")
 ClassList = tuple[dict[str, Any], ...]
 """List of classes, as dicts with ``id``, ``name``, ``color`` and ``key``. The key is a shortcut, or
 empty. A class without objects, such as walls, also has ``stuff``, which is True."""
+
+Colors = tuple[str, ...]
+"""Colors like "#e69f00"."""
 
 ObjectNames = tuple[dict[str, Any], ...]
 """Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
@@ -69,12 +77,15 @@ def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
     return (paint >> np.uint32(16)).astype(np.uint16)
 
 
-def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
-    """Return a new class with a default color and, for numbers 1 to 9, a shortcut key."""
+def new_class(class_id: int, name: str | None = None, used: Colors = ()) -> dict[str, Any]:
+    """Return a new class with a default color and, for numbers 1 to 9, a shortcut key.
+
+    `used` are the colors of other classes, see `_free_color`.
+    """
     entry = {
         "id": class_id,
         "name": f"class {class_id}" if name is None else name,
-        "color": _COLORS[(class_id - 1) % len(_COLORS)],
+        "color": _free_color(class_id, used),
         "key": str(class_id) if class_id < 10 else "",
     }
     is_stuff = str(entry["name"]).strip().casefold() in _STUFF
@@ -83,10 +94,25 @@ def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
 
 def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
     """Return the list extended by a new class, without a shortcut key if its key is in use."""
-    entry = new_class(class_id, name)
+    entry = new_class(class_id, name, colors_of(classes))
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""
     return (*classes, entry)
+
+
+def _free_color(class_id: int, used: Colors) -> str:
+    """Return the first default color that differs clearly from all colors in `used`.
+
+    The search begins with the default color of the class, which is the result if there is no such
+    color.
+    """
+    first = (class_id - 1) % len(_COLORS)
+    order = (*_COLORS[first:], *_COLORS[:first])
+    if not used:
+        return order[0]
+    given, others = (np.array([[*bytes.fromhex(c[1:])] for c in some]) for some in (order, used))
+    distances = color_distances(given, others, ("normal",)).min(axis=1)
+    return order[int(np.argmax(distances >= _MIN_DISTANCE))]
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
@@ -106,6 +132,11 @@ def names_of(classes: ClassList) -> dict[int, str]:
     return {entry["id"]: entry["name"] for entry in classes}
 
 
+def colors_of(classes: Iterable[Mapping[str, Any]]) -> Colors:
+    """Return the colors of classes, except classes without a color."""
+    return tuple(entry["color"] for entry in classes if entry["color"] is not None)
+
+
 def stuff_of(classes: ClassList) -> set[int]:
     """Return the numbers of all classes that have no objects."""
     return {entry["id"] for entry in classes if entry.get("stuff")}
@@ -120,18 +151,21 @@ def default_classes(names: Sequence[str] = ()) -> ClassList:
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
     """Return the list, extended by new classes for numbers in `used` (except 0) that it lacks."""
-    more = sorted({*used} - {0, *names_of(classes)})
-    return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
+    for class_id in sorted({*used} - {0, *names_of(classes)}):
+        classes = (*classes, {**new_class(class_id, None, colors_of(classes)), "key": ""})
+    return classes
 
 
 def checked_class_list(value: object) -> ClassList:
-    """Return a checked copy of a list of classes.
+    """Return a checked copy of a list of classes; classes without a color get a free default color.
 
     Raises ValueError if an entry is invalid, or if two classes have the same number or key.
     """
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
+    for entry in checked:
+        entry["color"] = entry["color"] or _free_color(entry["id"], colors_of(checked))
     for name in ("id", "key"):
         seen: set[Any] = set()
         for entry in checked:
@@ -155,8 +189,8 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
         raise ValueError(
             f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces"
         )
-    color = new_class(class_id)["color"] if color is None else color
-    if not isinstance(color, str) or not _COLOR.fullmatch(color.lower()):
+    is_color = isinstance(color, str) and _COLOR.fullmatch(color.lower())
+    if color is not None and not is_color:
         raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
     key = "" if key is None else key
     if not isinstance(key, str) or len(key) > 1:
@@ -167,7 +201,7 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
     is_stuff = entry.get("stuff", False)
     if not isinstance(is_stuff, bool):
         raise ValueError(f"classes[{index}]: stuff must be true or false")
-    checked = {"id": class_id, "name": name.strip(), "color": color.lower(), "key": key}
+    checked = {"id": class_id, "name": name.strip(), "color": color and color.lower(), "key": key}
     return {**checked, "stuff": True} if is_stuff else checked
 
 
@@ -226,7 +260,7 @@ def _listed(content: Any) -> list[Any]:
     """
     if isinstance(content, list):
         return [
-            new_class(i, entry) if isinstance(entry, str) else entry
+            {**new_class(i, entry), "color": None} if isinstance(entry, str) else entry
             for i, entry in enumerate(content, 1)
         ]
     if not isinstance(content, dict):
@@ -239,13 +273,19 @@ def _listed(content: Any) -> list[Any]:
 
 
 def _of_category(entry: Any) -> Any:
-    """Convert a COCO category to a class; ``isthing`` = 0 means a class without objects."""
+    """Convert a COCO category to a class; ``isthing`` = 0 means a class without objects.
+
+    A ``color`` is a list of red, green and blue, 0 to 255, as in panoptic categories.
+    """
     if not isinstance(entry, dict):
         return entry
-    key = str(entry.get("id"))
+    key, color = str(entry.get("id")), entry.get("color")
+    with contextlib.suppress(TypeError, ValueError):  # an invalid color is reported by `_checked`
+        color = "#" + bytes(color).hex() if isinstance(color, list) else color
     return {
         "id": entry.get("id"),
         "name": entry.get("name"),
+        "color": color,
         "key": key if len(key) == 1 else "",
         "stuff": not entry.get("isthing", True),
     }

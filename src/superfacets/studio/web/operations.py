@@ -149,7 +149,8 @@ def _suggestion_packet(document: Document, query: Body) -> bytes:
         cells = unpack_cells(one.cells, document.n_cells)
         owners[cells] = index
         entry = {"id": one.id, "class": one.class_id, "score": one.score}
-        entries.append({**entry, "n_cells": len(cells)})
+        area = float(document.areas[cells].sum())
+        entries.append({**entry, "n_cells": len(cells), "area": area})
     return packet({"suggestions": entries}, {"owners": owners})
 
 
