@@ -65,7 +65,10 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
         (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
         (["a.ply", "-o", "b/", "-o", "c/"], "-o takes at most one folder"),
-        (["a.ply", "-o", "-", "-o", "-"], "-o takes at most one folder, and at most one -"),
+        (
+            ["a.ply", "-o", "-", "-o", "-"],
+            "give -o at most one folder, and at most once - (standard output)",
+        ),
         (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
         (
             ["a.ply", "-o", "b.tri"],

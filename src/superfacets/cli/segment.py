@@ -91,8 +91,8 @@ def segment_command(
         formats = tiles.checked_formats(inputs, outputs, formats, chosen, others)
     if len(inputs) > 1 and (mask is not None or barriers is not None):
         raise click.UsageError(
-            "files of --mask and --barriers fit only one input: with --mask-values and without"
-            " --mask, values are read from each input"
+            "files of --mask and --barriers fit only one input: to read values from each input,"
+            " give --mask-values without --mask"
         )
     also_read = [str(path) for path in (mask, barriers) if path is not None]
     names = names_of_results if tiles is None else names_by_tiles
