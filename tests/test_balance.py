@@ -264,8 +264,8 @@ def test_islands_that_are_too_small_are_told():
         ),
         (
             {"min_measure": 300.0, "n_segments": 3},
-            "3 regions of at least min_measure=300 need 900, but the total size of all cells is 800:"
-            " use at most 2 regions",
+            "3 regions of at least min_measure=300 need 900, but the total size of all cells is"
+            " 800: use at most 2 regions",
         ),
         (
             {"min_measure": 900.0, "n_segments": 3},

@@ -213,7 +213,8 @@ def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init
 
 def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--connect")[2] == (
-        "superfacets: note: --connect has an effect only with --paper: other regions are connected\n"
+        "superfacets: note: --connect has an effect only with --paper:"
+        " other regions are connected\n"
     )
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
