@@ -296,8 +296,8 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     status, _, err = run("convert", "cube.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
     assert status == 0
     assert err == (
-        "superfacets: note: 4 regions lost in .bin and .segs.json: all vertices have labels of"
-        " other regions\n"
+        "superfacets: note: 4 regions lost in .bin and .segs.json: all their vertices have"
+        " labels of other regions\n"
         "superfacets: note: 8 regions with fewer than 20 vertices in .bin and .segs.json: no"
         " neighbor has vertices to spare\n"
         "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps the labels"

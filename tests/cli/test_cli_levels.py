@@ -197,7 +197,7 @@ def test_levels_writes_several_files_and_standard_output(run, sheet, tmp_path):
             ("-o", "-", "-o", "-"),
             "give -o at most one folder, and at most once - (standard output)",
         ),
-        (("-o", "a.npz", "--to", "npz"), "--to has no effect: the endings of the files"),
+        (("-o", "a.npz", "--to", "npz"), "--to has no effect: the endings of the output files"),
         (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
     ],
 )

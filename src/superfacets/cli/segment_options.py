@@ -114,7 +114,7 @@ segment_options = options(
     option("--islands", ISLANDS,
            "What to do with components without a seed, and with small regions without a neighbor:"
            " keep them as regions (keep), or join them to the nearest region (nearest), which makes"
-           " -n exact except with --init flood or grid.  [default: keep]"),
+           " -n exact except with barriers, or --init flood or grid.  [default: keep]"),
     option("--balance", opts.Real(0.0, 1.0),
            "How equal the areas or volumes of regions should be, from 0 to 1.  [default: 0]"),
     option("--max-measure", opts.POSITIVE,
