@@ -264,12 +264,12 @@ def test_islands_that_are_too_small_are_told():
         ),
         (
             {"min_measure": 300.0, "n_segments": 3},
-            "3 regions of at least min_measure=300 need 900, but all cells have 800:"
-            " use at most 2 regions",
+            "3 regions of at least min_measure=300 need 900, but the total size of all cells is"
+            " 800: use at most 2 regions",
         ),
         (
             {"min_measure": 900.0, "n_segments": 3},
-            "min_measure must be at most 800, the size of all cells, got 900",
+            "min_measure must be at most 800, the total size of all cells, got 900",
         ),
         (
             {"max_measure": 0.1, "n_segments": 3},

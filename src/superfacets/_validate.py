@@ -848,7 +848,7 @@ def checked_intrinsics(intrinsics: Any) -> Floats:
         given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
     if given.shape != (4,):
         raise ValueError(
-            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3), got shape"
+            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3) or (4, 4), got shape"
             f" {given.shape}"
         )
     if not np.isfinite(given).all() or given[:2].min() <= 0:

@@ -94,7 +94,8 @@ creases more closely."""
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType(
     {
-        "compactness": "use alpha: higher values follow creases more, 0 gives the roundest regions",
+        "compactness": "use alpha: with higher values, borders follow creases more; 0 gives the"
+        " roundest regions",
         "sigma": "use denoise: steps of smoothing before creases are measured",
         "spacing": "scale the vertices instead; lengths are in the unit of the mesh",
         "convert2lab": "use features='color'",

@@ -101,7 +101,7 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
         (["--paper", "--init", "flood"], "--paper sets --init farthest"),
         (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
-        (["--mask-values", "six"], "expected whole numbers >= 0, got 'six'"),
+        (["--mask-values", "six"], "expected whole numbers from 0 to 2147483647, got 'six'"),
         (
             ["--mask-values", "6", "--to", "segs.json"],
             ".segs.json files cannot store cells that a mask leaves out",

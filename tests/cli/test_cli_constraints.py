@@ -66,8 +66,8 @@ def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
     status, _, err = run("segment", tmp_path / "strips.ply", "-n", 1, *options)
     assert status == 0
     assert err.splitlines() == [
-        "superfacets: note: 1 more region than requested: parts between barriers without a seed"
-        " became regions",
+        "superfacets: note: 1 more region than requested: some parts between barriers had no"
+        " seed and became regions",
         "superfacets: note: 1 island without a seed joined the nearest region",
     ]
 
@@ -120,7 +120,10 @@ def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
             ["--mask-values", "6", "-o", "out.segs.json"],
             ".segs.json files cannot store cells that a mask leaves out",
         ),
-        (["--mask", "m.npy", "--mask-values", "six"], "expected whole numbers >= 0, got 'six'"),
+        (
+            ["--mask", "m.npy", "--mask-values", "six"],
+            "expected whole numbers from 0 to 2147483647, got 'six'",
+        ),
     ],
 )
 def test_values_of_a_mask_that_are_wrong_are_a_usage_error(run, sheet, options, message):
@@ -276,8 +279,8 @@ def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
         0,
         "superfacets: note: 100% of the length of sharp edges is inside region 0: these edges do"
         " not enclose an area, because some edges between their ends bend by less than"
-        " --barrier-angle; if the mesh has no noise, try a smaller angle, or 'Flat sides and"
-        " fillets' on the page 'CAD parts' of the documentation\n",
+        " --barrier-angle; if the mesh has no noise, try a smaller angle, or see 'Flat sides"
+        " and fillets' on the page 'CAD parts' of the documentation\n",
     )
     lengths = np.linalg.norm(np.diff(folded.vertices[sharp_edges(folded, 30)], axis=1), axis=-1)
     cube = shapes.cube()  # its edges are between regions

@@ -87,11 +87,14 @@ def test_regions_without_a_face_are_counted_and_nodes_keep_their_labels(run, fol
     ids[24:], ids[0] = 2, 1  # the corner labeled 1 is never the majority
     write_labels("v.segs.json", ids)
     status, _, err = run("convert", "a.ply", "v.segs.json", "-o", "g.npz")
-    assert (status, "which can split regions; 1 region without a face left out" in err) == (0, True)
+    assert (status, "which can split regions; left out: 1 region without a face" in err) == (
+        0,
+        True,
+    )
     assert "numbered without gaps in .npz; the array region contains the label of each node" in err
     with np.load("g.npz") as graph:
         assert graph["region"].tolist() == [0, 2]
-    assert "1 region without a face left out" in run("regions", "a.ply", "v.segs.json")[2]
+    assert "left out: 1 region without a face" in run("regions", "a.ply", "v.segs.json")[2]
     ids[0] = 0
     write_labels("v.segs.json", np.minimum(ids, 1))
     err = run("convert", "a.ply", "v.segs.json", "-o", "g.npz")[2]
@@ -195,7 +198,7 @@ def test_regions_are_split(run, folder):
         status, _, err = run("convert", *inputs, "--split", "./halves")
         assert status == 2
         assert "region_0" in err
-        assert "a file of --split could overwrite the input" in err
+        assert "a file written by --split could overwrite the input" in err
     assert (folder / "halves/region_0.ply").read_bytes() == before
     status, _, err = run("convert", "a.ply", "--split", "none")
     assert (status, err) == (1, NO_LABELS.format("split it by"))
@@ -293,8 +296,8 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     status, _, err = run("convert", "cube.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
     assert status == 0
     assert err == (
-        "superfacets: note: 4 regions lost in .bin and .segs.json: all vertices have labels of"
-        " other regions\n"
+        "superfacets: note: 4 regions lost in .bin and .segs.json: all their vertices have"
+        " labels of other regions\n"
         "superfacets: note: 8 regions with fewer than 20 vertices in .bin and .segs.json: no"
         " neighbor has vertices to spare\n"
         "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps the labels"

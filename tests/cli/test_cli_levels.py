@@ -136,7 +136,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
-        (("-n", "3,x", "-o", "out.npz"), 2, "expected whole numbers >= 1, got 'x'"),
+        (("-n", "3,x", "-o", "out.npz"), 2, "expected whole numbers from 1 to 2147483647, got 'x'"),
         (("-n", "3"), 2, "Missing option '-o'"),
         (("-n", "3", "-o", "out.xyz"), 2, "out.xyz: expected the ending .ply, .vtp,"),
         (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
@@ -193,8 +193,11 @@ def test_levels_writes_several_files_and_standard_output(run, sheet, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("-o", "-", "-o", "-"), "-o takes at most one folder, and at most one -"),
-        (("-o", "a.npz", "--to", "npz"), "--to has no effect: the endings of the files"),
+        (
+            ("-o", "-", "-o", "-"),
+            "give -o at most one folder, and at most once - (standard output)",
+        ),
+        (("-o", "a.npz", "--to", "npz"), "--to has no effect: the endings of the output files"),
         (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
     ],
 )

@@ -64,8 +64,11 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "./a.ply"], "the same input is given twice"),
         (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
         (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
-        (["a.ply", "-o", "b/", "-o", "c/"], "-o takes at most one folder"),
-        (["a.ply", "-o", "-", "-o", "-"], "-o takes at most one folder, and at most one -"),
+        (["a.ply", "-o", "b/", "-o", "c/"], "give -o at most one folder"),
+        (
+            ["a.ply", "-o", "-", "-o", "-"],
+            "give -o at most one folder, and at most once - (standard output)",
+        ),
         (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
         (
             ["a.ply", "-o", "b.tri"],
@@ -78,7 +81,10 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
             ".aggregation.json, .npz, got .tri (see",
         ),
         (["a.ply", "-o", ""], "'' is not a file"),
-        (["a.ply", "-o", "x.npy", "--to", "npy"], "--to has no effect: the endings of the files"),
+        (
+            ["a.ply", "-o", "x.npy", "--to", "npy"],
+            "--to has no effect: the endings of the output files",
+        ),
         (["-", "--to", "npy", "--to", "txt"], "standard output can have one format only"),
         (["a.ply", "--to", "npy", "--to", "npy"], "--to names the same format twice"),
         (["a.ply", "--to", "tri"], "Invalid value for '--to'"),

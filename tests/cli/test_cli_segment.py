@@ -213,7 +213,8 @@ def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init
 
 def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--connect")[2] == (
-        "superfacets: note: --connect has no effect: only --paper gives disconnected regions\n"
+        "superfacets: note: --connect has an effect only with --paper:"
+        " other regions are connected\n"
     )
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
@@ -230,7 +231,7 @@ def test_what_auto_denoising_took_is_a_note(run, sheet, tmp_path):
 @pytest.mark.parametrize(
     ("name", "meant"),
     [
-        ("--compactness", "--alpha: higher"),
+        ("--compactness", "--alpha: with higher"),
         ("--n-superpoints", "--n-segments"),
         ("--kThresh", "--n-segments, or superfacets.segmentator"),
         ("--sigma", "--denoise: steps"),

@@ -67,7 +67,7 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
         port = other.getsockname()[1]
         status, out, err = run("studio", sheet, "--port", port)
     assert (status, out, served) == (1, "", [])
-    assert f"port {port} is in use: choose another --port, or omit it" in err
+    assert f"port {port} is in use: choose another with --port, or omit --port" in err
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):

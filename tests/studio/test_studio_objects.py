@@ -460,7 +460,7 @@ def test_the_work_on_another_mesh_is_not_compared(two, document):
     with pytest.raises(
         ValueError,
         match=r"the work file belongs to grid\.ply, not to sheet\.ply: restore the old"
-        r" file, or use another --work",
+        r" file, or give --work another file",
     ):
         document.compare("mine", two[1].read_bytes())
 
@@ -469,11 +469,15 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
     path, mine, theirs = two
     document = Document.open(path, mine)
     document.paint(_range(110, 112), 1, objects=999)
-    with pytest.raises(ValueError, match="a class of both works has 1000 objects or more"):
+    with pytest.raises(
+        ValueError, match="the two work files together have 1000 or more objects of a class"
+    ):
         document.compare("theirs", theirs.read_bytes())
     monkeypatch.setattr("superfacets.studio.documents.document.MAX_OBJECT", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
-    with pytest.raises(ValueError, match="41 pieces are too many: objects end at 9"):
+    with pytest.raises(
+        ValueError, match="41 pieces are too many: object numbers must be at most 9"
+    ):
         document.split_object(1, 1)
     files = {"a.objects.json": json.dumps(_annotations(128, range(4))).encode()}
     seq = document.history.seq

@@ -127,7 +127,7 @@ def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkey
     monkeypatch.setattr(calls, "ALLOWED_KILLS", 0)
     with open_run(2, None, tmp_path) as run:
         message = (
-            r"1 worker died while processing piece 0 \(out of memory\?\): use smaller"
+            r"1 worker died while processing part 0 of the input \(out of memory\?\): use smaller"
             r" tiles or fewer workers"
         )
         with pytest.raises(ConnectionError, match=message):

@@ -1,6 +1,6 @@
 // Draws the page with one draw call for the surface and one for the borders. Each frame uploads only a few uniforms.
 // For picking, the cell number of each pixel is drawn to a framebuffer. The cell numbers are drawn only once per view,
-// when the pointer is first moved over the canvas.
+// when the first cell is picked.
 
 import type { Arrays, Numbers } from "../shared/arrays";
 import { Camera } from "../shared/camera";

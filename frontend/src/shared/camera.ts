@@ -9,7 +9,7 @@ const MARGIN = 0.94; // fraction of the canvas that the mesh fills at zoom 1
 const NEAREST = 1e-3; // smallest distance from the eye to the target, relative to the size of the mesh
 const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
 const MIN_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
-const STEEP = 1.2; // largest elevation at the end of a camera animation, in radians
+const STEEP = 1.2; // largest elevation to which an animation turns the camera, in radians
 const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
 
 /** Camera angles in degrees, and a zoom factor; zoom 1 shows the whole mesh. */
@@ -42,7 +42,7 @@ export class Camera {
 
   constructor(private readonly changed: () => void) {}
 
-  /** Set the mesh, which must be centered at the origin, and show all of it. */
+  /** Set the mesh, which must be centered at the origin, and show its initial view. */
   show(facts: ShapeFacts, positions: Positions): void {
     this.facts = facts;
     this.positions = positions;

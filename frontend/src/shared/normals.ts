@@ -2,7 +2,8 @@
 
 import type { Positions } from "./shape";
 
-export const NO_NORMAL = 0; // code of a vertex on a crease, where each triangle is shaded with the triangle's normal
+// Code of a point without a normal, and of a vertex on a crease, where each triangle is shaded with the triangle's normal.
+export const NO_NORMAL = 0;
 const DOWNWARD = 0xfefe; // code of the downward direction, used instead of 0 because 0 means NO_NORMAL
 // Smallest cosine of the angle between a vertex normal and its triangles' normals; for a smaller cosine, the vertex is
 // on a crease.

@@ -40,7 +40,7 @@ uniform bool are_of_vertices;
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
-out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for a vertex on a crease
+out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for NO_NORMAL
 out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 out vec3 tint;
 vec3 unpacked(uint bits) {

@@ -270,7 +270,7 @@ export class Workbench {
     return true;
   }
 
-  /** Paint the selected regions or, if none is selected, the active region. */
+  /** Paint the selected regions or, if none is selected other than by painting, the active region. */
   paintActive(paint: number): void {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
@@ -426,7 +426,7 @@ export class Workbench {
     this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
   }
 
-  /** Set whether strokes skip cells that already have a class. */
+  /** Set whether strokes that paint a class skip cells that already have one. */
   lock(isLocked = !this.session.isLocked): void {
     this.session.isLocked = isLocked;
     element<HTMLInputElement>("lock").checked = isLocked;

@@ -651,5 +651,5 @@ def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads:
     if isinstance(handle, _core.TriangleSurface):
         return _core.stk02_weights(handle, positions, alpha, n_threads)
     if not isinstance(handle, _core.PolygonSurface):
-        raise ValueError("weights='stk02' needs a mesh of faces: choose other weights for a cloud")
+        raise ValueError("weights='stk02' needs a mesh of faces: choose other weights")
     return _core.polygon_stk02_weights(handle, alpha, n_threads)

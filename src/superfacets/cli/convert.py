@@ -52,7 +52,7 @@ from .report import notes_on_numbers, notes_on_written
     opts.format_option("IN"),
     opts.ascii_option,
     opts.label_options,
-    opts.drop_attributes_option("input"),
+    opts.drop_attributes_option("IN"),
     opts.force_option,
     opts.quiet_option,
     opts.json_option(),
@@ -101,7 +101,7 @@ def _regroup(
     """Rewrite an .aggregation.json for new segments, and print the changes of its objects."""
     if labels is None or len(outputs) != 1:
         raise click.UsageError(
-            "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and one -o"
+            "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and -o once"
         )
     objects = regroup_segments(groups, labels, outputs[0], **chosen)
     if as_json:
@@ -220,7 +220,7 @@ def _plan(
         return jobs, None
     for path in (Path(name) for name in [*inputs, *also_read]):
         if path.name.startswith("region_") and path.resolve().parent == folder.resolve():
-            raise click.UsageError(f"{path}: a file of --split could overwrite the input")
+            raise click.UsageError(f"{path}: a file written by --split could overwrite the input")
     if len(formats) > 1:
         raise click.UsageError("--split writes a single format: give --to only once")
     ending = ENDING_OF_FORMAT[formats[0]] if formats else None

@@ -53,8 +53,8 @@ def evaluate_command(
         if truths and all(each.are_of_vertices for each in given):
             regions, *segments = (each.labels for each in given)
             print_note(
-                "labels are compared at the vertices, without metrics of borders and normals:"
-                " superfacets.face_labels converts labels for these metrics"
+                "labels are compared at the vertices, without metrics of borders and normals: for"
+                " these metrics, convert the labels with superfacets.face_labels"
             )
             return evaluate_vertices(cells, regions, segments)
         regions, *segments = (labels_of_cells(cells, each, is_quiet=False) for each in given)

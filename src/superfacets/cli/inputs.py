@@ -115,7 +115,7 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
     labels = face_labels(cells, given.labels)
     if not is_quiet:
         n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
-        lost = f"; {counted(n_lost, 'region')} without a face left out" if n_lost else ""
+        lost = f"; left out: {counted(n_lost, 'region')} without a face" if n_lost else ""
         print_note(
             f"{given.path}: labels of vertices were converted to labels of faces (the majority of"
             f" the corners), which can split regions{lost}"
@@ -208,14 +208,14 @@ def read_values(path: Path) -> Array:
 
 mask_values_option = option(
     "--mask-values N,N", None,
-    "Keep only cells with one of these values, such as 2,6, in the property --labels-named of IN,"
-    " or in the mask file if one is given. Other cells get label -1.",
+    "Keep only cells with one of these values, such as 2,6, in the property of IN that"
+    " --labels-named names, or in the mask file if one is given. Other cells get label -1.",
     callback=partial(numbers, least=0),
 )  # fmt: skip
 constraint_options = options(
     option("--mask FILE", FILE,
-           "Label file with one value per face or point. Cells with value 0 (or False) are left out"
-           " and get label -1."),
+           "Label file with one value per face or point. Without --mask-values, cells with value 0"
+           " (or False) are left out and get label -1."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face or point. Cells with different numbers never"

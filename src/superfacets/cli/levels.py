@@ -52,7 +52,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            "Format of standard output.  [default: npz]"),
     option("--labels L", FILE,
            "Label file with the regions to merge: .npy, .seg, .txt or a labeled mesh.  [default:"
-           " segment IN into the largest K]"),
+           " segment IN into K regions, for the largest K]"),
     option("--islands", ISLANDS,
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
            " components (nearest).", default="keep"),

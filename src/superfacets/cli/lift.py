@@ -60,7 +60,8 @@ def lift_command(
     IN again. MASKS is a folder with an entry for each image, with the same name: a .png, a .npy, or
     a folder of .png files. CAMERAS is a COLMAP model, a transforms.json, or a folder of poses (for
     each image, a .txt with the 4 x 4 camera-to-world matrix). Images must have no lens distortion.
-    Each region gets the label whose masks cover most of the region's visible area.
+    If masks cover at least half of the visible area of a region, the region gets the label whose
+    masks cover most of this area.
     """
     run = OneRun(source, (labels, cameras), given)
     notes: list[str] = []

@@ -147,7 +147,7 @@ def format_option(what: str, *, name: str = "--format", of_stream: bool = False)
 
 def drop_attributes_option(what: str, listed: str = "") -> Decorator:
     """Add the option that drops all data of an input except the mesh."""
-    text = f"Do not copy data other than the mesh from a .ply {what} to the output{listed}."
+    text = f"Do not copy data of {what} besides the mesh or points to the output{listed}."
     return option("--drop-attributes", FLAG, text)
 
 
@@ -166,12 +166,14 @@ def numbers(
     for number in wanted:
         if not number.isdecimal() or not least <= int(number[:12]) < 2**31:
             raise click.BadParameter(
-                f"expected whole numbers >= {least}, got {number!r}", ctx, parameter
+                f"expected whole numbers from {least} to {2**31 - 1}, got {number!r}",
+                ctx,
+                parameter,
             )
     return tuple(sorted({int(number) for number in wanted}))
 
 
-ascii_option = option("--ascii", FLAG, "Write .ply, .vtp and .stl files as text.")
+ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .vtk as text.")
 quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(
@@ -185,7 +187,7 @@ force_option = option(
 )  # fmt: skip
 labels_named_option = option(
     "--labels-named NAME", None,
-    "Name of the labels in input files that also contain other data: .ply, .vtp, .vtu, .csv, .las.",
+    "Name of the labels in input files with other data, such as .ply, .vtp, .vtu, .csv and .las.",
     default="label",
 )  # fmt: skip
 label_options = options(

@@ -30,7 +30,7 @@ from .report import notes_on_numbers, notes_on_written
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)  # values of ``--to``
 
-TO_IS_UNUSED = "--to has no effect: the endings of the files that -o names set the formats"
+TO_IS_UNUSED = "--to has no effect: the endings of the output files given with -o set the formats"
 """Usage error if ``--to`` is given although all outputs have file names."""
 
 TEXT_OUTPUTS = frozenset(
@@ -273,7 +273,7 @@ def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[
                 f"{text} is one file for {len(inputs)} inputs: give -o a folder, such as results/"
             )
     if list(outputs).count(opts.STANDARD_STREAM) > 1 or len(folders) > 1:
-        raise click.UsageError("-o takes at most one folder, and at most one -")
+        raise click.UsageError("give -o at most one folder, and at most once - (standard output)")
     if opts.STANDARD_STREAM in outputs and len(inputs) > 1:
         raise click.UsageError(f"-o - writes one result, but there are {len(inputs)} inputs")
     if folders and opts.STANDARD_STREAM in inputs:

@@ -95,10 +95,10 @@ def _values_named(
            "Label file for another picture beside the first; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
-           "color for the colors in IN; or values: a .npy or .txt file with one value per cell, per"
-           " region, or per vertex of a mesh, a property of IN, such as intensity, or a column of"
-           " the table that superfacets regions prints, such as area.  [default: regions; without"
-           " labels, color]"),
+           "What the colors show: color (the colors in IN); a .npy or .txt file with one value per"
+           " cell, per region, or per vertex of a mesh; a property of IN, such as intensity; or a"
+           " column of the table that superfacets regions prints, such as area.  [default: regions;"
+           " without labels, color]"),
     opts.viewpoint_option,
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),

@@ -72,7 +72,7 @@ def notes_on_result(result: Segmentation) -> list[str]:
         pieces = counted(result.n_joined, "disconnected piece")
         notes.append(f"{pieces} of regions joined a neighboring region")
     elif params["enforce_connectivity"] and params["radius_factor"] is None and is_kept:
-        notes.append("--connect has no effect: only --paper gives disconnected regions")
+        notes.append("--connect has an effect only with --paper: other regions are connected")
     if result.n_merged:
         notes.append(f"{counted(result.n_merged, 'small region')} joined a neighboring region")
     if result.n_islands:
@@ -103,7 +103,7 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
         return [] if fewer is None else [fewer]
     more = f"{counted(n_made - n_requested, 'more region')} than requested"
     if params["islands"] == "nearest":
-        return [f"{more}: parts between barriers without a seed became regions"]
+        return [f"{more}: some parts between barriers had no seed and became regions"]
     parts, has_barriers = "components without a seed", "barriers" in params
     if params["radius_factor"] is not None:
         parts += ", and cells that no center reached,"
@@ -127,8 +127,8 @@ def _notes_on_sharp_edges(inside: Floats) -> list[str]:
     return [
         f"{100 * inside.sum():.3g}% of the length of sharp edges is inside {where}: these edges do"
         " not enclose an area, because some edges between their ends bend by less than"
-        " --barrier-angle; if the mesh has no noise, try a smaller angle, or 'Flat sides and"
-        " fillets' on the page 'CAD parts' of the documentation"
+        " --barrier-angle; if the mesh has no noise, try a smaller angle, or see 'Flat sides"
+        " and fillets' on the page 'CAD parts' of the documentation"
     ]
 
 
@@ -158,7 +158,7 @@ def notes_on_written(
     files = " and ".join(sorted({*endings} & {*VERTEX_OUTPUTS}))
     if n_lost := int(np.count_nonzero(sizes == 0)):
         lost = counted(n_lost, "region")
-        notes.append(f"{lost} lost in {files}: all vertices have labels of other regions")
+        notes.append(f"{lost} lost in {files}: all their vertices have labels of other regions")
     if n_small := int(np.count_nonzero((sizes > 0) & (sizes < MIN_IN_FILES))):
         small = f"{counted(n_small, 'region')} with fewer than {MIN_IN_FILES} vertices"
         notes.append(f"{small} in {files}: no neighbor has vertices to spare")

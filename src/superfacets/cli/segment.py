@@ -54,8 +54,8 @@ from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
         " may be given several times. A file can be a mesh with labels (.ply, .vtp, .obj, .stl,"
         " .off or .glb; .vtu or .vtk for tetrahedra), a point cloud with labels (.ply, .csv, .pcd,"
         " .las or .laz), labels alone (.npy, .seg or .txt), vertex labels (.segs.json, .bin,"
-        " _sp_label.npy or .pth), annotations (.sstk.json or .aggregation.json), or a region graph"
-        " (.npz)."
+        " _sp_label.npy, .pth, .label.gii or .annot), an image of labels (.ids.png), annotations"
+        " (.sstk.json or .aggregation.json), or a region graph (.npz)."
         "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
     format_option("the inputs", of_stream=True),
@@ -91,8 +91,8 @@ def segment_command(
         formats = tiles.checked_formats(inputs, outputs, formats, chosen, others)
     if len(inputs) > 1 and (mask is not None or barriers is not None):
         raise click.UsageError(
-            "files of --mask and --barriers fit only one input: with --mask-values and without"
-            " --mask, values are read from each input"
+            "files of --mask and --barriers fit only one input: to read values from each input,"
+            " give --mask-values without --mask"
         )
     also_read = [str(path) for path in (mask, barriers) if path is not None]
     names = names_of_results if tiles is None else names_by_tiles

@@ -80,10 +80,11 @@ segment_options = options(
     option("--weights NAME", tuple(WEIGHTS),
            "Cost of a step between neighbors: parts (creases, and steps from one part of a shape to"
            " another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
-           "  [default: parts]"),
+           "  [default: parts; superfacets with --paper]"),
     option("--init", INITS,
            "How the initial centers are placed; flood and grid match -n only approximately."
-           "  [default: geodesic; curve for 10,000 or more regions of less than 100 cells each]"),
+           "  [default: geodesic; curve for 10,000 or more regions of less than 100 cells each;"
+           " farthest with --paper]"),
     option("--paper", opts.FLAG, "Use the algorithm of the paper exactly as published."),
     option("--parts", opts.FLAG,
            "Keep regions within the parts of a shape: same as --weights parts --relocate, the"
@@ -93,7 +94,7 @@ segment_options = options(
     option("--denoise N|auto", opts.CountOr("auto", 0),
            "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
            " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto; 5"
-           " with --scans]"),
+           " with --scans, 0 with --paper]"),
     option("--max-iter max_num_iter", opts.Count(0),
            "Maximum number of iterations; 0 keeps the initial centers.", default=50),
     option("--tol", opts.NOT_NEGATIVE,
@@ -101,19 +102,19 @@ segment_options = options(
            "  [default: 0.02; 0 with --paper]"),
     option("--relocate/--no-relocate", None,
            "Move some centers to places where regions are large and uneven, and iterate again."
-           "  [default: yes; no with --paper or other weights]", default=None),
+           "  [default: yes with --weights parts, otherwise no]", default=None),
     option("--smooth/--no-smooth", None,
            "Straighten borders where the surface is smooth.  [default: yes; no with --paper]",
            default=None),
     option("--connect enforce_connectivity", opts.FLAG,
            "Keep one piece of each disconnected region, and join its other pieces to neighbors."
-           " Only --paper gives disconnected regions."),
+           " It has an effect only with --paper."),
     option("--min-size", opts.NOT_NEGATIVE,
            "Merge regions smaller than this fraction of the mean size into a neighbor."),
     option("--islands", ISLANDS,
            "What to do with components without a seed, and with small regions without a neighbor:"
            " keep them as regions (keep), or join them to the nearest region (nearest), which makes"
-           " -n exact except with --init flood or grid.  [default: keep]"),
+           " -n exact except with barriers, or --init flood or grid.  [default: keep]"),
     option("--balance", opts.Real(0.0, 1.0),
            "How equal the areas or volumes of regions should be, from 0 to 1.  [default: 0]"),
     option("--max-measure", opts.POSITIVE,
@@ -121,8 +122,8 @@ segment_options = options(
     option("--min-measure", opts.NOT_NEGATIVE,
            "Minimum area or volume of a region, in squared or cubed units of the mesh."),
     option("--cells-per-region", COUNT,
-           "Exact number of faces in each region, instead of -n; the remaining faces of each"
-           " component form one smaller region."),
+           "Exact number of faces or points in each region, instead of -n; the remaining faces or"
+           " points of each component form one smaller region."),
     option("--subdivide is_subdivided", opts.FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
            " thin faces. A .ply or .vtp then contains the subdivided mesh. Label files contain one"
@@ -148,7 +149,7 @@ file_options = options(
     opts.ascii_option,
     opts.label_options,
     opts.drop_attributes_option(
-        "input", ": colors, normals, texture coordinates, other properties, comments"
+        "IN", ": colors, normals, texture coordinates, other properties, comments"
     ),
     opts.force_option,
 )

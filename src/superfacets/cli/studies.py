@@ -107,9 +107,10 @@ def superpoints_command(rooms: Path, folders: tuple[Path, ...]) -> None:
     ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces and instances
     (the true object of each vertex, or -1 for vertices without annotation). The array felzenszwalb
     (the segment of each vertex from ScanNet's segmenter) is optional. The number of superpoints is
-    the number of these segments or, without felzenszwalb and --labels, one per 200 vertices. Each
-    superpoint is assigned to the object that most of its vertices belong to. The table shows the
-    fraction of vertices with a wrong object, and the mean IoU of objects.
+    the number of segments in felzenszwalb or, if it is missing, in the first --labels; without
+    felzenszwalb and --labels, one per 200 vertices. Each superpoint is assigned to the object that
+    most of its vertices belong to. The table shows the fraction of vertices with a wrong object,
+    and the mean IoU of objects.
     """
     from ..study.superpoints import study
 

@@ -28,7 +28,7 @@ from .outputs import OneRun, one_output_options
 @click.argument("target", metavar="TARGET", type=FILE)
 @option(
     "--max-distance", NOT_NEGATIVE,
-    "Cells farther than this from IN, in units of IN, get the label -1.  [default: no limit]",
+    "Cells of TARGET farther than this from IN, in units of IN, get label -1.  [default: no limit]",
 )  # fmt: skip
 @one_output_options("TARGET with its labels, or the labels alone", "TARGET")
 @format_option("IN")

@@ -148,12 +148,12 @@ class SizeRules:
             )
         if low > total + slack:
             raise MeshError(
-                f"min_measure must be at most {total:g}, the size of all cells, got {low:g}"
+                f"min_measure must be at most {total:g}, the total size of all cells, got {low:g}"
             )
         if n_segments * low > total + slack:
             raise MeshError(
                 f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g},"
-                f" but all cells have {total:g}: use at most"
+                f" but the total size of all cells is {total:g}: use at most"
                 f" {counted(math.floor(total / low), 'region')}"
             )
 

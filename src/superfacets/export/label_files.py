@@ -39,7 +39,9 @@ def label_files(source: object, out: StrPath) -> list[Path]:
         inputs = {file.path.resolve() for file in files_of(Path(source))}
         for file in files:
             if file.resolve() in inputs:
-                raise ValueError(f"{file}: out must not be a file of the source: choose another")
+                raise ValueError(
+                    f"{file}: out must not be a file of the source: choose another file name"
+                )
     return files
 
 

@@ -92,8 +92,8 @@ class Team(ABC):
             if isinstance(ending, Killed):
                 n_workers = counted(ending.n_workers, "worker")
                 raise ConnectionError(
-                    f"{n_workers} died while processing piece {pieces[place][0]} (out of memory?):"
-                    " use smaller tiles or fewer workers"
+                    f"{n_workers} died while processing part {pieces[place][0]} of the input"
+                    " (out of memory?): use smaller tiles or fewer workers"
                 )
             yield place, ending.value
 

@@ -16,8 +16,8 @@ export const N_SHADES = 5; // number of colors of the objects of a class; the ne
 /** Fractions of white (positive) or black (negative) mixed into the class color, in order of preference. */
 const SHIFTS = [0.5, -0.4, 0.28, -0.22, 0.65, -0.55, 0.39, -0.31];
 
-// Least distance in CIELAB of a shade to colors of other classes, and to other shades of the class. Larger distances are
-// not possible for all of the default colors.
+// Wanted distance in CIELAB of a shade to colors of other classes, and to other shades of the class. Larger distances
+// are not possible for all of the default colors.
 const MIN_TO_CLASSES = 24;
 const MIN_TO_SHADES = 10;
 
@@ -37,8 +37,8 @@ function labOf(color: Rgb): Rgb {
 }
 
 /**
- * Colors of successive objects of a class: the class color, and lighter and darker shades of it that are not similar to
- * each other and to the colors of other classes. `others` contains these colors in CIELAB.
+ * Colors of successive objects of a class: the class color, and lighter and darker shades of it that differ from each
+ * other and from the colors of other classes. `others` contains the colors of other classes in CIELAB.
  */
 function shadesOf(color: Rgb, others: readonly Rgb[]): Rgb[] {
   const shades = [color];

@@ -7,7 +7,9 @@ export class Groups {
   private readonly starts: Uint32Array;
   private readonly members: Uint32Array;
 
-  /** `values[i]` is the group of index `i`. Groups are numbered from 0 to `count - 1`. An index with a negative value is in no group. */
+  /**
+   * `values[i]` is the group of index `i`, from 0 to `count - 1`. An index with a negative value is in no group.
+   */
   constructor(values: Int32Array | Uint32Array, count: number) {
     this.starts = new Uint32Array(count + 1);
     for (const value of values) if (value >= 0) this.starts[value + 1]++;

@@ -8,9 +8,11 @@ import type { Mesh } from "../data/mesh";
 import { putCircle } from "../view/picker";
 
 const MIN_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
-const MARGIN = 0.1; // width of the border of the canvas that the cursor must not enter, relative to the canvas size
-const MIN_FACING = 0.35; // smallest cosine of the angle between the cell's normal and the direction to the eye
-const STAND_OFF = 60; // distance from the eye to a cell, in multiples of the cell's radius
+// If the cursor is closer than this to the edge of the canvas, relative to the canvas size, the camera moves.
+const MARGIN = 0.1;
+// A cell faces the camera if the cosine of the angle between its normal and the direction to the eye is larger.
+const MIN_FACING = 0.35;
+const STAND_OFF = 60; // largest distance from the eye to the cell after `fly`, in multiples of the cell's radius
 
 const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
 
@@ -39,7 +41,7 @@ export class CellCursor {
 
   /**
    * Move the cursor to the neighbor in a direction: x is 1 for right and -1 for left, y is 1 for up and
-   * -1 for down. If the cursor is on no visible cell, it moves to a start cell.
+   * -1 for down. If the cursor is on no cell, or its cell is hidden, move it to the cell that `start` returns.
    */
   move(x: number, y: number): void {
     const isFirst = this.cell < 0 || this.workbench.isHidden(this.cell);
@@ -74,7 +76,7 @@ export class CellCursor {
 
   /**
    * The cell at which the cell cursor starts: the cell in the middle of the region selected by keyboard or, if no
-   * region is selected, the visible cell nearest to the middle of the canvas.
+   * region is selected, the visible cell nearest to the middle of the canvas; -1 if there is none.
    */
   private start(): number {
     const { cursor, session, drawing } = this.workbench;
@@ -136,7 +138,7 @@ export class CellCursor {
     return lengthOf(normal) === 0 || dot(normal, toward) > MIN_FACING;
   }
 
-  /** Move the camera close to the cell. If the cell is visible, the viewing direction does not change. */
+  /** Move the camera close to the cell. If the cell is visible and faces the camera, the viewing direction is kept. */
   private fly(cell: number): void {
     const { mesh } = this;
     const middle = mesh.middleOf(cell)!;

@@ -69,8 +69,8 @@ export class ClipBox {
   }
 
   /**
-   * Cut the mesh in the middle of an axis and show one half. The second call shows the other half, and
-   * the third call shows the whole mesh again.
+   * Cut the mesh in two halves along an axis, and show one half. The second call shows the other half,
+   * and the third call removes the cut.
    */
   cycle(axis: number): void {
     const [low, high] = [this.whole.low[axis], this.whole.high[axis]];

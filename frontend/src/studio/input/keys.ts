@@ -197,7 +197,7 @@ export class Keys {
     const target = event.target as Element;
     if (this.help.open || !this.workbench.session.paints || target.closest(FIELDS)) return;
     const isBlender = this.scheme.value === "blender";
-    // These keys must not choose classes, because Blender uses them to change the view.
+    // The other keys of the number pad must not choose classes, because Blender uses them to change the view.
     if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;
     const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
     if (!key || (target.matches("[type=range], [type=radio]") && /^(Arrow|Page|Home)/.test(event.key))) return;

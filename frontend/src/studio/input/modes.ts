@@ -1,4 +1,4 @@
-// The tool that the left mouse button currently uses, and the toolbar that selects the tool.
+// The tool that strokes on the canvas currently use, and the toolbar that selects the tool.
 
 import { CellCursor } from "./cellcursor";
 import type { Workbench } from "../workbench";

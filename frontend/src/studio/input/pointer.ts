@@ -143,7 +143,10 @@ export class Pointer {
     workbench.say(paint ? `${workbench.paintName(paint)} is chosen.` : "The cell has no class, so strokes now erase.");
   }
 
-  /** Pointer events can arrive faster than frames; only the latest event before each frame is processed. */
+  /**
+   * Pointer events can arrive faster than frames. Only the latest event before each frame is processed, except for
+   * gestures with several fingers.
+   */
   private moved(event: PointerEvent): void {
     if (!this.isReady) return;
     if (this.drag === "fingers") return this.moveFinger(event);

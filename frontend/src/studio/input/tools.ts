@@ -26,12 +26,12 @@ export abstract class Tool {
   enter(): void {}
   leave(): void {}
 
-  /** Handle the Enter key. By default, paint the selected regions with the current class and object. */
+  /** Handle the Enter key. By default, give the regions that `paintActive` chooses the current class and object. */
   confirm(): void {
     this.workbench.paintActive(this.workbench.currentPaint);
   }
 
-  /** Handle the Delete key. By default, remove class and object of the selected regions. */
+  /** Handle the Delete key. By default, remove class and object of the regions that `paintActive` chooses. */
   erase(): void {
     this.workbench.paintActive(0);
   }
@@ -45,8 +45,7 @@ export abstract class Tool {
   }
 
   /**
-   * Handle the keys + (`isUp`) and -. By default, add the neighbors of the selected regions to the selection, or remove
-   * the outer ring of the selection.
+   * Handle the keys + (`isUp`) and -. By default, grow or shrink the selected or painted area by one ring of regions.
    */
   resize(isUp: boolean): void {
     if (isUp) this.workbench.grow();
@@ -176,8 +175,8 @@ export class CellBrush extends Brush {
 }
 
 /**
- * Paints the regions of which at least a quarter is visible, and at least half of the visible part is inside a drawn
- * outline; or paints the visible cells inside the outline.
+ * Paints each region of which at least a quarter is visible, if at least half of the visible part is inside a drawn
+ * outline. With `ofCells`, paints the visible cells inside the outline instead.
  */
 export class Lasso extends Tool {
   readonly name: string;
@@ -378,7 +377,7 @@ export class Splitter extends Tool {
     if (region < 0) return;
     const cells = this.workbench.session.regions.cellsOf(region);
     const seen = cells.filter((cell) => this.workbench.session.mesh.middleOf(cell));
-    const isInside = seen.length < 2; // no cell of the region can be seen, so any two cells are used
+    const isInside = seen.length < 2; // at most one cell is on the surface, so any two cells are used
     const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
     const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
     if (one === other) return;

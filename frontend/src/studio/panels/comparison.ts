@@ -108,8 +108,8 @@ export class Comparison {
   }
 
   /**
-   * Go to the region with the largest area of different labels that was not shown yet. After the last region, begin
-   * again with the largest area. Hidden cells are ignored.
+   * Among the regions not shown yet, go to the region with the largest area of differing labels. After the last
+   * region, begin again with the largest area. Hidden cells are ignored.
    */
   async next(): Promise<void> {
     if (this.isOutdated) await this.refresh();
@@ -130,7 +130,10 @@ export class Comparison {
     workbench.say(`${again}Region ${region}, difference ${regions.indexOf(region) + 1} of ${regions.length}: ${names}.`);
   }
 
-  /** Names of my main label of differing cells, and of their main label of the same cells. */
+  /**
+   * Text with two labels: the label of this file that has the largest area in `cells`, and the label of the other file
+   * that has the largest area in the cells with the first label.
+   */
   private namesOf(cells: Uint32Array): string {
     const { workbench } = this;
     const { paints, theirs } = workbench.session;

@@ -52,7 +52,7 @@ export class FilesPanel {
     row.bar.title = percent(this.session.paints.progress);
   }
 
-  /** Open the file that is `steps` entries below the current file in the list. */
+  /** Open the file that is `steps` entries below the last requested file in the list. */
   go(steps: number): void {
     const { files } = this.session;
     const at = files.findIndex(({ id }) => id === this.asked) + steps;

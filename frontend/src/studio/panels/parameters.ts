@@ -47,7 +47,7 @@ export class ParametersPanel {
   private readonly outputs = new Map<Name, HTMLOutputElement>();
   private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
   private ranges: Record<string, Range> = {};
-  private readonly moved = new Set<Slider>(); // sliders moved since the last full segmentation
+  private readonly moved = new Set<Slider>(); // sliders moved since the last request that was not a preview
 
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
@@ -95,7 +95,7 @@ export class ParametersPanel {
     this.fields.get(name)!.setAttribute("aria-valuetext", text);
   }
 
-  /** Send only the values of moved sliders. Other parameters would be rounded to a position of their slider. */
+  /** Send values only of moved sliders. The values of other sliders are rounded to slider positions. */
   private send(preview: boolean): void {
     const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
     for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);

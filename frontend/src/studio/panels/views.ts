@@ -48,7 +48,7 @@ export class Views {
     this.workbench.say(drawing.hidesBacks ? "Surfaces seen from behind are hidden; W shows them." : "Surfaces are shown from both sides.");
   }
 
-  /** Whether many visible cells are seen from behind. An example is a room seen from outside through its walls. */
+  /** Whether many visible cells are seen from behind, for example the walls of a room seen from outside. */
   get isSeenFromBehind(): boolean {
     const { drawing, session: { mesh } } = this.workbench;
     const eye = plus(drawing.camera.target, drawing.camera.directions()[2], drawing.camera.distance);

@@ -10,7 +10,7 @@ import { remember, remembered } from "./remembered";
 export interface Stroke {
   paint: number;
   cells: Uint32Array;
-  strokeId: string; // parts with the same id are undone together
+  strokeId: string; // entries with the same id belong to one stroke, and are undone together
 }
 
 let nStrokes = 0;
@@ -28,12 +28,13 @@ interface Listener {
   gone(): void;
 }
 
-// Largest number of characters in which unsaved strokes are stored in the browser.
+// Unsaved strokes are stored in the browser only if their JSON text has at most this number of characters.
 const MAX_KEPT = 4_000_000;
 
 /**
  * Sends strokes to the server. When the server stops responding, unsaved strokes are also stored in the
- * browser, up to `MAX_KEPT` characters, so that the user can close the page without losing strokes.
+ * browser, so that the user can close the page without losing strokes. More than `MAX_KEPT` characters
+ * are not stored.
  */
 export class Saver {
   private waiting: Stroke[] = [];
@@ -62,7 +63,10 @@ export class Saver {
     void this.flush();
   }
 
-  /** Send all waiting strokes. Resolves when all strokes are saved, or when the server does not respond. */
+  /**
+   * Send all waiting strokes. Resolves when each stroke is saved or rejected, when the server does not respond, or
+   * after a call of `hold`.
+   */
   flush(): Promise<void> {
     this.running ??= this.send().finally(() => {
       this.running = null;

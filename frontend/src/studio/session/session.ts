@@ -48,7 +48,7 @@ const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(c
 const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
 const BEAT_MS = 5000; // interval between checks for changes made by other pages
 // If the last segmentation took longer than this number of seconds, a new request aborts the running one;
-// otherwise it waits.
+// otherwise, the new request waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -64,7 +64,7 @@ export class Session {
   online = true;
   // Time at which the server saved the latest step; null if nothing was saved since the file was opened.
   savedAt: Date | null = null;
-  isLocked = false; // whether strokes leave cells that already have a class unchanged
+  isLocked = false; // whether strokes that paint a class skip cells that already have one
   private saver!: Saver;
   private segmentation: AbortController | null = null;
   private segmenting: Promise<void> = Promise.resolve();
@@ -274,7 +274,7 @@ export class Session {
     if (kind === "settle") await this.loadSuggestions();
   }
 
-  /** Load the parameters and the list of classes again and, if they have changed, the regions and suggestions. */
+  /** Load the state again, the regions if they have changed, and the suggestions if there are or were any. */
   async reload(): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
     if (state.seq > this.state.seq) this.savedAt = new Date();

@@ -43,7 +43,7 @@ export class Picker {
     return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 
-  /** Canvas position of a cell; null if the cell is outside the view. */
+  /** Canvas position of a cell; null if the cell is outside the view, or inside a tetrahedral mesh. */
   placeOf(cell: number): Place | null {
     const middle = this.mesh.middleOf(cell);
     return middle && this.placeIn(middle);

@@ -65,7 +65,9 @@ def is_binary_stl(data: Content) -> bool:
 
 def _read_binary(data: Content) -> Singles:
     if len(data) < HEADER_SIZE + 4:
-        raise MeshError(f"no STL file: it has only {counted(len(data), 'byte')} and no word solid")
+        raise MeshError(
+            f"not an STL file: it has only {counted(len(data), 'byte')} and no word solid"
+        )
     n_faces, size = _declared(data)
     if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
         raise MeshError(

@@ -92,7 +92,9 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
         if object_id and other not in number_of:
             number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
             if highest[class_id] >= INSTANCES:
-                raise JournalError(f"a class of both works has {INSTANCES} objects or more")
+                raise JournalError(
+                    f"the two work files together have {INSTANCES} or more objects of a class"
+                )
         numbers[rank] = number_of[other] if object_id else 0
     return numbers[ranks]
 

@@ -239,7 +239,9 @@ class Document:
             first = self.free_object(class_id)
             new = list(range(first, first + len(ids) - len(kept)))
             if new[-1] > MAX_OBJECT:
-                raise ValueError(f"{len(ids)} pieces are too many: objects end at {MAX_OBJECT}")
+                raise ValueError(
+                    f"{len(ids)} pieces are too many: object numbers must be at most {MAX_OBJECT}"
+                )
             numbers = np.zeros(len(ids), np.int64)
             areas = np.bincount(ranks, self.areas[cells])
             numbers[np.argsort(-areas, kind="stable")] = kept + new

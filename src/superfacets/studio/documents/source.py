@@ -76,7 +76,7 @@ class Source:
         if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
             raise ChangedError(
                 f"{self.path.name} has changed since the studio read it: restore the old file, or"
-                " start the studio again with another --work (all work is saved)"
+                " start the studio again and give --work a new file (all work is saved)"
             )
         self._seen = stamp
 
@@ -92,7 +92,9 @@ class Source:
             reason = f"{self.path} has changed since the work was begun"
         else:
             reason = f"the work file belongs to {name}, not to {self.path.name}"
-        raise JournalError(f"{journal.path}: {reason}: restore the old file, or use another --work")
+        raise JournalError(
+            f"{journal.path}: {reason}: restore the old file, or give --work another file"
+        )
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:

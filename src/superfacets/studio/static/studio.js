@@ -97,7 +97,7 @@ uniform bool are_of_vertices;
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
-out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for a vertex on a crease
+out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for NO_NORMAL
 out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 out vec3 tint;
 vec3 unpacked(uint bits) {
@@ -218,7 +218,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = texel.rgb;
     is_active = texel.a > 0.5 || region == hovered || region == cursor;
   }
-  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1))); // gray, because classes have other colors
+  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1))); // gray, so that only classes have colors
   base = mix(vec3(0.88), base, 0.42);
   uint id = state.r | state.g << 8;
   if (id != 0u) {

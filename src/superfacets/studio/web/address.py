@@ -77,7 +77,9 @@ def open_socket(port: int) -> socket.socket:
     except OSError as error:
         opened.close()
         if error.errno == errno.EADDRINUSE:
-            raise OSError(f"port {port} is in use: choose another --port, or omit it") from None
+            raise OSError(
+                f"port {port} is in use: choose another with --port, or omit --port"
+            ) from None
         reason = error.strerror or error
         raise OSError(f"cannot listen on port {port}: {reason}") from None
     return opened

@@ -338,5 +338,5 @@ def _whole(value: object, name: str) -> int:
 def _number(query: Body) -> int:
     text = str(query.get("revision", ""))
     if not text.isdecimal() or len(text) > MAX_DIGITS:
-        raise ValueError("revision must be the number of a revision, as in the state")
+        raise ValueError("revision must be a number, such as the revision in the state")
     return int(text)
