@@ -141,7 +141,7 @@ class Job:
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str, *, as_json: bool, is_quiet: bool
     ) -> None:
-        """Print `facts` as JSON if `as_json`, else a line per output and `text` unless `is_quiet`."""
+        """Print `facts` if `as_json`, else a line per output and `text`, unless `is_quiet`."""
         if as_json:
             self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
         elif not is_quiet:
