@@ -97,7 +97,7 @@ def _results(folder: Path) -> dict[str, bytes]:
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:
-    """The rows as a table in Markdown."""
+    """Return the rows as a table in Markdown."""
     times = ("seconds", "fastest", "processor_seconds", "gain")
     return markdown_table(
         ["workers", "files", *times],

@@ -36,7 +36,7 @@ def require(holds: bool, message: str) -> None:
 
 
 def load_expected(path: Path = EXPECTED) -> Expected:
-    """Return the stored hashes; if the file does not exist, hashes of no mesh."""
+    """Return the stored hashes, or an empty set of hashes if the file does not exist."""
     if not path.exists():
         return {"meshes": {}}
     stored: Expected = json.loads(path.read_text())

@@ -13,7 +13,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 class Sample(NamedTuple):
-    """One run of a job."""
+    """Times of one run of a job, in seconds."""
 
     seconds: float
     cpu_seconds: float  # processor time of all threads
@@ -55,7 +55,7 @@ def _timed(job: Callable[[], Any], accept: Callable[[Any], Any]) -> Sample:
 
 
 def median(values: list[float]) -> float:
-    """Return the median."""
+    """Return the median as a Python float."""
     return float(statistics.median(values))
 
 

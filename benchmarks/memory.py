@@ -28,9 +28,9 @@ ROOT = Path(__file__).resolve().parents[1]
 def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
     """Return a row of results with the peak memory in bytes per face.
 
-    The peak includes the result. It does not include the input, and the threads and buffers that
-    remain from an earlier run on a smaller mesh. If there are no faces, the vertices are segmented
-    as a point cloud.
+    The peak includes the result, but neither the input nor the threads and buffers that remain from
+    an earlier run on a smaller mesh. If there are no faces, the vertices are segmented as a point
+    cloud.
     """
     n_faces = len(arrays.faces) or len(arrays.vertices)
     with tempfile.TemporaryDirectory() as folder:

@@ -26,7 +26,7 @@ SIZE = {"width": 1280, "height": 800}
 MODELS = ("125", "181", "281", "301", "397")
 Line = list[tuple[int, int]]
 
-# The lassos on the bunny, by class.
+# Lasso strokes on the bunny: the key of a class, and the corners of the lasso in pixels.
 BUNNY: list[tuple[str, Line]] = [
     ("1", [(642, 263), (688, 119), (902, 124), (902, 236), (698, 279)]),
     ("2", [(489, 314), (552, 241), (645, 263), (698, 294), (718, 357), (591, 459), (494, 450)]),
@@ -34,7 +34,7 @@ BUNNY: list[tuple[str, Line]] = [
     ("4", [(572, 644), (727, 644), (893, 703), (893, 771), (572, 771)]),
 ]
 ROOM = {1: "ball", 2: "shelf", 3: "box", 6: "floor", 9: "wall"}
-LEFT_OUT = 5  # the object without a label, a shelf
+LEFT_OUT = 5  # number of the object that stays unlabeled: a shelf
 NAMES = ("ears", "head", "tail", "feet", "body")
 
 

@@ -20,7 +20,7 @@ def main() -> None:
         with TemporaryDirectory() as folder:
             place = {"metadata": {"path": folder}}
             notebook = nbformat.read(path, 4)
-            arguments = ["--log-level=ERROR"]  # hides warnings about sockets, which are on loopback
+            arguments = ["--log-level=ERROR"]  # hides warnings about local sockets
             client = NotebookClient(notebook, resources=place, timeout=120)
             client.extra_arguments = arguments
             client.execute()

@@ -1,4 +1,4 @@
-"""Real meshes for the tests that want them; and what was not tested, in one line."""
+"""Real meshes for tests that use them, and a one-line summary of skipped tests."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-# A shell, or nohup, may have started us to ignore signals; programs that tests start would, too.
+# A shell or nohup may have made this process ignore signals, which its children would inherit.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
@@ -24,13 +24,13 @@ def _find_data() -> Path | None:
 
 @pytest.fixture(scope="session")
 def real_data() -> Path | None:
-    """The folder with `meshes` and `psb`, or None."""
+    """Return the folder with `meshes` and `psb`, or None if there is none."""
     return _find_data()
 
 
 @pytest.fixture(scope="session")
 def data_dir(real_data: Path | None) -> Path:
-    """The folder with `meshes` and `psb`; the test is skipped where there is none."""
+    """Return the folder with `meshes` and `psb`; skip the test if there is none."""
     folder = real_data
     if folder is None:
         pytest.skip("no real meshes: set SUPERFACETS_DATA to the folder that has them")
@@ -40,9 +40,9 @@ def data_dir(real_data: Path | None) -> Path:
 
 @pytest.fixture(scope="session")
 def benchmark_paths(data_dir: Path) -> list[Path]:
-    """The models of the Princeton Segmentation Benchmark that are there, smallest file first.
+    """Return the paths of the benchmark models, the smallest file first.
 
-    One at least: tests that loop over some of them look at something.
+    There is at least one path, so that tests with loops over models check something.
     """
     folder = data_dir / "psb" / "off"
     paths = sorted(folder.glob("*.off"), key=lambda p: (p.stat().st_size, p.name))
@@ -51,13 +51,13 @@ def benchmark_paths(data_dir: Path) -> list[Path]:
     return paths
 
 
-# Software that draws, on machines without a graphics card too.
+# Options for software rendering, which works without a graphics card.
 _BROWSER_OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 
 
 @pytest.fixture(scope="module")  # other modules run loops of events of their own
 def browser():
-    """Chromium, driven by Playwright; the test is skipped where one is missing."""
+    """Start Chromium with Playwright; skip the test if either is missing."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     path = shutil.which("chromium") or shutil.which("google-chrome")
     if path is None:
@@ -76,7 +76,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say in one line what was skipped, and why; `pytest -rs` lists it."""
+    """Print one line with the reasons for skipped tests; `pytest -rs` lists these tests."""
     reasons = Counter()
     for report in terminalreporter.getreports("skipped"):
         reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr

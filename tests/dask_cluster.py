@@ -1,4 +1,4 @@
-"""A cluster of Dask as users start it by hand: a scheduler, and workers of different threads."""
+"""A Dask cluster as users start it: a scheduler, and workers with different thread counts."""
 
 import contextlib
 import json
@@ -14,7 +14,7 @@ LOOPBACK = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file"]
 
 
 class Cluster:
-    """A scheduler and two workers, of one thread and of two, each in a process of its own."""
+    """A scheduler and two workers with one and two threads, each in a separate process."""
 
     def __init__(self, folder):
         file = folder / "scheduler.json"
@@ -29,7 +29,7 @@ class Cluster:
 
     def _start(self, folder, *words):
         command = [sys.executable, "-m", "dask", *words]
-        # In a folder of their own: relative paths would mean something else there.
+        # Processes run in another folder, where relative paths would be wrong.
         self.processes.append(subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL))
 
     def kill(self, *places):

@@ -1,10 +1,10 @@
-"""Arrays as the front end reads them."""
+"""Decode arrays as the front end does."""
 
 import numpy as np
 
 
 def decode_arrays(entries, data):
-    """The arrays in a block of bytes, by name."""
+    """Return the arrays in a block of bytes, keyed by name."""
     return {entry["name"]: _decoded(entry, data[entry["offset"] :]) for entry in entries}
 
 

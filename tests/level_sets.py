@@ -1,4 +1,4 @@
-"""Surfaces cut out of a grid, as programs extract them from volumes: many slivers, in a pattern."""
+"""Level sets on a grid, as extracted from volumes, with many slivers in a regular pattern."""
 
 from itertools import permutations
 
@@ -8,7 +8,7 @@ from superfacets import Mesh
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
-# Six tetrahedra of a cube: along three edges from one corner to the opposite one.
+# Six tetrahedra of a cube, each along three edges from a corner to the opposite corner.
 TETS = np.array([
     [int(np.dot(np.eye(3, dtype=int)[list(order[:n])].sum(axis=0), [4, 2, 1])) for n in range(4)]
     for order in permutations(range(3))
@@ -16,9 +16,10 @@ TETS = np.array([
 
 
 def level_set(function, n):
-    """The surface function = 0 in [-1, 1]^3, on a grid of n^3 cubes; normals point up the values.
+    """Return the surface function = 0 in [-1, 1]^3, on a grid of n^3 cubes.
 
-    `function` takes points, (..., 3). It may not be 0 at a point of the grid.
+    Normals point to larger values. `function` takes points, (..., 3), and must not be 0 at a point
+    of the grid.
     """
     side = n + 1
     at = np.stack(np.meshgrid(*[np.linspace(-1, 1, side)] * 3, indexing="ij"), -1).reshape(-1, 3)
@@ -27,7 +28,7 @@ def level_set(function, n):
     cubes = (lows + CORNERS) @ [side * side, side, 1]
     is_cut = (values[cubes] > 0).any(axis=1) & (values[cubes] < 0).any(axis=1)
     tets = cubes[is_cut][:, TETS].reshape(-1, 4)
-    tets = np.take_along_axis(tets, np.argsort(values[tets], axis=1), axis=1)  # low ones first
+    tets = np.take_along_axis(tets, np.argsort(values[tets], axis=1), axis=1)  # low values first
     n_low = (values[tets] < 0).sum(axis=1)
     crossed = [
         tets[n_low == 1][:, [[0, 1], [0, 2], [0, 3]]],
@@ -44,7 +45,7 @@ def level_set(function, n):
 
 
 def turned_up(vertices, faces, function):
-    """A mesh whose normals point to larger values."""
+    """Return a mesh whose normals point to larger values."""
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     normals = np.cross(b - a, c - a)
     steps = 1e-3 * normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]

@@ -1,4 +1,4 @@
-"""The worker processes that a batch, a run in tiles or a study has started on this machine."""
+"""Find the worker processes that a batch, a tiled run or a study has started on this machine."""
 
 import contextlib
 
@@ -8,12 +8,12 @@ SERVER = "multiprocessing.forkserver"
 
 
 def worker_processes():
-    """Processes below us that make calls."""
+    """Return the descendants of this process that run calls."""
     return [child for child in _children() if not _is_server(child)]
 
 
 def servers():
-    """Processes that workers are forked from."""
+    """Return the fork servers of workers."""
     return [child for child in _children() if _is_server(child)]
 
 
@@ -21,7 +21,7 @@ def _children():
     psutil = pytest.importorskip("psutil")
     found = []
     for child in psutil.Process().children(recursive=True):
-        with contextlib.suppress(psutil.Error):  # one that was killed a moment ago
+        with contextlib.suppress(psutil.Error):  # a process that was just killed
             if child.status() != psutil.STATUS_ZOMBIE and _is_ours(child):
                 found.append(child)
     return found
@@ -33,7 +33,7 @@ def _is_ours(process):
 
 
 def _is_server(process):
-    """Whether it was started for itself: its forks have its command, and so has their parent."""
+    """Return whether a process is a fork server, not a fork, which has the same command."""
     psutil = pytest.importorskip("psutil")
     with contextlib.suppress(psutil.Error):
         if SERVER not in " ".join(process.cmdline()):

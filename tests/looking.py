@@ -7,7 +7,7 @@ from superfacets import _core
 
 
 def camera_at(position, target, size=(64, 48), focal=50.0, name=""):
-    """A camera at a place that looks at another, with z up."""
+    """Return a camera at a position that looks at a target, with z up."""
     ahead = np.subtract(target, position).astype(float)
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, [0, 0, 1] if abs(ahead[2]) < 0.99 else [0, 1, 0])
@@ -18,7 +18,7 @@ def camera_at(position, target, size=(64, 48), focal=50.0, name=""):
 
 
 def cameras_in_room(bounds, n, size=(160, 120)):
-    """A walk around the middle of a room that looks to the walls and down, alternating."""
+    """Return cameras that walk around the middle of a room and face the walls or the floor."""
     low, high = bounds
     middle = (low + high) / 2
     cameras = []
@@ -34,7 +34,7 @@ def cameras_in_room(bounds, n, size=(160, 120)):
 
 
 def see(mesh, cameras, n_threads=1):
-    """What the kernel sees: triangles, areas, and whether each triangle is seen."""
+    """Return the triangles, the areas, and whether each triangle is seen, from the kernel."""
     rows = np.array(
         [[*camera.projection.ravel(), np.prod(camera.intrinsics[:2])] for camera in cameras]
     )
@@ -43,5 +43,5 @@ def see(mesh, cameras, n_threads=1):
 
 
 def masks_of(mesh, labels, cameras):
-    """Ids of masks as cameras see them: labels of faces plus 1, 0 beside the mesh."""
+    """Return mask ids for each camera: the label of the visible face plus 1, or 0."""
     return [image + 1 for image in sf.project_labels(mesh, labels, cameras)]

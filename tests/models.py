@@ -1,4 +1,4 @@
-"""The benchmark's own file format, read in three lines, so that tests of stages need no reader."""
+"""Read the benchmark's OFF files in three lines, so that tests of stages need no reader."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Small meshes and graphs whose segmentations, weights and arcs can be worked out by hand."""
+"""Small meshes and graphs whose segmentations, weights and arcs can be computed by hand."""
 
 import math
 
@@ -8,7 +8,7 @@ from superfacets import CellGraph, Mesh
 
 
 def strip(n_faces):
-    """A flat strip of right triangles with legs of 1:
+    """Return a flat strip of right triangles with legs of 1:
 
     1---3---5
     |0/1|2/3| ...
@@ -21,14 +21,14 @@ def strip(n_faces):
 
 
 def cube():
-    """The unit cube, normals outwards, two faces a side: faces 2s and 2s+1 make side s."""
+    """Return the unit cube, normals outwards: faces 2s and 2s+1 are side s."""
     vertices = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     return Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
 
 
 def table():
-    """A table of five boxes, 1.5 x 1 and 0.8 high, that stands on four legs along z."""
+    """Return a table of five boxes, 1.5 x 1 and 0.8 high, standing on four legs along z."""
     legs = [((x, y, 0), (x + 0.1, y + 0.1, 0.75)) for x in (0, 1.4) for y in (0, 0.9)]
     boxes = [((0, 0, 0.75), (1.5, 1, 0.8)), *legs]
     unit = cube()
@@ -42,10 +42,10 @@ def inside_out_cube():
 
 
 def fold(degrees):
-    """Two triangles on the edge from (0,0,0) to (0,2,0), whose normals differ by `degrees`.
+    """Return two triangles on the edge from (0,0,0) to (0,2,0) whose normals differ by `degrees`.
 
-    The first lies in the plane z = 0 on the side x < 0, its normal up. Positive angles lift the
-    other side: a valley, concave seen from above. Negative ones lower it: a ridge.
+    The first lies in the plane z = 0 on the side x < 0, its normal up. A positive angle lifts the
+    other triangle: a valley, concave seen from above. A negative one lowers it: a ridge.
     """
     angle = math.radians(degrees)
     tip = [3 * math.cos(angle), 1, 3 * math.sin(angle)]
@@ -53,7 +53,7 @@ def fold(degrees):
 
 
 def two_islands():
-    """Two strips of four faces, 10 apart in y."""
+    """Return two strips of four faces, 10 apart in y."""
     one = strip(4)
     return Mesh(
         np.concatenate([one.vertices, one.vertices + [0, 10, 0]]),
@@ -62,7 +62,7 @@ def two_islands():
 
 
 def together(meshes):
-    """One mesh of several, one after the other."""
+    """Return one mesh with the vertices and faces of all `meshes`, in order."""
     starts = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
@@ -71,7 +71,7 @@ def together(meshes):
 
 
 def gear(n_teeth, radius, height, center):
-    """A closed gear of 16 faces a tooth, its axis along z."""
+    """Return a closed gear with 16 faces per tooth and its axis along z."""
     n = 4 * n_teeth
     turns = 2 * math.pi * np.arange(n) / n
     radii = np.where(np.arange(n) % 4 < 2, radius, 0.85 * radius)
@@ -87,7 +87,7 @@ def gear(n_teeth, radius, height, center):
 
 
 def gears(n_gears=40, seed=0):
-    """A box of gears that do not touch, from 0.1 to 3 in radius: most have next to no area."""
+    """Return gears that do not touch, with radii from 0.1 to 3: most have almost no area."""
     rng = np.random.default_rng(seed)
     radii = 10 ** rng.uniform(-1, 0.5, n_gears)
     places = 8.0 * np.stack(np.unravel_index(rng.permutation(64)[:n_gears], (4, 4, 4)), 1)
@@ -98,7 +98,7 @@ def gears(n_gears=40, seed=0):
 
 
 def moebius(n_quads=12):
-    """A Moebius band: its last faces meet the first ones with the opposite orientation."""
+    """Return a Moebius band: its last faces meet the first ones with the opposite orientation."""
     vertices = []
     for step in range(n_quads):
         turn = 2 * math.pi * step / n_quads
@@ -114,34 +114,35 @@ def moebius(n_quads=12):
 
 
 def bowtie():
-    """Two triangles that touch at a vertex only."""
+    """Return two triangles that touch at a vertex only."""
     return Mesh([[0, 0, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[0, 1, 2], [0, 3, 4]])
 
 
 def fins(n_fins=3):
-    """Triangles around one edge, all of which run through it from (0,0,0) to (0,0,1)."""
+    """Return triangles around one edge they all share, from (0,0,0) to (0,0,1)."""
     turns = [2 * math.pi * fin / n_fins for fin in range(n_fins)]
     tips = [[math.cos(turn), math.sin(turn), 0.5] for turn in turns]
     return Mesh([[0, 0, 0], [0, 0, 1], *tips], [[0, 1, 2 + fin] for fin in range(n_fins)])
 
 
 def slivers():
-    """A good triangle, a collinear one on its long side, a point-like one and a doubled corner."""
+    """Return a proper triangle, a collinear one beside it, a point, and one with a corner twice."""
     vertices = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 1, 0], [5, 5, 5]]
     return Mesh(vertices, [[0, 1, 2], [2, 1, 3], [4, 4, 4], [0, 1, 1]])
 
 
 def soup(mesh):
-    """The same triangles with vertices of their own."""
+    """Return the same triangles, no two of which share a vertex."""
     return Mesh(
         mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.n_faces).reshape(-1, 3)
     )
 
 
 def drilled_block(n_around=64, width=1.0, height=0.3, radius=0.3):
-    """A block with a round hole, as CAD programs mesh it: fans above and below, strips in the hole.
+    """Return a block with a round hole, as CAD programs mesh it.
 
-    Closed: 4 n + 16 faces, for a multiple of 4 around.
+    Top and bottom are fans, and the hole is strips. The mesh is closed and has 4 n + 16 faces; n,
+    the number of edges around the hole, is a multiple of 4.
     """
     turns = 2 * math.pi * (np.arange(n_around) + 0.5) / n_around
     rim = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
@@ -153,7 +154,7 @@ def drilled_block(n_around=64, width=1.0, height=0.3, radius=0.3):
     for i in range(n_around):
         j, corner = (i + 1) % n_around, n_around + 4 * i // n_around
         fan = [[i, corner, j]]
-        if (i + 1) % (n_around // 4) == 0:  # on to the next corner
+        if (i + 1) % (n_around // 4) == 0:  # go on to the next corner
             after = n_around + (corner - n_around + 1) % 4
             fan.append([j, corner, after])
             faces += [[corner, after, n + after], [corner, n + after, n + corner]]
@@ -163,7 +164,7 @@ def drilled_block(n_around=64, width=1.0, height=0.3, radius=0.3):
 
 
 def bowl(n_around=24, thickness=0.1):
-    """Half a sphere with walls, closed: all smooth but for the edges of its rim."""
+    """Return half a sphere with walls, closed and smooth except at its rim."""
     n_rings = n_around // 4
     heights = np.arange(1, n_rings + 1) / n_rings * np.pi / 2
     turns = np.arange(n_around) / n_around * 2 * np.pi
@@ -172,7 +173,7 @@ def bowl(n_around=24, thickness=0.1):
         for radius in (1.0, 1.0 - thickness)
         for z, t in [np.meshgrid(heights, turns, indexing="ij")]
     ]
-    rings = np.concatenate([shells[0], shells[1][::-1]])  # from outside over the rim
+    rings = np.concatenate([shells[0], shells[1][::-1]])  # from outside to inside, over the rim
     vertices = np.concatenate([rings.reshape(-1, 3), [[0, 0, -1], [0, 0, thickness - 1]]])
     at = np.arange(2 * n_rings * n_around).reshape(-1, n_around)
     low, high = at[:-1], at[1:]
@@ -187,7 +188,7 @@ def bowl(n_around=24, thickness=0.1):
 
 
 def bumpy_sheet(n=24, seed=0):
-    """A square sheet of 2 n^2 faces with a ridge, a valley and noise, so that ties do not occur."""
+    """Return a square sheet of 2 n^2 faces with a ridge, a valley, and noise against ties."""
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
     z = 0.3 * np.abs(x - 0.37) - 0.2 * np.abs(y - 0.61)
@@ -199,7 +200,7 @@ def bumpy_sheet(n=24, seed=0):
 
 
 def scan(seed):
-    """Noisy sheets with holes, specks, faces on non-manifold edges, and vertices without faces."""
+    """Return noisy sheets with holes, specks, faces on non-manifold edges, and unused vertices."""
     rng = np.random.default_rng(seed)
     parts = []
     for _ in range(rng.integers(1, 4)):
@@ -221,7 +222,7 @@ def scan(seed):
 
 
 def dumbbell(n_rings=31, n_around=14):
-    """Two blobs joined by a neck along x, open at both ends: narrowest in the ring x = 0."""
+    """Return two blobs joined by a neck along x, open at both ends, narrowest at the ring x = 0."""
     x = np.linspace(-1, 1, n_rings)
     radii = 0.05 + 0.6 * np.abs(x) * np.sqrt(1.05 - x**2)
     turns = 2 * math.pi * np.arange(n_around) / n_around
@@ -235,7 +236,7 @@ def dumbbell(n_rings=31, n_around=14):
 
 
 def line_graph(weights, measures=None):
-    """Cells at x = 0, 1, 2, ... in a row, with the given weights between them."""
+    """Return cells in a row at x = 0, 1, 2, ... with the given weights between them."""
     n = len(weights) + 1
     arcs = [(i, i + step) for i in range(n) for step in (-1, 1) if 0 <= i + step < n]
     return CellGraph(
@@ -248,9 +249,10 @@ def line_graph(weights, measures=None):
 
 
 def random_graph(n, n_edges, seed, weight_values=None):
-    """Cells at random places, undirected edges at random: many components, and parallel arcs.
+    """Return cells at random places with random undirected edges.
 
-    `weight_values` are drawn from; few of them make many ties.
+    Such graphs have many components and parallel arcs. Weights are drawn from `weight_values`; few
+    values make many ties.
     """
     rng = np.random.default_rng(seed)
     ends = rng.integers(0, n, (n_edges, 2))
@@ -270,11 +272,11 @@ def random_graph(n, n_edges, seed, weight_values=None):
 
 
 def random_one_way_graph(n, n_arcs, seed):
-    """As `random_graph`, but each arc leads one way."""
+    """Return a graph like `random_graph`, but with each arc in one direction only."""
     rng = np.random.default_rng(seed)
     sources = np.sort(rng.integers(0, n, n_arcs))
     return CellGraph(
-        np.round(rng.uniform(-1, 1, (n, 3)), 1),  # many equal distances
+        np.round(rng.uniform(-1, 1, (n, 3)), 1),  # rounded: many distances are equal
         rng.uniform(0, 1, n),
         np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=n))]),
         rng.integers(0, n, n_arcs),
@@ -283,7 +285,7 @@ def random_one_way_graph(n, n_arcs, seed):
 
 
 def count_pieces(graph, labels):
-    """Connected pieces of all regions together."""
+    """Return the number of connected pieces of all regions together."""
     labels = np.asarray(labels)
     parent = list(range(len(labels)))
 

@@ -1,6 +1,6 @@
-"""Graphs with straight steps: arcs as long as the straight line between their cells, plus a price.
+"""Graphs whose arcs are as long as the straight line between their cells, plus a price.
 
-And slow twins for their arcs and paths.
+And slow reference implementations of their arcs and paths.
 """
 
 import heapq
@@ -14,7 +14,7 @@ KEEP = _core.Islands.KEEP
 
 
 class StraightGraph:
-    """Cells and undirected edges with prices, in whole units of `unit`."""
+    """Cells, and undirected edges with prices, as whole multiples of `unit`."""
 
     def __init__(self, positions, edges, prices, unit=1e-3, measures=None):
         self.positions = np.asarray(positions, float)
@@ -33,7 +33,7 @@ class StraightGraph:
 
     @classmethod
     def of_mesh(cls, graph, price=300.0, unit=1e-3, seed=0):
-        """The graph of a mesh; half of the edges have random prices up to `price`."""
+        """Return the graph of a mesh; half of the edges have random prices up to `price`."""
         sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
         edges = np.stack([sources, graph.neighbors], axis=1)[sources < graph.neighbors]
         rng = np.random.default_rng(seed)
@@ -41,7 +41,7 @@ class StraightGraph:
         return cls(graph.positions, edges, prices, unit, graph.measures)
 
     def straight(self, ends, others):
-        """Distances between cells, in units."""
+        """Return the distances between cells, in units."""
         x, y, z = (self.positions[ends] - self.positions[others]).T
         return np.sqrt(x * x + y * y + z * z) / self.unit
 
@@ -52,18 +52,18 @@ class StraightGraph:
         )
 
     def prices(self):
-        """What the length of each arc is above the straight line."""
+        """Return the excess of each arc's length over the straight line."""
         lengths = self.lengths.astype(float)
         return np.maximum(0.0, lengths - self.straight(self.sources, self.neighbors))
 
     def arcs(self):
-        """Length of the shortest arc by its two cells."""
+        """Return the length of the shortest arc for each pair of cells with an arc."""
         return shortest(zip(self.sources.tolist(), self.neighbors.tolist(), strict=True),
                         self.lengths.tolist())  # fmt: skip
 
 
 def shortest(pairs, lengths):
-    """The least length of each pair."""
+    """Return the least length of each pair."""
     found = {}
     for pair, length in zip(pairs, lengths, strict=True):
         found[pair] = min(length, found.get(pair, math.inf))
@@ -71,7 +71,7 @@ def shortest(pairs, lengths):
 
 
 def far_arcs(graph):
-    """Twin of `add_far_arcs`: length by the two cells, or the arcs as they are."""
+    """Reference for `add_far_arcs`: lengths by pairs of cells, or the arcs unchanged."""
     mean = len(graph.neighbors) / graph.n_cells
     n_steps = 3 if mean <= 3.5 else 2 if mean <= 8 else 1
     if n_steps == 1:
@@ -101,9 +101,9 @@ def far_arcs(graph):
 
 
 def paths(n_cells, arcs, starts):
-    """Length and label of the shortest path to each cell, the lowest label among equals.
+    """Return length and label of the shortest path to each cell; among equals, the lowest label.
 
-    `starts` are (length, label, cell); cells that no path leads to have (inf, -1).
+    `starts` are (length, label, cell); cells without a path get (inf, -1).
     """
     leaving = [[] for _ in range(n_cells)]
     for (source, to), length in arcs.items():
@@ -122,18 +122,18 @@ def paths(n_cells, arcs, starts):
 
 
 def distances(ordered, n_threads=1):
-    """Lengths of the shortest paths between all cells that have one, by the kernel."""
+    """Return the lengths of the shortest paths between all pairs of cells, by the kernel."""
     table = []
     for center in range(ordered.n_cells):
         of_one = _core.Clustering(ordered, np.array([center], np.int32), math.inf, n_threads, KEEP)
         lengths = of_one.lengths().astype(float)
-        lengths[of_one.labels() > 0] = math.inf  # an island
+        lengths[of_one.labels() > 0] = math.inf  # not connected to the start
         table.append(lengths)
     return np.array(table)
 
 
 def all_paths(n_cells, arcs):
-    """The same by the twin."""
+    """Return the same lengths by the reference."""
     return np.array([
         [length for length, _ in paths(n_cells, arcs, [(0, 0, cell)])] for cell in range(n_cells)
     ])  # fmt: skip

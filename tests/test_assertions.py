@@ -1,4 +1,4 @@
-"""What the core demands of its callers, in builds that look (CMake option SUPERFACETS_ASSERT)."""
+"""Checks of the core's arguments, in builds with assertions (CMake option SUPERFACETS_ASSERT)."""
 
 import os
 import subprocess
@@ -10,8 +10,8 @@ from superfacets import _core
 
 WITHOUT = "the core was built without assertions (make lowest, newest and sanitize have them)"
 
-# Calls that no checked function of the package makes, and what each breaks: of find_components, of
-# the arcs of a surface, of the standard library's span.
+# Calls that checked functions of the package never make, and the check each fails: in
+# find_components, in the arcs of a surface, and in the span of the standard library.
 BROKEN_CALLS = {
     "_core.find_components(offsets, neighbors, np.zeros(5, np.int32))": (
         "src/core/cells/components.cpp",

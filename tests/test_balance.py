@@ -67,13 +67,13 @@ def quad_sheet(n):
 
 
 def apart(first, second):
-    """Two meshes as one, far from each other."""
+    """Return two meshes as one, far from each other."""
     vertices = np.concatenate([first.vertices, second.vertices + [100.0, 0, 0]])
     return sf.Mesh(vertices, np.concatenate([first.faces, second.faces + first.n_vertices]))
 
 
 def tet_block(n):
-    """A cube of n^3 cubes of six tetrahedra each."""
+    """Return a block of n^3 cubes of six tetrahedra each."""
     axis = np.arange(n + 1)
     vertices = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     steps = np.array([(n + 1) ** 2, n + 1, 1])
@@ -149,7 +149,7 @@ def test_components_get_regions_by_their_areas():
     mesh = apart(flat(30), flat(20))
     result = sf.segment(mesh, 26, balance=1.0)
     n_of_first = len(np.unique(result.labels[: 2 * 30 * 30]))
-    assert n_of_first == 18  # of 26, as 900 of 1,300
+    assert n_of_first == 18  # 18 of 26, as 900 of 1,300
     assert spread(areas_of(mesh, result.labels)) < 0.13
 
 
@@ -213,7 +213,7 @@ def test_features_polygons_points_and_tets():
 )
 @settings(max_examples=25, deadline=None)
 def test_bounds_hold(seed, k, low, high):
-    """Bounds hold; or an error says that they could not be kept, as in one of some 400 runs."""
+    """Bounds are kept, or an error says that they could not be, as in one of about 400 runs."""
     mesh = shapes.bumpy_sheet(14)
     costs = np.random.default_rng(seed).integers(1, 4, mesh.n_faces).astype(float)
     mean = costs.sum() / k
@@ -317,7 +317,7 @@ def test_wrong_options_are_told(options, message):
 
 
 def check_exact(cells, per_region, labels, components=None):
-    """Each component has full regions and at most one with the remainder."""
+    """Check that each component has full regions and at most one region with the remainder."""
     components = components_of(cells) if components is None else components
     counts = np.bincount(labels)
     component_of = np.zeros(len(counts), int)
@@ -337,13 +337,13 @@ def test_regions_have_exactly_as_many_cells(per_region):
         result = sf.segment(mesh, cells_per_region=per_region)
     check_exact(mesh, per_region, result.labels)
     assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
-    if per_region not in (2, 7):  # hardly any pairs are left to choose from
+    if per_region not in (2, 7):  # for 2 and 7, few pairs are left to choose from
         assert result.n_extra_pieces <= 0.01 * result.n_segments
 
 
 @st.composite
 def meshes(draw):
-    """Sheets with faces left out at random: components of all sizes, holes and thin bridges."""
+    """Draw sheets without some faces: components of all sizes, holes and thin bridges."""
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     vertices, faces = _grid(draw(st.integers(2, 20)), draw(st.integers(2, 20)))
     is_kept = rng.random(len(faces)) > draw(st.sampled_from([0.0, 0.05, 0.2, 0.5]))
@@ -364,7 +364,7 @@ def test_sizes_are_exact_on_random_meshes(mesh, per_region):
 
 
 def test_what_cannot_be_connected_is_told_and_counted():
-    """A star of three arms of two faces and a middle one cannot be divided into connected pairs."""
+    """A star of three arms and a center, one face each, cannot be divided into connected pairs."""
     legs = [[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]]
     vertices = [[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, -2, 0], [3, 2, 0], [-1, 2, 0]]
     star = sf.Mesh(vertices, legs)
@@ -427,7 +427,7 @@ def test_patches_need_cells_and_leave_masked_cells_out():
         sf.Segmentation(result.labels, result.centers, 1, "converged", {}, {}).patches  # noqa: B018
 
 
-# --- twins
+# --- references
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -493,7 +493,7 @@ def test_the_walk_equals_its_twin(k):
 
 
 def solids_of(path):
-    """Number of facets of each solid."""
+    """Return the number of facets of each solid."""
     solids = {}
     for line in path.read_text().splitlines():
         if line.startswith("solid"):

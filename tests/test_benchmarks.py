@@ -1,4 +1,4 @@
-"""The benchmark measures what it says, and notices wrong labels. No test depends on a time."""
+"""The benchmark measures correctly, and notices wrong labels. No test depends on a time."""
 
 import json
 import re
@@ -61,7 +61,7 @@ def test_noise_is_small_seeded_and_leaves_the_given_mesh_alone():
     assert np.array_equal(ball.vertices, before)
     assert np.array_equal(noisy.vertices, again.vertices)
     shift = np.abs(noisy.vertices - before).max()
-    assert 0 < shift <= 0.05 * 1.05 * np.sqrt(2)  # of an edge; its mean is rounded to 2**n
+    assert 0 < shift <= 0.05 * 1.05 * np.sqrt(2)  # in edge lengths; their mean is rounded to 2**n
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_a_refused_result_ends_the_run():
         clock.interleaved({"a": int}, 1, refuse)
 
 
-# rows of runs
+# rows for runs
 
 
 def run_row(mesh, faces, seconds, k=150, threads=2, settings="defaults"):
@@ -199,7 +199,7 @@ def test_a_region_in_pieces_is_refused(bear):
     labels[inner[0]] = (labels[inner[0]] + 10) % 20
     with pytest.raises(checks.WrongLabelsError, match="20 regions are in 21 pieces"):
         checks.check_invariants(bear, changed_result(result, labels=labels))
-    halted = result.params | {"radius_factor": 2.0}  # may leave pieces, not too few regions
+    halted = result.params | {"radius_factor": 2.0}  # may leave pieces, but not too few regions
     checks.check_invariants(bear, changed_result(result, labels=labels, params=halted))
     fewer = changed_result(result, params=halted | {"n_segments": 21})
     with pytest.raises(checks.WrongLabelsError, match="20 regions, 21 requested"):
@@ -217,7 +217,7 @@ def test_stored_hashes_survive_writing_and_reading(bear, tmp_path):
     assert checks.load_expected(tmp_path / "none.json") == NOTHING_STORED
 
 
-# what is measured
+# measurements
 
 
 def test_runs_have_a_row_for_each_case_with_all_stages(bear):
@@ -295,7 +295,7 @@ def test_facts_tell_nothing_of_whose_machine_it_is():
     assert str(Path.home()) not in json.dumps(facts)
 
 
-# rivals
+# other implementations
 
 
 def test_the_numpy_adjacency_is_that_of_the_face_graph(bear):
@@ -379,7 +379,7 @@ def test_the_page_of_the_documentation_has_a_mark_for_each_table(request):
     report.fill(page, results_of())
 
 
-# the command
+# command
 
 
 def run(*arguments):

@@ -36,7 +36,7 @@ from superfacets.regions.smooth import SmoothOptions, straighten
 
 
 def grid(n):
-    """n by n unit squares of two triangles each, row by row."""
+    """Return n by n unit squares of two triangles each, row by row."""
     vertices = [[x, y, 0] for y in range(n + 1) for x in range(n + 1)]
     corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
     quads = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
@@ -44,7 +44,7 @@ def grid(n):
 
 
 def quads(n):
-    """The same as polygons."""
+    """Return the same squares as polygons."""
     corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
     faces = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
     return PolygonMesh.of_faces(grid(n).vertices, faces)
@@ -80,14 +80,14 @@ def graph_of(cells):
 
 
 def random_field(graph, n, rng):
-    """One of n numbers for each cell, alike for cells that are near each other."""
+    """Return one of n numbers for each cell, mostly equal for cells near each other."""
     places = graph.positions[rng.integers(0, graph.n_cells, n)]
     steps = graph.positions[:, None] - places
     return np.argmin((steps * steps).sum(axis=2), axis=1)
 
 
 def count_pieces(graph, labels):
-    """Connected pieces of cells with labels of 0 and up."""
+    """Return the number of connected pieces of cells with labels >= 0."""
     named = np.where(labels < 0, labels.max() + 1 + np.arange(len(labels)), labels)
     return shapes.count_pieces(graph, named) - int((labels < 0).sum())
 
@@ -130,7 +130,7 @@ def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
         assert np.array_equal(np.unique(labels[mask]), np.arange(result.n_segments))
         assert np.array_equal(labels[result.centers], np.arange(result.n_segments))
         pairs = np.unique(np.stack([labels[mask], sides[mask]]), axis=1)
-        assert pairs.shape[1] == result.n_segments  # each region has one number
+        assert pairs.shape[1] == result.n_segments  # a region has one number only
         if "islands" not in options:
             if isinstance(cells, PointCloud):  # neighbors are searched inside the mask
                 graph = find_point_graph(cells, 1, is_kept=mask)
@@ -141,7 +141,7 @@ def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
 @pytest.mark.parametrize("name", ["triangles", "parts", "polygons"])
 def test_closed_loops_of_edges_are_never_crossed(name, options):
-    """Edges around fields cut the mesh like labels; regions are whole without them."""
+    """Edges around fields divide the mesh like labels do; without them, regions are connected."""
     mesh = CELLS[name]()
     graph = build_face_graph(mesh)
     rng = np.random.default_rng(len(str(options)))
@@ -158,7 +158,7 @@ def test_closed_loops_of_edges_are_never_crossed(name, options):
 
 
 def edges_between(mesh, graph, sides):
-    """Edges whose faces have different numbers."""
+    """Return the edges whose faces have different numbers."""
     from superfacets.mesh.faces import ends_of_sides
 
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
@@ -191,13 +191,13 @@ def test_barriers_that_nothing_crosses_anyway_change_nothing():
     mesh = shapes.bumpy_sheet(20)
     expected = segment(mesh, 15).labels
     assert np.array_equal(segment(mesh, 15, barriers=np.empty((0, 2), int)).labels, expected)
-    boundary = [[0, 1], [2, 1]]  # edges that nothing crosses anyway
+    boundary = [[0, 1], [2, 1]]  # edges of the outline
     assert np.array_equal(segment(mesh, 15, barriers=boundary).labels, expected)
 
 
 @pytest.mark.parametrize("name", ["triangles", "polygons", "fins"])
 def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
-    """Lengths, angles, sides and open borders, and the same borders get straight."""
+    """Lengths, angles, sides and open borders are equal, and smoothing gives the same borders."""
     mesh = shapes.fins(9) if name == "fins" else CELLS[name]()
     graph = build_face_graph(mesh)
     rng = np.random.default_rng(2)
@@ -247,7 +247,7 @@ def test_only_the_area_that_is_kept_counts():
 
 def test_an_open_line_of_edges_is_walked_around():
     mesh = grid(4)
-    wall = [[2, 7], [7, 12], [12, 17]]  # from the rim up to the middle of the last row
+    wall = [[2, 7], [7, 12], [12, 17]]  # from the outline up to the middle of the last row
     result = segment(mesh, 1, barriers=wall)
     assert result.n_segments == 1
     by_steps = segment(mesh, init=[0], barriers=wall, max_num_iter=0, smooth=False)
@@ -325,7 +325,7 @@ def test_labels_begin_with_their_central_cells():
     partly = np.where(mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3, -1, halves)
     assert segment(mesh, init=partly).n_segments == 2
     assert segment(mesh, init=partly, mask=partly >= 0).n_segments == 2
-    # The centers of what is left; a label of which nothing is left makes no region.
+    # Centers are those of the remaining cells; a label without remaining cells makes no region.
     upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
@@ -364,7 +364,7 @@ def test_graphs_have_masks_and_barriers_too(options):
         pairs = np.unique(np.stack([result.labels[mask], sides[mask]]), axis=1)
         assert pairs.shape[1] == result.n_segments
         if "radius_factor" in options:
-            continue  # its reach is another for as many regions as there are now
+            continue  # the reach depends on the number of regions
         same = {"mask": mask, "barriers": sides, **options}
         again = segment_graph(graph, init=result, max_num_iter=0, **same)
         assert np.array_equal(again.labels, result.labels)
@@ -472,9 +472,9 @@ def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
 
 
 def scan():
-    """Points of a roof, and a mask that keeps every tenth point, so most neighbors are left out.
+    """Return points of a roof, and a mask that keeps every tenth, so most neighbors are left out.
 
-    Returns the cloud, the mask, and a cloud of only the kept points.
+    The third result is a cloud of only these points.
     """
     rng = np.random.default_rng(4)
     x, y = rng.uniform(-1, 1, (2, 6000))

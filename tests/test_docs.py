@@ -1,4 +1,4 @@
-"""What the documentation shows is run: its Python, its commands, its list of public names."""
+"""Code and commands of the documentation run, and its list of public names is complete."""
 
 import ast
 import contextlib
@@ -42,11 +42,11 @@ class Block(NamedTuple):
     language: str
     code: str
     line: int
-    printed: str  # a block of plain text right below it
+    printed: str  # a block of plain text directly below
 
 
 def read_blocks(path):
-    """The blocks of a page, the first of which begins at line 1 or later."""
+    """Return the fenced blocks of a page, with the line each begins at."""
     text = path.read_text(encoding="utf-8")
     found = list(FENCE.finditer(text))
     blocks = []
@@ -67,7 +67,7 @@ def python_blocks(path):
 
 @pytest.fixture
 def files(tmp_path, monkeypatch, real_data):
-    """The files that pages speak of, in the current folder."""
+    """Write the files that pages mention, in the current folder."""
     monkeypatch.chdir(tmp_path)
     bear = sf.sample_mesh(5_000)
     color = sf.MeshAttributes(vertex=dict.fromkeys(CHANNELS, np.full(bear.n_vertices, 9, np.uint8)))
@@ -86,7 +86,7 @@ def files(tmp_path, monkeypatch, real_data):
 
 
 def with_specks(mesh):
-    """The mesh with 30 small boxes above it."""
+    """Return the mesh with 30 small boxes above it."""
     specks = [gallery_meshes.box(0.05 * i, 2, 0, 0.02, 0.02, 0.02) for i in range(30)]
     return gallery_meshes.merged([mesh, *specks])
 
@@ -105,7 +105,7 @@ def write_obj(path, mesh):
 
 
 def tile_of_lidar():
-    """Points of flat ground and two gable roofs with 3 cm of noise, and the plane of each point.
+    """Return points of flat ground and two gable roofs with 3 cm of noise, and the plane of each.
 
     The ground is plane -1, and the slopes of the roofs are planes 0 to 3.
     """
@@ -128,7 +128,7 @@ def write_tile(path):
 
 
 def export_labels(path):
-    """Label a few cells in the studio, and write the files that the studio exports."""
+    """Label a few cells in the studio, and write the exports of the studio."""
     from superfacets.studio.documents.document import Document
     from superfacets.studio.export.write import export
 
@@ -140,7 +140,7 @@ def export_labels(path):
 
 
 def run_page(path):
-    """Run the blocks of a page in a row, as a reader would."""
+    """Run the blocks of a page in order, as a reader would."""
     names = {}
     for block in python_blocks(path):
         if block.needs is None or find_spec(block.needs) or Path(block.needs).is_dir():
@@ -160,12 +160,12 @@ def test_the_python_of_a_page_runs_and_prints_what_it_says(path, files):
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", UserWarning
-        )  # of slivers and components: pages explain them
+        )  # of slivers and components, which pages explain
         run_page(path)
 
 
 def rounded_slab(n_arc):
-    """A flat prism over a rectangle with rounded corners: 2 triangles per side and per strip."""
+    """Return a flat prism over a rounded rectangle: 2 triangles per side and per strip."""
     turns = np.linspace(0, np.pi / 2, n_arc + 1)
     corners = [(4, 2), (-4, 2), (-4, -2), (4, -2)]
     arcs = [
@@ -234,7 +234,7 @@ def test_the_code_of_the_cad_page_measures_a_tilted_bore_with_a_groove():
     hole = np.argmin(sf.region_graph(block, labels).normal_lengths)
     is_kept = np.ones(block.n_faces, bool)
     is_kept[np.flatnonzero(labels == hole)[:16]] = False
-    axis = np.array([2, 3, 6]) / 7  # the image of z
+    axis = np.array([2, 3, 6]) / 7  # the direction of z after the turn
     turn = np.stack([np.array([3, -6, 2]) / 7, np.array([6, 2, -3]) / 7, axis])
     for flip, kind in [(1, "bore"), (-1, "boss")]:  # inside out, the hole is a boss
         faces = block.faces[is_kept][:, ::flip]
@@ -305,7 +305,7 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(tmp_path, monk
     np.add.at(counts, (labels[labels >= 0], planes[planes >= 0]), 1)
     assert len(counts) == 4
     assert counts.max(axis=1).sum() > 0.98 * counts.sum()  # all except points at the ridges
-    # The formulas of the page for slope and aspect: the sides of the roofs face west and east.
+    # Check the page's formulas for slope and aspect: the sides of the roofs face west and east.
     normals = sf.region_graph(names["cloud"], labels).normals[counts.argmax(axis=0)]
     assert np.degrees(np.arccos(abs(normals[:, 2]))) == pytest.approx([26.57] * 4, abs=1.5)
     aspects = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
@@ -338,7 +338,7 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
 
 
 def shown_commands(path):
-    """What follows `superfacets` on each line of a page's blocks that has it."""
+    """Return the arguments of `superfacets` on each line of a page's blocks with this command."""
     for block in read_blocks(path):
         if block.language in ("sh", "console", "text"):
             for line in re.findall(r"(?:^|\| )(?:\$ )?superfacets (.*)", block.code, re.MULTILINE):
@@ -356,7 +356,7 @@ def test_commands_that_pages_show_have_the_options_that_they_use(path):
             except click.BadParameter as error:
                 if "does not exist" not in error.message:
                     raise
-            except click.exceptions.Exit:  # of --help
+            except click.exceptions.Exit:  # raised by --help
                 pass
 
 
@@ -371,7 +371,7 @@ MODULES = ("metrics", "segmentator", "baselines", "princeton")
 
 
 def public_names():
-    """The full name of everything public, as the API reference lists it."""
+    """Return the full name of everything public, as the API reference lists it."""
     modules = {f"superfacets.{name}": getattr(sf, name) for name in MODULES} | {"superfacets": sf}
     return [
         f"{path}.{name}"
@@ -382,7 +382,7 @@ def public_names():
 
 
 def listed_names(page):
-    """The names in the autosummary tables of a page."""
+    """Return the names in the autosummary tables of a page."""
     names, module = [], ""
     for line in page.splitlines():
         if line.startswith(".. currentmodule:: "):
@@ -398,7 +398,7 @@ def test_every_public_name_has_a_page():
 
 
 def test_every_example_has_a_place_in_the_gallery_and_one_page_for_it():
-    """The documentation runs them: `make docs`."""
+    """`make docs` runs the examples."""
     examples = {path.stem for path in (DOCS / "examples").glob("*.py")}
     order = ast.parse((DOCS / "gallery_parts.py").read_text(encoding="utf-8"))
     listed = next(
@@ -422,7 +422,7 @@ def test_a_page_becomes_a_notebook_of_its_text_and_code(tmp_path, monkeypatch):
 
 
 def test_pictures_are_small():
-    """`python docs/shrink_images.py` makes them so."""
+    """`python docs/shrink_images.py` makes pictures small."""
     sizes = {path.name: path.stat().st_size for path in (DOCS / "images").rglob("*.*")}
     assert {name for name, size in sizes.items() if size > shrink_images.MAX_BYTES} == set()
 

@@ -6,7 +6,7 @@ import superfacets as sf
 
 
 def test_names_of_regions_are_learned_from_other_models(data_dir):
-    """Guessing is beaten by 34 points on five models; on four of them by 20 at least."""
+    """Accuracy is 34 points above guessing on five models; four must give at least 20."""
     pytest.importorskip("sklearn", reason="scikit-learn is not installed")
     from examples import classify_regions
 

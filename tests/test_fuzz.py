@@ -1,4 +1,4 @@
-"""The search for bad inputs notices what it is there to notice, and shows how to see it again."""
+"""The search for bad inputs notices all kinds of failures, and says how to repeat them."""
 
 import os
 import re
@@ -20,7 +20,7 @@ from tools.fuzzing.promises import check_labels, check_pieces, refusals  # noqa:
 
 
 class _Bad(Search):
-    """Cases that are wrong in every way."""
+    """Cases that fail in every way."""
 
     def run_case(self, number, folder):
         if number == 1:
@@ -34,7 +34,7 @@ class _Bad(Search):
 
 @pytest.fixture
 def failures(monkeypatch):
-    """Run cases 0 to 5, each for at most 2 seconds, and return what is wrong with them."""
+    """Run cases 0 to 5, each for at most 2 seconds, and return the failure of each, or None."""
     monkeypatch.setitem(KINDS, "graphs", KINDS["graphs"]._replace(seconds=2.0))
     return dict(_Bad(0, ("graphs",), ()).outcomes(iter(range(6)), 2))
 

@@ -1,4 +1,4 @@
-"""Labels stay the same when what does not matter changes."""
+"""Labels do not depend on properties of the input that should not matter."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,10 @@ REAL = [pytest.param(name, marks=pytest.mark.real_meshes) for name in ("bunny", 
 
 @pytest.fixture(scope="module", params=["sheet", "sample", *REAL])
 def mesh(request):
-    """Meshes without ties: two made here, two scanned. Nor do they have orphans at k = 90: which of
-    these becomes a center goes by the index too."""
+    """Return meshes without ties: two made here, two scanned.
+
+    They have no orphans at k = 90, since the index decides which orphan becomes a center.
+    """
     if request.param == "sheet":
         return shapes.bumpy_sheet(40)
     if request.param == "sample":
@@ -42,7 +44,7 @@ def mesh(request):
 
 
 def same_regions(one, two):
-    """Whether two labelings are the same up to names."""
+    """Return whether two labelings differ only in their numbers."""
     pairs = np.unique(np.stack([one, two]), axis=1).shape[1]
     return pairs == one.max() + 1 == two.max() + 1
 
@@ -74,11 +76,11 @@ def test_labels_do_not_depend_on_the_unit_of_length(mesh, options, scale):
     assert np.array_equal(result.labels, segment(mesh, 90, **options).labels)
 
 
-ENDS_OF_THE_RANGE = [2.0**-47, 1e-14, 1e14, 2.0**47]  # of shapes that are up to 4 across
+ENDS_OF_THE_RANGE = [2.0**-47, 1e-14, 1e14, 2.0**47]  # for shapes up to 4 wide
 
 
 def lattice_of_tets(n=5):
-    """A block of cubes, six tetrahedra each, with vertices moved at random."""
+    """Return a block of cubes of six tetrahedra each, with vertices moved at random."""
     corners = np.stack(np.mgrid[[slice(n + 1)] * 3], axis=-1)
     noise = np.random.default_rng(3).normal(size=corners.shape)
     numbers = np.arange((n + 1) ** 3).reshape([n + 1] * 3)
@@ -137,17 +139,17 @@ def test_weights_keep_every_bit_under_scaling_by_powers_of_two(mesh):
 
 
 def test_weights_do_not_change_under_rigid_motion(mesh):
-    """But for rounding, and for the diagonal: the bounding box does not turn with the mesh."""
+    """Weights are equal up to rounding, relative to the diagonal, which rotation changes."""
     moved = Mesh(mesh.vertices @ rotation(3).T + [3, -2, 1], mesh.faces)
     graph, moved_graph = build_face_graph(mesh), build_face_graph(moved)
     weights = superfacet_weights(mesh, graph) * graph.diagonal
     moved_weights = superfacet_weights(moved, moved_graph) * moved_graph.diagonal
-    # Where a fold is within rounding of flat, concave and convex are a matter of luck.
+    # Where a fold is flat up to rounding, rounding decides between concave and convex.
     assert np.abs(weights - moved_weights).max() <= 1e-6 * weights.max()
 
 
 def test_shifting_by_whole_steps_changes_nothing():
-    """Coordinates that stay exact when shifted give the same labels."""
+    """Coordinates that stay exact after a shift give the same labels."""
     mesh = shapes.bumpy_sheet(30)
     exact = np.round(mesh.vertices * 2**20) / 2**20
     labels = segment((exact, mesh.faces), 40).labels
@@ -166,9 +168,9 @@ def test_labels_do_not_depend_on_the_order_of_vertices(mesh, options):
 
 @pytest.mark.parametrize("options", MODES[:-1])
 def test_regions_do_not_depend_on_the_order_of_faces(mesh, options):
-    """Before smoothing, which goes along borders in the order of faces.
+    """This is before smoothing, which follows borders in the order of faces.
 
-    Weights by parts do, as far as the rounding of sums over faces goes.
+    Weights by parts are left out: rounding in sums over faces depends on their order.
     """
     rough = {"weights": "creases", **options, "smooth": False}
     order = np.random.default_rng(5).permutation(mesh.n_faces)

@@ -1,4 +1,4 @@
-"""Regions on surfaces without creases are round, whatever the pattern of the faces."""
+"""Regions on surfaces without creases are round for any pattern of faces."""
 
 from itertools import combinations
 
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 
 
 def corners_of_squares(n):
-    """The vertices of n by n squares, their corners, (n * n, 4), and whether x + y is odd."""
+    """Return vertices and corners of n by n squares, (n * n, 4), and whether x + y is odd."""
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
     vertices = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
     i, j = np.divmod(np.arange(n * n), n)
@@ -38,7 +38,7 @@ def quads(n=100):
 
 
 def plane(*normal):
-    """A plane through a grid of cubes, turned so that its normal is z."""
+    """Return a plane cut through a grid of cubes, turned so that its normal is z."""
     normal = np.array(normal) / np.linalg.norm(normal)
     mesh = level_set(lambda at: at @ normal + 0.013, 48)
     axes = np.linalg.svd(normal[None])[2][[1, 2, 0]]
@@ -58,7 +58,7 @@ CUTS = {
 
 
 def icosphere(n_times=5):
-    """A sphere of 20 * 4**n_times triangles that are alike."""
+    """Return a sphere of 20 * 4**n_times nearly equal triangles."""
     turns = np.arange(5) * 2 * np.pi / 5
     ring = np.stack([2 * np.cos(turns), 2 * np.sin(turns), np.ones(5)], axis=1)
     corners = np.concatenate([ring, ring * [-1, -1, -1]]) / np.sqrt(5)
@@ -73,7 +73,7 @@ def icosphere(n_times=5):
 
 
 def distance(at):
-    """From the origin; at a radius of 0.873, a sphere passes no point of the grid below."""
+    """Return the distance to the origin; no point of the grid below has a distance of 0.873."""
     return np.linalg.norm(at, axis=-1)
 
 
@@ -84,13 +84,13 @@ SPHERES = {
 
 
 def inner_regions(graph, labels):
-    """Regions without a face at the boundary: with fewer neighbors than other faces."""
+    """Return regions without a face at the boundary, where faces have fewer neighbors."""
     n_arcs = np.diff(graph.offsets)
     return np.setdiff1d(labels, labels[n_arcs < n_arcs.max()])
 
 
 def elongations_and_axes(mesh, **options):
-    """Of all inner regions with different numbers of regions together.
+    """Return elongations and long axes of all inner regions, for several numbers of regions.
 
     The elongation is the ratio of the standard deviations along the long and the short axis in the
     plane of a region.
@@ -112,13 +112,13 @@ def elongations_and_axes(mesh, **options):
 
 
 def alignment(axes):
-    """1 if all axes in the plane z = 0 are parallel, and about 0 if they lead anywhere."""
+    """Return 1 if all axes in the plane z = 0 are parallel, and about 0 for random directions."""
     return abs(np.mean((axes[:, 0] + 1j * axes[:, 1]) ** 2))
 
 
 @pytest.mark.parametrize("name", [*GRIDS, *CUTS])
 def test_regions_of_a_plane_are_round_and_lean_nowhere(name):
-    """Measured: 1.17 to 1.19 on grids, 1.22 on cuts; with creases up to 1.36, alignments 0.8."""
+    """Measured: 1.17 to 1.19 on grids, 1.22 on cuts; by creases up to 1.36, alignments 0.8."""
     ratios, axes = elongations_and_axes((GRIDS | CUTS)[name]())
     assert np.median(ratios) < (1.2 if name in GRIDS else 1.25)
     assert alignment(axes) < 0.25
@@ -126,13 +126,13 @@ def test_regions_of_a_plane_are_round_and_lean_nowhere(name):
 
 @pytest.mark.parametrize("name", SPHERES)
 def test_regions_of_a_sphere_are_round(name):
-    """Measured: 1.24, and 1.27 out of a grid; with creases 1.24 and 1.39."""
+    """Measured: 1.24, and 1.27 for the level set of a grid; by creases 1.24 and 1.39."""
     ratios, _ = elongations_and_axes(SPHERES[name]())
     assert np.median(ratios) < 1.3
 
 
 def height_field(noise):
-    """A plane on a regular grid with noise in height, in edge lengths."""
+    """Return a plane on a regular grid with noise in the heights, in units of edges."""
     mesh = equal_diagonals()
     heights = noise * np.random.default_rng(0).normal(size=(mesh.n_vertices, 1))
     return sf.Mesh(mesh.vertices + heights * [0, 0, 1], mesh.faces)
@@ -140,14 +140,14 @@ def height_field(noise):
 
 @pytest.mark.parametrize("noise", [0.01, 0.03, 0.05, 0.1, 0.2, 0.5])
 def test_regions_of_a_noisy_height_field_are_round_and_lean_nowhere(noise):
-    """Measured: at most 1.19 and 0.16."""
+    """Measured: elongations of at most 1.19, alignments of at most 0.16."""
     ratios, axes = elongations_and_axes(height_field(noise))
     assert np.median(ratios) < 1.2
     assert alignment(axes) < 0.3
 
 
 def test_noise_stretches_regions_of_a_height_field_without_enough_smoothing():
-    """Also after five steps of smoothing, which leave small creases that count."""
+    """Five steps of smoothing are not enough: small creases remain and affect the weights."""
     for n_steps in (0, 5):
         ratios, axes = elongations_and_axes(height_field(0.1), denoise=n_steps)
         assert np.median(ratios) > 1.4
@@ -155,7 +155,7 @@ def test_noise_stretches_regions_of_a_height_field_without_enough_smoothing():
 
 
 def test_paths_over_shared_borders_alone_lean_along_the_diagonals():
-    """The measurement finds it in the weights that were the default."""
+    """With weights by creases, the former default, the measurement finds elongated regions."""
     ratios, axes = elongations_and_axes(equal_diagonals(), weights="creases")
     assert np.median(ratios) > 1.3
     assert alignment(axes) > 0.7

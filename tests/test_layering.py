@@ -12,7 +12,8 @@ PACKAGE = ROOT / "src" / "superfacets"
 CORE = ROOT / "src" / "core"
 STUDIO_PAGE = ROOT / "frontend" / "src" / "studio"
 
-# Lowest first. A module belongs to the longest of these that it begins with; what is on one line
+# Lowest first. A module belongs to the longest matching entry; entries on one line may import
+# each other only within a folder.
 # may import each other only within its own folder.
 PYTHON_LAYERS = [
     "_core",
@@ -27,7 +28,7 @@ PYTHON_LAYERS = [
     "io.readers",
     "adapters",
     "cells",
-    "pictures",  # of cells and labels alone: the result of the clustering shows itself
+    "pictures",  # needs cells and labels only; results of the clustering call it
     "clustering",
     "regions",
     "metrics",
@@ -66,7 +67,7 @@ CORE_LAYERS = [
     "bindings",
 ]
 
-# Highest folder of the core whose functions a Python folder may call. All others may call any.
+# Highest folder of the core whose functions a Python folder may call; others may call any.
 HIGHEST_CORE_LAYERS = {
     "_validate": "mesh",
     "io": "mesh",
@@ -78,7 +79,7 @@ HIGHEST_CORE_LAYERS = {
     "regions": "regions",
 }
 
-# Functions of higher folders of the core that a module may call nevertheless.
+# Exceptions: functions of higher folders of the core that a module may call.
 CORE_EXCEPTIONS = {
     # `TetMesh.boundary` needs the neighbors across triangles.
     "mesh.tet_mesh": {"build_tet_graph"},
@@ -93,7 +94,7 @@ STUDIO_PAGE_LAYERS = ["data", "session", "view", "workbench", "panels", "input",
 
 
 def layer_of(module: str) -> str:
-    """The layer of a module, named from the package on: ``cells.weights``."""
+    """Return the layer of a module, named from the package on: ``cells.weights``."""
     parts = module.split(".")
     for n in range(len(parts), 0, -1):
         if ".".join(parts[:n]) in PYTHON_LAYERS:
@@ -107,7 +108,7 @@ def name_of(path: Path) -> str:
 
 
 def imported_modules(path: Path) -> set[str]:
-    """The modules of the package that a file imports, at the top or within functions."""
+    """Return the modules of the package that a file imports, at the top or within functions."""
     package = path.relative_to(PACKAGE).parts[:-1]
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -129,7 +130,7 @@ def imported_modules(path: Path) -> set[str]:
 
 
 def resolve(parts: list[str]) -> str:
-    """The module that ``from a.b import c`` reaches: a.b.c where that is one, else a.b."""
+    """Return the module that ``from a.b import c`` imports: a.b.c if that is a module, else a.b."""
     path = PACKAGE.joinpath(*parts)
     if path.is_dir() or path.with_suffix(".py").exists() or parts == ["_core"]:
         return ".".join(parts)
@@ -138,16 +139,16 @@ def resolve(parts: list[str]) -> str:
 
 MODULES = sorted(PACKAGE.rglob("*.py"))
 CORE_FILES = sorted(CORE.rglob("*.[ch]pp"))
-STUDIO_PAGE_FILES = sorted(STUDIO_PAGE.rglob("*.ts"))  # none in a source distribution
+STUDIO_PAGE_FILES = sorted(STUDIO_PAGE.rglob("*.ts"))  # empty in a source distribution
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_imports_point_down(path):
     own = PYTHON_LAYERS.index(layer_of(name_of(path)))
     if name_of(path) == "__init__":
-        return  # what users see of all layers
+        return  # the public names of all layers
     for module in imported_modules(path):
-        # The version is all that the package itself has to give.
+        # The package itself provides only the version.
         if module == "__init__":
             assert own > PYTHON_LAYERS.index("sample"), module
             continue
@@ -172,12 +173,12 @@ def test_imports_of_the_page_of_the_studio_point_down(path):
     for name in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8")):
         target = Path(os.path.normpath(path.parent / f"{name}.ts"))
         assert target.exists(), name
-        if target.is_relative_to(STUDIO_PAGE):  # otherwise, it is shared with other pages
+        if target.is_relative_to(STUDIO_PAGE):  # else, it is shared with other pages
             assert layer(target) <= layer(path), name
 
 
 def layers_of_core_names() -> dict[str, str]:
-    """The folder of the core of each name in `_core`, from the files of bindings."""
+    """Return the folder of the core of each name in `_core`, read from the files of bindings."""
     layers = {}
     for file in sorted((CORE / "bindings").glob("*.cpp")):
         text = file.read_text(encoding="utf-8")
@@ -186,7 +187,7 @@ def layers_of_core_names() -> dict[str, str]:
 
 
 def names_of_core(path: Path) -> set[str]:
-    """The names of `_core` that a file uses."""
+    """Return the names of `_core` that a file uses."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Attribute) and getattr(node.value, "id", None) == "_core":
@@ -271,7 +272,7 @@ def test_no_module_imports_itself_in_a_circle():
         if module in done or module not in graph:
             return
         for target in graph[module]:
-            # A package's own modules may import what the package's file lists.
+            # Modules of a package may import what the file of the package lists.
             visit(target, (*above, module))
         done.add(module)
 
@@ -293,7 +294,7 @@ CELL_ROOMS = ("mesh", "adapters", "cells.kinds")
 
 
 def cell_tests(tree: ast.AST) -> list[int]:
-    """Lines that ask for the class of cells: by isinstance, by type or by match."""
+    """Return lines that test for a class of cells: by isinstance, type or match."""
     lines = []
     for node in ast.walk(tree):
         asked: list[ast.AST] = []
@@ -343,11 +344,11 @@ def test_a_test_of_the_class_of_cells_is_found(text):
 
 LONGEST_TUPLE = 4
 LONG_TUPLES: set[str] = set()
-"""Modules that are yet to change."""
+"""Modules that still have to change."""
 
 
 def long_tuples(tree: ast.AST) -> list[str]:
-    """Functions that return a tuple of more values than one can tell apart by their place."""
+    """Return functions that return a tuple of too many values to tell apart by place."""
     found = []
     for node in ast.walk(tree):
         if not isinstance(node, ast.FunctionDef) or not isinstance(node.returns, ast.Subscript):

@@ -1,11 +1,11 @@
-"""Time grows with size, not with its square, where much is equal or meets at one place."""
+"""Time grows linearly with size, even if much is equal or meets at one place."""
 
 import pytest
 from benchmarks.doubling import JOBS, SHAPES, doubling_table, exponent, measure_doubling
 
 MOST = 8**1.6
-"""Limit of the time at eight times the size over the time at once the size: linear time gives 8,
-quadratic 64. Most of the difference is left to the noise of the machine."""
+"""Limit of the ratio of times for a ratio of sizes of eight: linear time gives 8,
+quadratic 64. Most of the difference allows for noise."""
 
 QUADRATIC_ONCE = [
     ("flat grid", "k = N", 8_000),

@@ -1,4 +1,4 @@
-"""What a process may use: of the machine, its groups, or by a limit of its own."""
+"""Memory that a process may use: of the machine, of its control groups, or by a limit."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ from superfacets._memory import usable_memory
 
 @pytest.fixture
 def groups(tmp_path, monkeypatch):
-    """A folder for the files of groups, and a function that writes which ones a process is in."""
+    """Return a folder for files of control groups, and a function to set those of the process."""
     own = tmp_path / "own"
     monkeypatch.setattr(_memory, "_OWN_GROUPS", own)
     monkeypatch.setattr(_memory, "_GROUPS", tmp_path / "groups")

@@ -1,4 +1,4 @@
-"""What the core finds its way in memory by is its own: nobody can change it once it was checked."""
+"""Indices that the core has checked are private to it: nobody can change them afterwards."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""What importing costs, and that the examples in the docstrings are true."""
+"""The cost of importing, and that the examples in docstrings are correct."""
 
 import ast
 import dataclasses
@@ -40,7 +40,7 @@ def test_headings_in_docstrings_have_lines_of_their_own(name):
 
 
 def names_in_section(docstring: str, section: str) -> set[str]:
-    """What a section of a numpydoc docstring describes."""
+    """Return the names that a section of a numpydoc docstring describes."""
     found = re.search(
         rf"^{section}\n-+\n(.*?)(?=^\S[^\n]*\n---|\Z)", docstring, re.MULTILINE | re.DOTALL
     )
@@ -69,7 +69,7 @@ def test_the_documented_parameters_are_those_there_are(function):
 
 @pytest.mark.parametrize("kind", RESULTS, ids=lambda kind: kind.__name__)
 def test_the_documented_fields_are_those_there_are(kind):
-    """A field is described in the docstring of its class or, in a string, below it."""
+    """A field is described in the docstring of its class or in a string below the field."""
     fields = set(getattr(kind, "_fields", ())) or {
         field.name for field in dataclasses.fields(kind) if not field.name.startswith("_")
     }
@@ -99,7 +99,7 @@ LATE_PREFIXES = tuple(f"superfacets.{name}" for name in LATE)
 
 
 def run_python(code: str) -> str:
-    """What the code prints in a process of its own."""
+    """Return what the code prints in another process."""
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     ).stdout.strip()
@@ -112,7 +112,7 @@ def test_importing_needs_numpy_and_the_core_alone():
         "new -= sys.stdlib_module_names;"
         "print(sorted(new))"
     )
-    # numpy loads parts of itself late.
+    # numpy imports some of its modules late.
     assert printed in ("['superfacets']", "['numpy', 'superfacets']")
 
 
@@ -158,7 +158,7 @@ def test_modules_that_are_loaded_late_are_attributes(name):
 
 
 def test_no_module_has_a_public_name():
-    """Importing it would put the module in the place of what is public."""
+    """Importing such a module would replace the public function of that name."""
     children = [name for name in MODULES if name.count(".") == 1]
     assert not {name.rpartition(".")[2] for name in children} & {*NAMES}
 
@@ -177,7 +177,7 @@ def test_the_version_is_that_of_the_package():
 
 
 def test_the_types_of_the_core_are_those_it_has(tmp_path):
-    """`make stub` writes them anew."""
+    """`make stub` writes the file again."""
     pytest.importorskip("nanobind")
     stub = tmp_path / "_core.pyi"
     command = ["-m", "nanobind.stubgen", "-q", "-m", "superfacets._core", "-o", str(stub)]

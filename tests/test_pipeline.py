@@ -1,4 +1,4 @@
-"""Stage 4: the loop, its stops, and what comes back."""
+"""Stage 4: the loop, its stop criteria, and its result."""
 
 import dataclasses
 import time
@@ -27,7 +27,7 @@ from superfacets import (
 from superfacets.metrics import compactness
 
 PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False, "denoise": 0}
-"""The paper's weights and seeds, and labels as the loop leaves them."""
+"""The weights and seeds of the paper, without smoothing."""
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def test_labels_are_the_classification_of_the_centers_whatever_stopped_the_loop(
 
 
 def test_a_crease_becomes_a_border():
-    """A sheet folded into a valley: no region has faces on both of its sides."""
+    """In a sheet folded into a valley, no region has faces on both sides."""
     n = 20
     x, y = np.meshgrid(np.linspace(-1, 1, 2 * n + 1), np.linspace(0, 1, n + 1), indexing="ij")
     vertices = np.stack([x, y, np.abs(x)], axis=-1).reshape(-1, 3)
@@ -107,7 +107,7 @@ def test_more_regions_than_the_default_number_are_a_surprise_too():
     soup = shapes.soup(shapes.bumpy_sheet(12))
     with pytest.warns(IslandWarning, match=r"^288 regions instead of 150: 138 components"):
         assert segment(soup, weld=False).n_segments == 288
-    segment(soup, radius=0.05, weld=False)  # no number was asked for
+    segment(soup, radius=0.05, weld=False)  # no number was given
 
 
 def test_as_many_regions_as_faces_leaves_each_alone():
@@ -137,7 +137,7 @@ def test_awkward_meshes_are_segmented_into_connected_or_halted_regions(make, opt
 
 def test_without_number_or_radius_there_are_150_regions(sheet):
     assert segment(sheet).n_segments == 150
-    assert segment(shapes.cube()).n_segments == 12  # or as many as there are faces
+    assert segment(shapes.cube()).n_segments == 12  # at most the number of faces
 
 
 def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
@@ -172,7 +172,7 @@ def test_the_first_small_move_converges(sheet):
 
 
 def test_centers_that_come_back_end_the_loop_as_settled():
-    """A ring of cells that hold their centers at odd places: the loop flips for ever."""
+    """For some of these graphs, the loop would alternate between the same centers forever."""
     found = []
     for seed in range(60):
         graph = shapes.random_graph(40, 70, seed=seed, weight_values=[1.0, 2.0])
@@ -284,7 +284,7 @@ def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
 def test_the_timings_add_up_to_most_of_the_wall_time():
     mesh = superfacets.sample_mesh(50_000)
     shares = []
-    for _ in range(3):  # what else the machine does may fall between two stages
+    for _ in range(3):  # other processes may delay the code between stages
         start = time.perf_counter()
         result = segment((mesh.vertices, mesh.faces), 50)
         shares.append(sum(result.timings.values()) / (time.perf_counter() - start))
@@ -293,7 +293,7 @@ def test_the_timings_add_up_to_most_of_the_wall_time():
 
 
 def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
-    """On a clock that advances only in one function of the core, only its stage takes time."""
+    """With a clock that only advances in one function of the core, only its stage takes time."""
     from superfacets import _core
 
     calls = {
@@ -421,7 +421,7 @@ def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
     result = segment(sheet, 20, weights="creases", denoise=0)
     graph = build_face_graph(sheet)
     weights = crease_weights(sheet, graph, rough.params["expected_radius"])
-    cells = graph.with_weights(weights)  # paths, and borders, are measured in whole units
+    cells = graph.with_weights(weights)  # paths and borders are measured in whole units
     again = smooth_borders(
         sheet, rough.labels, centers=rough.centers, weights=cells.lengths * cells.unit
     )

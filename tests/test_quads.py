@@ -1,8 +1,8 @@
-"""Real quad meshes against their triangulations: how far the labels agree.
+"""Agreement of labels of real quad meshes with those of their triangulations.
 
-Whole runs agree as little as those on two triangulations of one mesh do (58 to 70 % of the area of
-the beast with 10 to 150 regions, two triangulations 61 to 74 %): seeds are placed one after the
-other, so that a small difference in the first moves all. The same centers have the same regions.
+Whole runs agree no better than those on two triangulations of one mesh (58 to 70 % of the area of
+the beast with 10 to 150 regions, two triangulations 61 to 74 %): each seed depends on those before,
+so a small difference in the first moves all. With equal centers, regions agree.
 """
 
 import warnings
@@ -14,7 +14,7 @@ import superfacets as sf
 
 
 def share_that_agrees(labels, others, areas):
-    """Share of the area in pairs of regions, matched such that it is largest."""
+    """Return the share of the area in common for the best matching of regions."""
     optimize = pytest.importorskip("scipy.optimize")
     shared = np.zeros((labels.max() + 1, others.max() + 1))
     np.add.at(shared, (labels, others), areas)
@@ -32,10 +32,10 @@ def quads(request, data_dir):
 )
 @pytest.mark.parametrize(("weights", "least"), [("creases", 0.85), ("parts", 0.75)])
 def test_regions_of_the_same_centers_agree(data_dir, name_and_k, weights, least):
-    """Measured with creases: 0.87 to 0.97; 0.84 with 150 regions of the beast.
+    """Measured with creases: 0.87 to 0.97, and 0.84 with 150 regions of the beast.
 
-    With parts 0.80 to 0.93. The beast's quads are then labeled by paths on coarse cells, but
-    triangles, as their seeds are given, by paths on all faces.
+    With parts: 0.80 to 0.93. The quads of the beast are then labeled by paths on coarse cells, but
+    the triangles by paths on all faces, because their seeds are given.
     """
     name, k = name_and_k
     quads = sf.read_mesh(data_dir / "meshes" / f"{name}.obj")
@@ -51,7 +51,7 @@ def test_regions_of_the_same_centers_agree(data_dir, name_and_k, weights, least)
 
 @pytest.mark.parametrize("k", [20, 100])
 def test_regions_of_quads_are_as_good_as_those_of_triangles(quads, k):
-    """Both measured on the triangles."""
+    """Both labelings are measured on the triangles."""
     triangles, sources = quads.triangulate()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)

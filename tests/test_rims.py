@@ -1,4 +1,4 @@
-"""Rims of machine parts are borders of regions, however few regions there are."""
+"""Borders follow the rims of machine parts, for any number of regions."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def box(*sizes):
 
 
 def bracket():
-    """An L of six sides, and the two ends."""
+    """Return a part with an L-shaped profile: six sides and two ends."""
     outline = np.array([[0, 0], [4, 0], [4, 0.5], [0.5, 0.5], [0.5, 3], [0, 3]])
     vertices = np.concatenate([np.insert(outline, 2, z, axis=1) for z in (0.0, 2.0)])
     here, after = np.arange(6), (np.arange(6) + 1) % 6
@@ -48,13 +48,13 @@ PARTS = {
 }
 
 SIDES_OF_TABLE = 30
-"""With fewer regions, some region must have two of them, across a rim."""
+"""With fewer regions, one of them must contain two sides, across a rim."""
 
 KS = (20, 22, 25, 30, 33, 40, 53, 64, 80, 110, 150, 170, 200, 251, 300)
 
 
 def sides_of(graph, measures):
-    """The side of a part that each face belongs to, its flat and its round faces alike.
+    """Return the side of a part that each face is on, flat or round.
 
     Sides meet at edges of 40 degrees or more.
     """
@@ -66,7 +66,7 @@ def sides_of(graph, measures):
 
 
 def share_of_rims(graph, measures, labels):
-    """The share of the length of convex edges of 60 degrees or more that borders run along."""
+    """Return the share of the length of convex edges of 60 degrees or more that is in borders."""
     lengths = np.where(measures.angles <= -np.pi / 3, measures.border_lengths, 0.0)
     is_border = labels[graph.sources] != labels[graph.neighbors]
     return lengths[is_border].sum() / lengths.sum()
@@ -74,7 +74,7 @@ def share_of_rims(graph, measures, labels):
 
 @pytest.mark.parametrize("name", PARTS)
 def test_rims_are_borders(name):
-    """With a quarter more regions than sides, each side is one region or several."""
+    """With 1.25 times as many regions as sides, each side is one region or several."""
     mesh = PARTS[name]()
     graph = sf.build_face_graph(mesh)
     measures = sf.arc_measures(mesh, graph)
@@ -132,7 +132,7 @@ def turned(mesh, seed, scale):
 
 
 def prism(n_sides, n_rings, height):
-    """A prism over a regular polygon, with its ends."""
+    """Return a prism over a regular polygon, with its ends."""
     angles = 2 * np.pi * np.arange(n_sides) / n_sides
     outline = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     heights = np.linspace(0.0, height, n_rings + 1)
@@ -148,7 +148,7 @@ def prism(n_sides, n_rings, height):
 
 
 def test_rounding_does_not_decide_what_is_a_machine_part():
-    """Edges of a tube of 36 segments turn by 10 degrees, plus or minus rounding errors."""
+    """Edges of a tube of 36 segments have angles of 10 degrees, plus or minus rounding errors."""
     tube = prism(36, 8, 1.6)
     polygons = sf.PolygonMesh.of_faces(tube.vertices, tube.faces.tolist())
     for mesh in (tube, polygons, turned(tube, 1, 1e-3), turned(tube, 2, 1e9)):
@@ -156,7 +156,7 @@ def test_rounding_does_not_decide_what_is_a_machine_part():
 
 
 def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
-    """They turn by 60 degrees, plus or minus rounding errors, in every position."""
+    """Edges have angles of 60 degrees, plus or minus rounding errors, in every position."""
     nut = subdivided(prism(6, 1, 1.0), 3)
     for seed in range(6):
         mesh = turned(nut, seed, 1.0)
@@ -180,4 +180,4 @@ def test_sharp_edges_of_other_shapes_are_not():
     assert is_ridge(rough).sum() < 0.1 * is_sharp.sum()
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
-    assert not is_ridge(sf.Mesh(corners, faces)).any()  # it has no flat edge
+    assert not is_ridge(sf.Mesh(corners, faces)).any()  # no edge is flat

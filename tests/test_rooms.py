@@ -1,4 +1,4 @@
-"""Points of a room without normals: estimated ones do not know on which side one stands."""
+"""Points of a room without normals: estimated normals may point to either side."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ INSIDE = [2, 2.5, 1.5]
 
 
 def rectangles(has_ceiling=False):
-    """Floor, walls and a table with four legs: a corner and two sides of each rectangle."""
+    """Return a corner and two sides of each rectangle of floor, walls and a four-legged table."""
     width, depth, height = 4.0, 5.0, 2.6
     across, along, up = np.diag([width, depth, height])
     found = [(0, across, along), (0, across, up), (along, across, up), (0, along, up)]
@@ -31,7 +31,7 @@ def rectangles(has_ceiling=False):
 
 
 def room(n, noise=0.002, seed=0, has_ceiling=False):
-    """Points of the room, and the rectangle that each is on."""
+    """Return points of the room, and the rectangle of each."""
     rng = np.random.default_rng(seed)
     found = rectangles(has_ceiling)
     areas = [np.linalg.norm(np.cross(one, other)) for _, one, other in found]
@@ -45,7 +45,7 @@ def room(n, noise=0.002, seed=0, has_ceiling=False):
 
 
 def wrong_share(labels, surfaces):
-    """Share of the points in a region of which most are on another surface."""
+    """Return the share of points that are not on the main surface of their region."""
     table = np.zeros((labels.max() + 1, surfaces.max() + 1), int)
     np.add.at(table, (labels, surfaces), 1)
     return 1 - table.max(axis=1).sum() / len(labels)
@@ -53,7 +53,7 @@ def wrong_share(labels, surfaces):
 
 @pytest.mark.parametrize("has_ceiling", [False, True], ids=["open", "closed"])
 def test_regions_of_a_room_end_at_its_edges(has_ceiling):
-    """Also if it is closed: estimated normals then point out of it, and its corners are convex."""
+    """In a closed room, estimated normals point out of the room, so that its corners are convex."""
     points, surfaces = room(380_000, has_ceiling=has_ceiling)
     for k in (150, 400):
         result = sf.segment(points, k)
@@ -75,7 +75,7 @@ def sphere(n):
 
 
 def cost_of_ridges(points, radius):
-    """Share of the arcs that ridges make longer."""
+    """Return the share of arcs that ridges lengthen."""
     with_ridges, without = (
         sf.build_point_graph(points, expected_radius=radius, ridges=ridges).weights
         for ridges in (1, 0)
@@ -85,7 +85,7 @@ def cost_of_ridges(points, radius):
 
 
 def test_ridges_are_edges_between_flat_sides_that_are_resolved():
-    """A box has some. A ball, a rod and points too sparse for regions of this size have none."""
+    """A box has ridges; a ball, a rod, and points too sparse for regions of this size have none."""
     box = np.random.default_rng(0).random((40_000, 3))
     box[np.arange(40_000), np.arange(40_000) % 3] = np.arange(40_000) // 3 % 2
     assert 0.02 < cost_of_ridges(box, 0.3) < 0.2
@@ -129,7 +129,7 @@ def test_ridges_are_the_same_in_tiles():
 
 
 def splat_table(rng, *, flatness=4.0):
-    """Centers of splats near a floor and a wall, and quaternions that turn z to the normals."""
+    """Return splats near a floor and a wall: centers, scales, and quaternions (z to normal)."""
     floor, wall = rng.random((2, 4000, 3)) * [[[1, 1, 0]], [[1, 0, 1]]]
     points = np.concatenate([floor, wall]) + 0.02 * rng.normal(size=(8000, 3))
     half = np.pi / 4
@@ -150,7 +150,7 @@ def write_ply(path, columns):
 
 @pytest.fixture
 def splats(tmp_path):
-    """A file of Gaussian splats on a floor and a wall, without normals, red and blue by halves."""
+    """Write Gaussian splats on a floor and a wall, without normals, half red and half blue."""
     points, scales, turns = splat_table(np.random.default_rng(0))
     shades = np.where(points[:, :1] < 0.5, [[1.77, -1.77, -1.77]], [[-1.77, -1.77, 1.77]])
     columns = dict(zip("xyz", points.T, strict=True))
@@ -219,7 +219,7 @@ def test_splats_are_segmented_by_their_shape_and_color(splats):
     assert np.allclose(cloud.colors[table[:, 0] < 0.5], [1, 0, 0], atol=0.01)
     is_wall = np.repeat([0, 1], 4000)
     labels = sf.segment(path, 20).labels
-    assert wrong_share(labels, is_wall) < 0.04  # centers are rough
+    assert wrong_share(labels, is_wall) < 0.04  # centers are noisy
     by_color = sf.segment(path, 2, features="color", feature_weight=50).labels
     assert wrong_share(by_color, (table[:, 0] < 0.5).astype(int)) < 0.02
     tiled = sf.segment_tiled(path, 20, tile_size=4096).labels
@@ -239,7 +239,7 @@ def test_labels_go_back_into_a_file_of_splats_with_all_that_it_holds(splats):
 
 
 def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
-    """In a file, whose points stay as they are, and in a cloud; one for all points or each its."""
+    """A file (whose points do not change) or a cloud has one viewpoint, or one per point."""
     points, _ = room(20_000, has_ceiling=True)
     np.save(tmp_path / "room.npy", points)
     result = sf.batch(
@@ -260,7 +260,7 @@ def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
 
 
 def test_each_scanner_sees_its_side():
-    """Two walls back to back: no single place sees both."""
+    """For two walls back to back, no single place sees both."""
     rng = np.random.default_rng(0)
     walls = rng.random((2, 2000, 3)) * [0, 1, 1] + [[[0, 0, 0]], [[0.5, 0, 0]]]
     points, places = np.concatenate(walls), np.repeat([[-3, 0.5, 0.5], [3, 0.5, 0.5]], 2000, axis=0)

@@ -1,4 +1,4 @@
-"""The bear that is included: whole, in the sizes it is said to have, and made by the generator."""
+"""The included bear is complete, has the stated sizes, and is what the generator makes."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_the_files_hold_what_the_generator_makes():
     for n_faces in SIZES.values():
         bear = sample_mesh(n_faces)
         vertices, faces = make_bear(n_faces)
-        same = (bear.faces == faces).all(axis=1)  # elsewhere, a diagonal may be the other one
+        same = (bear.faces == faces).all(axis=1)  # in others, a diagonal may differ
         assert same.mean() > 0.999
         np.testing.assert_allclose(bear.vertices, vertices, atol=2e-7)
 

@@ -1,4 +1,4 @@
-"""Threads of the caller: the core shares no state between calls, with a GIL and without."""
+"""Threads of the caller: calls of the core share no state, with a GIL and without."""
 
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
@@ -14,7 +14,7 @@ N_CALLERS = 4
 
 
 def at_once(work):
-    """What N_CALLERS threads get that call it at the same moment."""
+    """Return the results of N_CALLERS threads that call `work` at the same moment."""
     barrier = Barrier(N_CALLERS)
 
     def wait_and_work(caller):
@@ -62,7 +62,7 @@ def test_errors_of_one_thread_do_not_reach_another(sheet):
 
 
 def test_a_team_is_no_larger_than_cores_have_use_for(monkeypatch):
-    """1,024 threads on two cores took four times as long as two."""
+    """On two cores, 1,024 threads took four times as long as two."""
     most = MAX_THREADS_PER_CORE * usable_cores()
     assert checked_threads(10**9) == most < 1024 * usable_cores()
     assert checked_threads(1) == 1

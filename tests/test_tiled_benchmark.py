@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from superfacets import sample_mesh, write_mesh
 
 FREE = {"bandwidth": 1e12, "shared": 1e15, "dispatch": 0.0}
-"""A cluster on which nothing but processor time counts."""
+"""A cluster on which only processor time counts."""
 
 
 def measured(*passes, driver=0.0, halo=0.0):

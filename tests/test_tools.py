@@ -1,4 +1,4 @@
-"""Programs for those who work on the package."""
+"""Tools for developers of the package."""
 
 import copy
 import json
@@ -19,7 +19,7 @@ HASHES = {
 
 @pytest.fixture
 def compare(tmp_path):
-    """Compare hashes with those above; returns exit status and what was printed."""
+    """Compare hashes with those above; return the exit status and the output."""
 
     def _compare(*others):
         paths = [tmp_path / f"{i}.json" for i in range(1 + len(others))]
@@ -72,7 +72,7 @@ def test_one_file_alone_proves_nothing(compare):
 
 
 def test_what_was_not_tested_is_said_in_one_line_with_the_reasons(tmp_path):
-    """In a folder beside which there are no real meshes."""
+    """The tests are copied to a folder without real meshes."""
     folder = tmp_path / "checkout" / "tests"
     folder.mkdir(parents=True)
     shutil.copy(Path(__file__).with_name("conftest.py"), folder)
@@ -96,7 +96,7 @@ def test_what_was_not_tested_is_said_in_one_line_with_the_reasons(tmp_path):
         "not tested: 2 tests (no real meshes: set SUPERFACETS_DATA to the folder that has them), "
         "1 test (no OpenGL: install Mesa)"
     )
-    # A folder without models skips what would loop over them, and says so.
+    # In a folder without models, tests that would loop over them are skipped, with the reason.
     assert last_lines(SUPERFACETS_DATA=str(tmp_path))[0].startswith(
         f"not tested: 1 test (no models of the benchmark in {tmp_path / 'psb' / 'off'})"
     )

@@ -1,4 +1,4 @@
-"""What type checkers say of calls that are right, and of calls that are wrong."""
+"""Messages of type checkers for correct and for wrong calls."""
 
 import shutil
 import subprocess
@@ -38,7 +38,7 @@ WRONG = [
 
 
 def messages(checker: str, code: str, folder) -> list[str]:
-    """What a type checker finds wrong in the code."""
+    """Return the messages of a type checker about the code."""
     path = folder / "snippet.py"
     path.write_text(code)
     if checker == "mypy":

@@ -1,4 +1,4 @@
-"""A tileset of 3D Tiles on the earth: a sheet in four models, which hang together in many ways."""
+"""A tileset of 3D Tiles on the earth: a sheet in four models, linked in many ways."""
 
 import json
 import struct
@@ -9,17 +9,17 @@ from shapes import bumpy_sheet
 from superfacets import Mesh, write_mesh
 
 CENTER = np.array([4501000.25, 700000.5, 4400000.75])
-"""Where the sheet is, in the coordinates of the earth, in meters."""
+"""Position of the sheet, in earth-centered coordinates, in meters."""
 
 ORIGIN = (4501000.0, 700000.0, 4400001.0)
-"""`CENTER` in whole meters."""
+"""`CENTER` rounded to meters."""
 
 SOUTH_UP = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """Rotation from the sheet, z up, to the earth."""
 
 
 def by_columns(rotation=None, shift=(0.0, 0.0, 0.0)) -> list[float]:
-    """The `transform` of a tile."""
+    """Return the matrix as the `transform` of a tile."""
     matrix = np.eye(4)
     matrix[:3, :3] = np.eye(3) if rotation is None else rotation
     matrix[:3, 3] = shift
@@ -27,13 +27,13 @@ def by_columns(rotation=None, shift=(0.0, 0.0, 0.0)) -> list[float]:
 
 
 def write_glb(path, vertices, faces):
-    """A GLB with y up of a mesh with z up."""
+    """Write a mesh with z up as a GLB with y up."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_mesh(path, Mesh(vertices[:, [0, 2, 1]] * [1, 1, -1], faces))
 
 
 def write_b3dm(path, vertices, faces, center):
-    """The same as .b3dm, moved by `center`, which is in the header."""
+    """Write the same mesh as .b3dm, with the offset `center` in the header."""
     write_glb(path.with_suffix(".glb"), vertices, faces)
     model = path.with_suffix(".glb").read_bytes()
     path.with_suffix(".glb").unlink()
@@ -56,10 +56,10 @@ def write_tileset(path, root, **asset):
 
 
 def sheet_in_parts():
-    """A sheet, and the vertices and faces of its quarters, strips along y."""
+    """Return a sheet, and the vertices and faces of its quarters, strips along y."""
     sheet = bumpy_sheet(24)
     order = np.argsort(sheet.vertices[sheet.faces, 0].mean(axis=1), kind="stable")
-    exact = np.rint(sheet.vertices * 4096) / 4096  # also in single precision
+    exact = np.rint(sheet.vertices * 4096) / 4096  # exact in single precision
     sheet = Mesh(exact, sheet.faces[order])
     parts = []
     for faces in np.split(sheet.faces, 4):
@@ -69,7 +69,7 @@ def sheet_in_parts():
 
 
 def write_city(folder):
-    """Write the tileset; return its file, and the sheet where it should be."""
+    """Write the tileset; return its file, and the sheet at its place."""
     sheet, (one, two, three, four) = sheet_in_parts()
     write_glb(folder / "coarse.glb", *one)
     write_glb(folder / "data" / "one.glb", *one)

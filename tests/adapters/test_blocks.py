@@ -1,4 +1,4 @@
-"""Meshes of meshio, whose cells come in blocks of one type each."""
+"""Meshes of meshio, which store the cells of each type in a separate block."""
 
 import tracemalloc
 from types import SimpleNamespace
@@ -28,7 +28,7 @@ def test_blocks_of_triangles_are_a_mesh_in_their_order():
 def test_faces_of_all_types_keep_their_corners():
     blocks = [
         ("quad", [[0, 1, 2, 3]]),
-        ("triangle6", [[1, 4, 2, 0, 3, 5]]),  # three corners, then nodes on the edges
+        ("triangle6", [[1, 4, 2, 0, 3, 5]]),  # three corners, then three nodes on the edges
         ("polygon", [[0, 1, 4, 5, 3]]),
     ]
     cells = as_cells(meshio.Mesh(CORNERS, blocks))
@@ -58,7 +58,7 @@ def test_quads_are_not_made_objects_one_by_one():
     finally:
         tracemalloc.stop()
     assert cells.n_faces == 2 * n
-    assert peak < 100 * 2 * n  # bytes; an array for each face takes more
+    assert peak < 100 * 2 * n  # bytes; a separate array for each face would need more
 
 
 def test_tetrahedra_come_before_the_faces_on_their_outside():

@@ -1,4 +1,4 @@
-"""Our own arctangent: its error, its ends, and the same bits with every instruction set."""
+"""The arctangent of the core: its error, extreme arguments, and equal bits on all processors."""
 
 import math
 
@@ -11,9 +11,9 @@ from superfacets.reference.arithmetic import arctangent
 
 VERSIONS = range(_core.best_instruction_set() + 1)
 TINY = 5e-324
-LARGEST = 2.0**1022  # as the contract has it
+LARGEST = 2.0**1022  # largest argument in the specification
 
-# Where the way to compute an angle changes, and where that of others would.
+# Quotients at which the core switches formulas, and at which other implementations do.
 BORDERS = (0.5, 1.0, 2.0, math.tan(math.pi / 8), math.tan(3 * math.pi / 8))
 
 
@@ -22,8 +22,8 @@ def angles(y, x, version=0):
 
 
 def errors_in_ulp(y, x):
-    """Differences to the true angles, in units of the last place of these."""
-    with mpmath.workprec(1300):  # pi less an angle of 2^-1000 is not pi
+    """Return the errors of the computed angles, in units of the last place of the true angles."""
+    with mpmath.workprec(1300):  # enough bits for pi minus 2^-1000
         true = [mpmath.atan2(a, b) for a, b in zip(y.tolist(), x.tolist(), strict=True)]
         return [
             float(abs(mpmath.mpf(angle) - t) / np.spacing(float(t)))

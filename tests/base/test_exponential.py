@@ -1,4 +1,4 @@
-"""Our own exponential of numbers that are not positive: its error, its ends, and its twin."""
+"""The exponential function of the core for numbers <= 0: its error, limits, and the reference."""
 
 import math
 
@@ -15,7 +15,7 @@ SAMPLES = {
     "of order 1": -3 * RNG.random(N),
     "over the range": -708 * RNG.random(N),
     "small": -np.exp2(RNG.uniform(-1074, 0, N)),
-    # Where one power of two gives way to the next.
+    # Near the arguments at which the power of two changes.
     "between": -math.log(2)
     * (RNG.integers(0, 1000, N) + 0.5)
     * (1 + RNG.uniform(-1e-15, 1e-15, N)),

@@ -1,4 +1,4 @@
-"""Our own logarithm: its error and its ends."""
+"""The logarithm of the core: its error, and extreme arguments."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What kernels share: memory that is used again, and the threads of one call."""
+"""Memory that kernels reuse, and the threads that serve one call."""
 
 import os
 import sys
@@ -17,7 +17,7 @@ N_LARGE = 300_000
 
 
 def address_of_copy():
-    """Where a large array is, which is returned at once."""
+    """Return the address of a large array that is freed immediately."""
     return _core.narrow_indices(np.zeros(N_LARGE, np.int32), 1).ctypes.data
 
 
@@ -89,7 +89,7 @@ def test_a_process_that_is_forked_within_a_call_starts_threads_of_its_own():
     mesh = sample_mesh()
     expected = build_face_graph(mesh, n_threads=2).neighbors
     with _core.Workspace(), warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # fork where there are threads
+        warnings.simplefilter("ignore", DeprecationWarning)  # about fork in a process with threads
         build_face_graph(mesh, n_threads=2)
         child = os.fork()
         if child == 0:

@@ -1,10 +1,10 @@
-"""What several tests of batches ask of an output folder."""
+"""Functions that read the output folder of a batch, for several tests."""
 
 import json
 
 
 def results_in(folder):
-    """The bytes of all results, by name."""
+    """Return the content of all results, keyed by relative path."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -17,7 +17,7 @@ def lines_of(folder):
 
 
 def records_of(folder):
-    """The records without seconds, by name; each name has one."""
+    """Return the records without seconds, by name; check that each name has only one record."""
     records = {record["name"]: record for record in map(json.loads, lines_of(folder))}
     assert len(records) == len(lines_of(folder))
     for record in records.values():

@@ -7,7 +7,7 @@ from superfacets import sample_mesh, write_mesh
 
 @pytest.fixture
 def scans(tmp_path):
-    """A folder with meshes in folders, and a file that is none."""
+    """Return a folder with meshes in subfolders, and a file that is not a mesh."""
     folder = tmp_path / "scans"
     for place, name in enumerate(["a/one.ply", "a/two.ply", "b/one.ply", "b/c/three.ply"]):
         path = folder / name

@@ -1,4 +1,4 @@
-"""Batches on worker processes of this machine: same results, whatever is killed."""
+"""Batches in worker processes on this machine: results are the same if processes are killed."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ COMMAND = [sys.executable, "-m", "superfacets", "batch"]
 
 @pytest.fixture
 def alone(scans, tmp_path):
-    """The folder of results made one file at a time, without Dask."""
+    """Return the folder of results that are made file by file, without Dask."""
     for path in sorted(scans.rglob("*.ply")):
         sf.batch(path, tmp_path / "alone" / path.parent.relative_to(scans), **OPTIONS)
     for path in (tmp_path / "alone").rglob("manifest.jsonl"):
@@ -49,7 +49,7 @@ def test_a_worker_that_is_killed_loses_nothing(scans, alone, tmp_path):
     killed = []
 
     def kill(_):
-        if len(killed) < 3 and (processes := worker_processes()):  # or all were killed just now
+        if len(killed) < 3 and (processes := worker_processes()):  # empty if all were killed
             processes[0].kill()
             killed.append(processes[0].pid)
 
@@ -65,7 +65,7 @@ class Unreadable:
 
 
 def deadly_job(job):
-    """Ends its process, as a file that needs more memory than there is; or returns nonsense."""
+    """Kill this process, as if memory ran out, or return an object that cannot be pickled."""
     if job.name == "a/two.ply":
         os.kill(os.getpid(), signal.SIGKILL)
     return Unreadable() if job.name == "a/one.ply" else run_job(job)
@@ -112,7 +112,7 @@ def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(scans, alone, tmp_pa
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
     done = list(records_of(tmp_path / "out"))
-    assert done[0] == "b/c/three.ply"  # the largest comes first
+    assert done[0] == "b/c/three.ply"  # the largest file is processed first
     assert "b/one.ply" not in done
     monkeypatch.undo()
     result = sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
@@ -144,7 +144,7 @@ def start(scans, out):
 
 @pytest.fixture
 def many(scans):
-    """The same folder with more files, for which a batch takes a while."""
+    """Return the folder with more files, so that a batch takes a while."""
     source = (scans / "b" / "c" / "three.ply").read_bytes()
     for place in range(20):
         (scans / f"more{place}.ply").write_bytes(source)
@@ -152,7 +152,7 @@ def many(scans):
 
 
 def wait_for_the_end_of_session(number):
-    """Return when no process is left that the command, or one of its processes, has started."""
+    """Wait until the command and all processes that it has started have ended."""
     deadline = time.monotonic() + 20
     while any(session_of(pid) == number for pid in psutil.pids()):
         assert time.monotonic() < deadline
@@ -172,7 +172,7 @@ def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, 
     out = tmp_path / "out"
     process = start(many, out)
     if how == "SIGINT":
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does for Ctrl-C
     else:
         process.send_signal(getattr(signal, how))
     _, errors = process.communicate(timeout=60)
@@ -212,7 +212,7 @@ def test_workers_run_no_code_of_the_current_folder(scans, tmp_path):
     here.mkdir()
     for name in ("multiprocessing", "numpy", "psutil", "pickle", "superfacets"):
         (here / f"{name}.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
-    script = tmp_path / "command.py"  # as what is installed: its folder is not the current one
+    script = tmp_path / "command.py"  # as for an installed command, not in the current folder
     script.write_text("from superfacets.__main__ import main; main()")
     command = [sys.executable, str(script), "batch", str(scans), "--workers", "2"]
     command += ["-o", str(tmp_path / "out"), "-n", "20"]

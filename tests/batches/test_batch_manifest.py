@@ -1,4 +1,4 @@
-"""Records on the disk."""
+"""The manifest of a batch, which stores records on disk."""
 
 import errno
 import json
@@ -84,7 +84,7 @@ def test_a_later_record_replaces_an_earlier_one(path):
         record("a", cells=2),
         record("b"),
     ]
-    with path.open("a") as file:  # as a process that was killed leaves it
+    with path.open("a") as file:  # as left by a killed process
         file.write('{"name": "b", "cells": 3}\n')
     with Manifest(path) as manifest:
         assert manifest.records["b"] == record("b", cells=3)

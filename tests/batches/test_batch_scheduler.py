@@ -1,4 +1,4 @@
-"""Batches on a cluster that is there: found by its address, and checked."""
+"""Batches on an existing Dask cluster, which is found by its address and checked."""
 
 import gc
 import logging
@@ -91,7 +91,8 @@ def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch,
 
 
 def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(monkeypatch):
-    # It closes itself when it is collected: in the middle of the start of another one, for ever.
+    # Garbage collection closes a client that failed to connect. If this happens while another
+    # client starts, both wait forever.
     monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
     gc.disable()
     try:

@@ -1,4 +1,4 @@
-"""Which files inputs stand for, and the names of their results."""
+"""The files that inputs stand for, and the names of their results."""
 
 import os
 
@@ -49,7 +49,7 @@ def test_a_pattern_is_named_from_its_first_wildcard_on(tree):
     }
     assert set(names_of(f"{tree}/scans/**/*.txt")) == {"a/truth.txt"}
     assert names_of("scans/a/*.txt") == {"truth.txt": "scans/a/truth.txt"}
-    assert names_of("odd[1].ply") == {"odd[1].ply": "odd[1].ply"}  # a file comes first
+    assert names_of("odd[1].ply") == {"odd[1].ply": "odd[1].ply"}  # an existing file is preferred
 
 
 def test_a_list_names_files_relative_to_its_folder(tree, monkeypatch):

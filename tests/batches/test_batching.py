@@ -1,4 +1,4 @@
-"""Batches of files: records, what a second start does, what stops one and what does not."""
+"""Batches of files: records, second runs, and errors that do or do not stop a batch."""
 
 import errno
 import hashlib
@@ -333,7 +333,7 @@ def test_progress_counts_files_and_cells(scan, out):
 
 
 def test_the_time_left_is_that_of_equal_files(scan, out):
-    """Of four equal files, the time left is spent time times 3, 1, 1/3 and 0."""
+    """After each of four equal files, the time left is 3, 1, 1/3 and 0 times the elapsed time."""
     copies = [scan.with_name(f"{name}.ply") for name in "abcd"]
     for copy in copies:
         copy.write_bytes(scan.read_bytes())

@@ -1,4 +1,4 @@
-"""Smooth borders that cut through faces: exact where borders stay, and what has to hold on all."""
+"""Smooth borders that cut faces: borders that must not change, and properties that must hold."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def border_length(mesh, labels):
 
 
 def sheet(n=24, seed=0):
-    """A flat square of side n, in right triangles with legs of 1, squares cut either way."""
+    """Return a flat square of side n: right triangles with legs of 1, along random diagonals."""
     points = [[x, y, 0.0] for y in range(n + 1) for x in range(n + 1)]
     corner = [y * (n + 1) + x for y in range(n) for x in range(n)]
     flips = np.random.default_rng(seed).random(len(corner)) < 0.5
@@ -48,24 +48,24 @@ def sheet(n=24, seed=0):
 
 
 def labels_where(mesh, *conditions):
-    """Number of the first condition that holds at the centroid of each face."""
+    """Return the index of the first condition that holds at the centroid of each face."""
     x, y, z = mesh.vertices[mesh.faces].mean(axis=1).T
     return np.select([condition(x, y, z) for condition in conditions], range(len(conditions)))
 
 
 def sphere(max_edge=0.12):
-    """Of radius 1."""
+    """Return a sphere of radius 1."""
     box = subdivide(Mesh(shapes.cube().vertices * 2 - 1, shapes.cube().faces), max_edge).mesh
     return Mesh(box.vertices / np.linalg.norm(box.vertices, axis=1, keepdims=True), box.faces)
 
 
 def crossing_half(mesh, slope=0.37):
-    """Two regions on both sides of an inclined line through the middle of a sheet of 24."""
+    """Label the two sides of an inclined line through the middle of a 24 x 24 sheet."""
     return labels_where(mesh, lambda x, y, z: y < 12 + slope * (x - 12), lambda x, y, z: y > -1)
 
 
 def assert_sound(old, labels, cut):
-    """What `cut_borders` promises of any mesh."""
+    """Check the documented properties of a result of `cut_borders`."""
     n_old = old.n_vertices
     assert cut.n_old_vertices == n_old
     assert np.array_equal(cut.mesh.vertices[:n_old], old.vertices)
@@ -113,7 +113,7 @@ def test_the_edges_of_a_cube_stay(max_edge):
 
 
 def test_a_straight_crease_stays_and_borders_beside_it_move():
-    """A roof of 45 degrees: the ridge stays, and the zigzag that ends in it becomes straight."""
+    """On a roof, the ridge stays, and a zigzag border that ends at the ridge becomes straight."""
     flat = sheet()
     bent = flat.vertices * [1, 1, 0] + [0, 0, 1] * -np.abs(flat.vertices[:, :1] - 12) * np.tan(
         np.pi / 8
@@ -251,7 +251,7 @@ def test_no_angle_of_a_part_is_below_a_twentieth_of_the_smallest_of_its_face(fla
 
 
 def smallest_angles(mesh):
-    """Of each face, in radians."""
+    """Return the smallest angle of each face, in radians."""
     corners = mesh.vertices[mesh.faces]
     one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     turn = np.linalg.norm(np.cross(one, other), axis=2)
@@ -270,7 +270,7 @@ def test_any_number_of_threads_gives_the_same_mesh(n_threads):
 
 
 def test_scale_and_place_do_not_matter():
-    """Powers of two change no bit of a fraction."""
+    """Scaling by a power of two changes only the exponents of coordinates."""
     mesh = sphere(0.3)
     labels = segment(mesh, 8).labels
     small = cut_borders(Mesh(mesh.vertices * 2.0**-40, mesh.faces), labels)
@@ -280,7 +280,7 @@ def test_scale_and_place_do_not_matter():
 
 
 def test_the_order_of_faces_and_names_of_regions_hardly_matter():
-    """Sums are in the order of faces, so the last bits of positions differ."""
+    """Sums depend on the order of faces, so the last bits of positions differ."""
     mesh = sphere(0.3)
     labels = segment(mesh, 8, weights="creases").labels
     order = np.random.default_rng(0).permutation(mesh.n_faces)

@@ -1,4 +1,4 @@
-"""Cell graphs that users bring: what is checked."""
+"""Checks of cell graphs that users pass."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""Colors of faces from textures: exact, on any number of threads, and followed by regions."""
+"""Colors of faces from textures: exact values, any number of threads, and borders of regions."""
 
 import numpy as np
 import pytest
@@ -14,14 +14,14 @@ from superfacets.reference import texel_colors
 
 @pytest.fixture
 def image(tmp_path):
-    """An image of random texels, and its file."""
+    """Return the pixels of a random image, and the image in a file."""
     pixels = np.random.default_rng(5).integers(0, 256, (12, 20, 3), dtype=np.uint8)
     save_png(tmp_path / "random.png", pixels)
     return pixels, TextureImage("random.png", tmp_path / "random.png")
 
 
 def triangles(pairs, image, wrap=("repeat", "repeat")):
-    """A mesh with a triangle for each three pairs of texture coordinates."""
+    """Return a mesh with one triangle for every three pairs of texture coordinates."""
     n = len(pairs) // 3
     vertices = np.random.default_rng(0).random((3 * n, 3))
     mesh = Mesh(vertices, np.arange(3 * n).reshape(-1, 3))
@@ -63,7 +63,7 @@ def test_a_face_has_the_mean_of_its_texels_in_linear_light(image):
     save_png(stored.path, two)
     found = sf.texture_colors(square, whole)
     np.testing.assert_allclose(found.linear, [[0.5, 0, 0]], atol=0.03)
-    assert found.srgb[0, 0] in range(184, 192)  # 188: half the light, and not half the number
+    assert found.srgb[0, 0] in range(184, 192)  # 188 has half the light of 255; 128 does not
     np.testing.assert_allclose(found.spread, [0.5], atol=0.03)
 
 
@@ -80,7 +80,7 @@ def test_coordinates_outside_of_the_image_go_on_as_the_sampler_says(image, wrap)
 
 def test_a_face_smaller_than_a_texel_is_sampled_between_texels(image):
     pixels, stored = image
-    at = np.array([[4 / 20, 1 - 5 / 12]])  # the corner of four texels
+    at = np.array([[4 / 20, 1 - 5 / 12]])  # the common corner of four texels
     mesh, texture = triangles(at + [[0, 1e-9], [1e-9, 0], [-1e-9, -1e-9]], stored)
     expected = linear(pixels[4:6, 3:5]).mean(axis=(0, 1))
     found = sf.texture_colors(mesh, texture)
@@ -115,7 +115,7 @@ def test_huge_triangles_are_sampled_and_quick(image):
     mesh, texture = triangles(pairs, stored)
     found = sf.texture_colors(mesh, texture)
     np.testing.assert_allclose(found.linear[0], linear(pixels).mean(axis=(0, 1)), atol=0.03)
-    slivers = np.array([[-1e6, 0], [1e6, 0], [0, 0.1]] * 2000, float)  # would take minutes
+    slivers = np.array([[-1e6, 0], [1e6, 0], [0, 0.1]] * 2000, float)  # a slow method takes minutes
     mesh, texture = triangles(slivers, stored)
     assert np.isfinite(sf.texture_colors(mesh, texture).linear).all()
 
@@ -160,7 +160,7 @@ def test_regions_of_a_flat_facade_follow_the_paint(tmp_path):
     made = facade(tmp_path)
     bare = error_of(made, 200)
     painted = error_of(made, 200, features=texture_features(made, "texture"))
-    assert painted < 0.1 * bare  # asked for: at most half
+    assert painted < 0.1 * bare  # the requirement is at most half
     assert painted < 0.03
 
 

@@ -1,4 +1,4 @@
-"""Conductances, their sums between coarse cells, and relaxation: against a few lines of numpy."""
+"""Conductances, their sums between coarse cells, and relaxation, compared with NumPy code."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ LEAST = 1e-6
 
 @pytest.fixture
 def sheet():
-    """The graph of a bumpy sheet, its arcs, the cell each leads from, and numbers for the arcs."""
+    """Return the graph of a bumpy sheet, its arcs, the source of each arc, and a number per arc."""
     graph = sf.build_face_graph(shapes.bumpy_sheet(8))
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     rng = np.random.default_rng(0)
@@ -22,7 +22,7 @@ def sheet():
 
 
 def straight_graph(mesh, alpha, unit=1e-6):
-    """A graph with straight steps and prices of creases, and the price of a turn by pi."""
+    """Return a graph with straight steps and crease prices, and the price of a turn by pi."""
     graph = sf.build_face_graph(mesh)
     surface = Surface.of_faces(mesh, graph, 1)
     factors = EdgeFactors.of_radius(0.5, alpha, 0.0)._replace(is_straight=True)

@@ -1,4 +1,4 @@
-"""The smoothest functions on a graph: analytic ones, and those of a dense eigensolver."""
+"""Eigenvectors of graphs, compared with analytic solutions and with a dense eigensolver."""
 
 import math
 
@@ -10,7 +10,7 @@ from superfacets.reference import smallest_eigenpairs
 
 
 def found(graph, n_wanted, conductances=None, measures=None):
-    """Eigenvalues, vectors (N, m) and the number of components."""
+    """Return eigenvalues, eigenvectors (N, m), and the number of components."""
     if conductances is None:
         conductances = np.ones(graph.n_arcs)
     measures = graph.measures if measures is None else measures
@@ -23,7 +23,7 @@ def found(graph, n_wanted, conductances=None, measures=None):
 
 
 def symmetric(graph, rng):
-    """A conductance for each arc, the same both ways."""
+    """Return a random conductance for each arc, equal in both directions."""
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     pairs = np.sort(np.stack([sources, graph.neighbors], 1), axis=1) @ [graph.n_cells, 1]
     _, which = np.unique(pairs, return_inverse=True)
@@ -31,7 +31,7 @@ def symmetric(graph, rng):
 
 
 def grid_graph(nx, ny):
-    """Cells of a rectangular grid, with arcs to the four around each."""
+    """Return the cells of a rectangular grid, with arcs to the four neighbors of each cell."""
     import superfacets as sf
 
     at = np.stack(np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"), -1).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Stage 1: arcs of hand-made meshes, counted on paper."""
+"""Stage 1: arcs of small meshes, counted by hand."""
 
 import dataclasses
 
@@ -10,7 +10,7 @@ from superfacets import EdgeCounts, Mesh, MeshError, build_face_graph
 
 
 def arcs_of(graph):
-    """(face, side, neighbor, same_turn) of each arc."""
+    """Return (face, side, neighbor, same_turn) for each arc."""
     faces = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     columns = (faces, graph.sides, graph.neighbors, graph.same_turn)
     return list(zip(*(column.tolist() for column in columns), strict=True))
@@ -27,7 +27,7 @@ def test_a_strip_is_a_path():
 
 
 def test_sides_tell_which_edge_is_crossed():
-    mesh = shapes.strip(2)  # faces 0 2 1 and 1 2 3, over the edge from 1 to 2
+    mesh = shapes.strip(2)  # faces (0, 2, 1) and (1, 2, 3) share the edge 1-2
     assert arcs_of(build_face_graph(mesh)) == [(0, 1, 1, 0), (1, 0, 0, 0)]
 
 
@@ -71,7 +71,7 @@ def test_all_pairs_around_a_non_manifold_edge_are_neighbors():
 
 def test_degenerate_faces_stay_cells_and_never_meet_themselves():
     graph = build_face_graph(shapes.slivers())
-    # 0 (0 1 2) and 1 (2 1 3) share the edge 1-2; 3 (0 1 1) runs twice along 0-1, shared with 0.
+    # Faces 0 (0 1 2) and 1 (2 1 3) share edge 1-2. Face 3 (0 1 1) has edge 0-1 of face 0 twice.
     assert arcs_of(graph) == [(0, 0, 3, 1), (0, 1, 1, 0), (1, 0, 0, 0), (3, 0, 0, 1)]
     assert graph.n_cells == 4
     assert graph.measures.tolist() == [2.0, 0.0, 0.0, 0.0]
@@ -181,7 +181,7 @@ def _arrays_of(graph):
 
 
 def _tangle(rng):
-    """Faces between near and far vertices: boundaries, crowds, degenerate faces and islands."""
+    """Return random faces with boundaries, edges of many faces, degenerate faces and islands."""
     near = rng.integers(0, 39_000, (60_000, 1)) + rng.integers(0, 12, (60_000, 3))
     far = rng.integers(0, 40_000, (5_000, 3))
     vertices = rng.normal(size=(40_000, 3))

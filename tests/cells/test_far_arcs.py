@@ -1,4 +1,4 @@
-"""Arcs to cells that are up to three arcs away: against a slow twin that lists all walks."""
+"""Arcs to cells up to three arcs away, compared with a slow reference that lists all walks."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from superfacets import _core
 
 
 def polygons(n=12):
-    """Quads, which have four neighbors each: walks of two arcs."""
+    """Return quads, which have four neighbors each, so that walks have two arcs."""
     rng = np.random.default_rng(1)
     corners = [[x, y, rng.uniform(0, 0.3)] for y in range(n + 1) for x in range(n + 1)]
     firsts = [y * (n + 1) + x for y in range(n) for x in range(n)]
@@ -18,7 +18,7 @@ def polygons(n=12):
 
 
 def random_graph(n, n_edges, seed=0):
-    """Edges at random, some of them twice: many components where there are few."""
+    """Return random edges, some of them twice; with few edges, there are many components."""
     rng = np.random.default_rng(seed)
     edges = rng.integers(0, n, (n_edges, 2))
     edges = edges[edges[:, 0] != edges[:, 1]]
@@ -27,7 +27,7 @@ def random_graph(n, n_edges, seed=0):
 
 
 def star(n_arms=30):
-    """A cell with so many arcs that no walk passes it, and arms of two cells."""
+    """Return a cell with too many arcs for walks through it, and arms of two cells each."""
     arms = 1 + np.arange(n_arms)
     edges = [[0, arm] for arm in arms] + [[arm, arm + n_arms] for arm in arms]
     positions = np.random.default_rng(0).random((2 * n_arms + 1, 3))
@@ -61,7 +61,7 @@ def test_arcs_lead_where_short_walks_lead_and_cost_as_much(name, n_threads):
 
 @pytest.mark.parametrize("name", N_STEPS)
 def test_cells_with_fewer_arcs_have_longer_walks(name):
-    """The number of steps of the twin is what the cases are meant for."""
+    """Check that each graph has the number of steps for which it was chosen."""
     graph = GRAPHS[name]()
     steps = all_paths(graph.n_cells, dict.fromkeys(graph.arcs(), 1.0))
     reached = [steps[pair] for pair in far_arcs(graph)]
@@ -71,7 +71,7 @@ def test_cells_with_fewer_arcs_have_longer_walks(name):
 @pytest.mark.parametrize("price", [300.0, 1e9])
 @pytest.mark.parametrize("make", [lambda: shapes.bumpy_sheet(8), polygons])
 def test_far_arcs_are_as_long_both_ways_bit_for_bit(make, price):
-    """Sums of prices that need more bits than a float has, too, as on meshes."""
+    """This holds even if sums of prices need more bits than a float has, as on meshes."""
     graph = StraightGraph.of_mesh(sf.build_face_graph(make()), price, unit=1e-9)
     ordered = graph.ordered(2)
     ordered.add_far_arcs(2)
@@ -80,7 +80,7 @@ def test_far_arcs_are_as_long_both_ways_bit_for_bit(make, price):
 
 
 def test_straight_arcs_lead_around_a_vertex_at_no_detour():
-    """Flat right triangles in a row: the path to a cell three arcs away is a straight line."""
+    """In a strip of right triangles, the path to a cell three arcs away is a straight line."""
     graph = StraightGraph.of_mesh(sf.build_face_graph(shapes.strip(4)), price=0.0)
     ordered = graph.ordered()
     before = distances(ordered)[0, 3]

@@ -1,4 +1,4 @@
-"""Features: what borders follow besides creases."""
+"""Features, which borders follow in addition to creases."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from superfacets.cells.named_features import stored_colors
 
 
 def plane(n):
-    """A flat square of 2 n^2 triangles."""
+    """Return a flat square of 2 n^2 triangles."""
     vertices = [[x, y, 0] for y in range(n + 1) for x in range(n + 1)]
     corners = [v for v in range(n * (n + 1)) if v % (n + 1) < n]
     halves = [((v, v + 1, v + n + 2), (v, v + n + 2, v + n + 1)) for v in corners]
@@ -19,12 +19,12 @@ def plane(n):
 
 
 def checks(positions):
-    """A color for each of the oblique stripes that positions are in."""
+    """Return the color of the oblique stripe that contains each position."""
     return ((positions[:, 0] + 0.4 * positions[:, 1]) // 7 % 2).astype(float)
 
 
 def impurity(labels, colors):
-    """Share of the cells that are not of the color that most of their region have."""
+    """Return the fraction of cells whose color is not the majority color of their region."""
     of_one = np.bincount(labels, colors)
     return np.minimum(of_one, np.bincount(labels) - of_one).sum() / len(labels)
 
@@ -77,7 +77,7 @@ def test_a_step_costs_what_the_docs_say():
     assert steps.added(graph.weights, graph, 4.0).tolist() == [6.0, 6.0]  # 1 + 0.5 * 5 * 4 / 2
     scaled = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, True)
     of_two = scaled.steps(graph, graph.measures, 1).added(graph.weights, graph, 4.0)
-    assert of_two == pytest.approx([1 + 8**0.5] * 2)  # two standard deviations in each
+    assert of_two == pytest.approx([1 + 8**0.5] * 2)  # a difference of 2 deviations per feature
 
 
 def test_scaled_features_do_not_depend_on_their_unit():

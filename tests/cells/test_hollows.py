@@ -1,4 +1,4 @@
-"""Smooth edges of hollow shapes count both ways."""
+"""Creases of hollow shapes: smooth convex and concave edges count equally."""
 
 import math
 
@@ -15,7 +15,7 @@ SHARP = math.radians(40)
 
 
 def shares(mesh):
-    """What each arc counts as a crease, against 1, and its angle, positive where it is concave."""
+    """Return the crease cost of each arc per unit of angle, and its angle (> 0 if concave)."""
     graph = build_face_graph(mesh)
     angles = sf.arc_measures(mesh, graph).angles
     weights = crease_weights(mesh, graph, graph.diagonal, alpha=math.pi)
@@ -81,7 +81,7 @@ def test_what_is_open_or_has_no_orientation_is_not_hollow():
     assert not is_evened(flipped(mesh, [7]))
     assert not is_evened(mesh, alpha=0)
     sheet = [[0, 0, 0], [2, 0, 0], [0, 1, 0]]
-    assert not is_evened(Mesh(sheet, [[0, 1, 2], [0, 2, 1]]))  # encloses nothing
+    assert not is_evened(Mesh(sheet, [[0, 1, 2], [0, 2, 1]]))  # encloses no volume
 
 
 def test_weights_do_not_depend_on_which_way_all_normals_point():

@@ -1,4 +1,4 @@
-"""Counts of hand-made meshes."""
+"""Facts about small meshes."""
 
 import pytest
 import shapes
@@ -17,7 +17,7 @@ def test_a_cube_is_closed_and_consistent():
 
 
 def test_slivers_are_those_beside_150_regions():
-    """Or one region per face: the cube's faces are thicker than half a radius of that."""
+    """The cube gets one region per face, and its faces are wider than half a region's radius."""
     assert mesh_info(shapes.cube()).sliver_share == 0
     block = shapes.drilled_block(256)
     with pytest.warns(SliverWarning):

@@ -1,4 +1,4 @@
-"""A kind of cells of one's own: the pixels of an image, known to all stages by one call."""
+"""A custom kind of cells, the pixels of an image, which one call registers for all stages."""
 
 from dataclasses import dataclass
 
@@ -56,7 +56,7 @@ class Pixels(Kind):
 
 @pytest.fixture
 def image(monkeypatch):
-    """A dark image with a bright square in the middle, 8 x 8 of 24 x 24 pixels."""
+    """Return a dark 24 x 24 image with a bright square of 8 x 8 pixels in the middle."""
     monkeypatch.setattr(kinds, "_KINDS", dict(kinds._KINDS))
     register(Image, Pixels())
     values = np.zeros((24, 24))

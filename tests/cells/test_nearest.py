@@ -1,4 +1,4 @@
-"""The nearest face, point or tetrahedron: by hand, and as the reference has it, bit for bit."""
+"""The nearest face, point or tetrahedron, compared with values by hand and the reference."""
 
 import itertools
 import math
@@ -55,7 +55,7 @@ def test_no_point_of_a_triangle_is_nearer(seed):
         nearest = nearest_on_triangle(point, corners)
         best = np.linalg.norm(samples - point, axis=1).min()
         assert best - 0.1 <= math.dist(point, nearest) <= best + 1e-12
-        # It is a point of the triangle.
+        # The nearest point is in the triangle.
         shares, *_ = np.linalg.lstsq(np.vstack([corners.T, np.ones(3)]), [*nearest, 1], rcond=None)
         assert_allclose(shares @ corners, nearest, atol=1e-12)
         assert shares.min() > -1e-3
@@ -65,7 +65,7 @@ def test_no_point_of_a_triangle_is_nearer(seed):
 def test_faces_are_those_of_the_reference(seed):
     rng = np.random.default_rng(seed)
     vertices = rng.integers(0, 4, (30, 3)) if seed % 2 else rng.normal(size=(30, 3))
-    faces = rng.integers(0, 30, (60, 3))  # some are segments, some are points
+    faces = rng.integers(0, 30, (60, 3))  # some faces are segments or points
     points = np.concatenate([rng.normal(0, 3, (30, 3)), vertices[:10], rng.integers(0, 4, (10, 3))])
     expected = nearest_faces(vertices, faces, points)
     found = sf.nearest_faces((vertices, faces), points)
@@ -154,7 +154,7 @@ def test_polygons_are_found_through_their_triangles():
 def test_far_points_small_meshes_and_large_ones():
     mesh = shapes.cube()
     found = sf.nearest_faces(mesh, [[1e12, 0.5, 0.25], [0.3, 0.2, -1e40], [1e150, 0, 0]])
-    assert found.points[0, 0] == 1.0  # all of that side is as far, but for rounding
+    assert found.points[0, 0] == 1.0  # up to rounding, all points of that side are equally far
     assert_allclose(found.distances, [1e12 - 1, 1e40, 1e150], rtol=1e-15)
     points = np.random.default_rng(0).random((50, 3)) + 1
     expected = sf.nearest_faces(mesh, points)

@@ -1,4 +1,4 @@
-"""What arcs cost more between the parts of a shape: against a few lines of numpy."""
+"""Additional costs of arcs between parts of a shape, compared with NumPy code."""
 
 import numpy as np
 import pytest

@@ -10,19 +10,19 @@ from superfacets.cells.point_graph import find_point_graph, find_sorted_graph
 
 
 def sphere(n, seed=0):
-    """Points spread at random on the unit sphere."""
+    """Return random points on the unit sphere."""
     points = np.random.default_rng(seed).normal(size=(n, 3))
     return points / np.linalg.norm(points, axis=1, keepdims=True)
 
 
 def plane(n, seed=0):
-    """Points spread at random on the unit square."""
+    """Return random points in the unit square."""
     xy = np.random.default_rng(seed).random((n, 2))
     return np.column_stack([xy, np.zeros(n)])
 
 
 def ring(n):
-    """Points on the unit circle, at equal distances."""
+    """Return equally spaced points on the unit circle."""
     angles = 2 * np.pi * np.arange(n) / n
     return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(n)])
 
@@ -32,12 +32,12 @@ def rows_of(graph):
 
 
 def test_a_ring_of_points():
-    """Each point has its two neighbors: all numbers are known."""
+    """Each point has two neighbors, so all numbers are known."""
     n = 12
     graph = build_point_graph(ring(n), 2)
     assert rows_of(graph) == [sorted([(i - 1) % n, (i + 1) % n]) for i in range(n)]
     step = 2 * np.sin(np.pi / n)
-    area = 2 * np.pi * step**2 / 3  # of two neighbors at that distance
+    area = 2 * np.pi * step**2 / 3  # two neighbors at this distance
     assert graph.measures == pytest.approx(np.full(n, area))
     assert graph.weights == pytest.approx(np.full(2 * n, step / graph.diagonal))
     assert graph.diagonal == pytest.approx(8**0.5)
@@ -46,7 +46,7 @@ def test_a_ring_of_points():
     assert measures.step_lengths == pytest.approx(np.full(2 * n, step))
     assert measures.open_lengths.tolist() == [0.0] * n
     labels = sf.segment_graph(graph, 3, init=[0, 4, 8]).labels
-    assert sorted(np.bincount(labels).tolist()) == [3, 4, 5]  # half ways are the lower label's
+    assert sorted(np.bincount(labels).tolist()) == [3, 4, 5]  # in ties, the lower label wins
 
 
 def test_equally_near_points_are_taken_by_index():
@@ -73,7 +73,7 @@ def test_it_equals_its_twin(points):
 
 def test_neighbors_equal_those_of_a_search_in_a_tree():
     spatial = pytest.importorskip("scipy.spatial")
-    points = np.concatenate([sphere(4000), [[1e6, 0, 0]]])  # an outlier fills the curve's steps
+    points = np.concatenate([sphere(4000), [[1e6, 0, 0]]])  # the outlier makes the curve coarse
     graph = build_point_graph(points, 6, cutoff=1e9)
     _, nearest = spatial.cKDTree(points).query(points, 7)
     wanted = [set() for _ in points]
@@ -109,7 +109,7 @@ def test_arcs_lead_both_ways_with_the_same_measures():
 
 def test_noise_makes_areas_larger_by_as_much_as_the_page_of_clouds_says():
     rng = np.random.default_rng(0)
-    roof = np.insert(rng.uniform(0, 8, (9_000, 2)), 2, 0, axis=1)  # a point per 8 cm squared
+    roof = np.insert(rng.uniform(0, 8, (9_000, 2)), 2, 0, axis=1)  # one point per square of 8 cm
     assert build_point_graph(roof).measures.sum() == pytest.approx(64, rel=0.03)
     roof[:, 2] += rng.normal(0, 0.03, len(roof))
     assert build_point_graph(roof).measures.sum() == pytest.approx(1.22 * 64, rel=0.03)
@@ -120,7 +120,7 @@ def test_noise_makes_areas_larger_by_as_much_as_the_page_of_clouds_says():
     [(1, 0, 1.20), (1, 0.5, 1.15), (2, 0, 1.35), (3, 0, 1.40), (5, 0, 0.84), (10, 0, 0.42)],
 )
 def test_areas_of_grids_and_scan_lines_are_as_far_off_as_documented(spacing, jitter, expected):
-    """Points are 1 apart on lines that are `spacing` apart, and the boundary is left out."""
+    """Points are 1 apart on lines `spacing` apart. Points near the boundary are ignored."""
     rng = np.random.default_rng(0)
     across, along = np.mgrid[0:100, 0:200].reshape(2, -1)
     points = np.stack([spacing * across, along, 0 * along], axis=1).astype(float)
@@ -155,7 +155,7 @@ def test_isolated_points_have_no_arcs_and_no_area():
 
 @pytest.mark.parametrize("has_normals", [False, True])
 def test_sorted_cells_are_the_points_in_another_order(has_normals):
-    points = np.concatenate([sphere(500), sphere(40), [[9.0, 9.0, 9.0]]])  # the middle ones twice
+    points = np.concatenate([sphere(500), sphere(40), [[9.0, 9.0, 9.0]]])  # 40 points occur twice
     cloud = PointCloud(points, points if has_normals else None)
     plain, by_place = find_point_graph(cloud, 1), find_sorted_graph(cloud, 1)
     order = by_place.points
@@ -170,7 +170,7 @@ def test_sorted_cells_are_the_points_in_another_order(has_normals):
 
 X = sphere(3000)[:, 0]
 
-# What `segment` takes of each point, all at least once.
+# Arguments of `segment` with one value per point, each used at least once.
 GIVEN = [
     {"n_segments": 40},
     {"n_segments": 40, "weights": "superfacets"},
@@ -184,7 +184,7 @@ GIVEN = [
 
 @pytest.mark.parametrize("options", GIVEN, ids="-".join)
 def test_results_are_in_the_order_of_the_input(options):
-    """They are those of the points in the order in which cells are placed, put back."""
+    """Expected are the results for sorted points, in the order of the input."""
     points = sphere(3000)
     order = find_sorted_graph(PointCloud(points), 1).points
     at_place = {
@@ -248,7 +248,7 @@ def test_normals_of_a_closed_shape_point_out_of_it_wherever_the_viewpoint_is_out
 
 
 def valley(n, seed=0):
-    """Points on two squares that meet at a right angle, seen from within the angle."""
+    """Return points on two squares at a right angle, with normals into the angle."""
     points = plane(n, seed)
     is_wall = np.arange(n) % 2 == 1
     points[is_wall] = points[is_wall][:, [2, 1, 0]]
@@ -270,7 +270,7 @@ def test_a_valley_costs_and_a_ridge_does_not():
             np.abs(angles) > 0.1
         )
     assert turned["valley"] > 20
-    assert turned["ridge"] < 0.05 * turned["valley"]  # what least squares make of a sharp edge
+    assert turned["ridge"] < 0.05 * turned["valley"]  # least squares normals round off the edge
     sharp = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, ridges=0.35)
     assert 0.25 < (sharp.weights - flat.weights).sum() / turned["valley"] < 0.4
     both = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, eta_convex=1.0)

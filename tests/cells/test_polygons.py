@@ -19,7 +19,7 @@ CUBE = PolygonMesh.of_faces(
 
 
 def grid(n_x, n_y):
-    """Unit squares in the plane z = 0, row by row."""
+    """Return unit squares in the plane z = 0, row by row."""
     points = [[x, y, 0] for y in range(n_y + 1) for x in range(n_x + 1)]
     step = n_x + 1
     firsts = [y * step + x for y in range(n_y) for x in range(n_x)]
@@ -49,7 +49,7 @@ def test_a_cube_of_six_quads():
 
 
 def test_the_weights_of_a_cube_by_hand():
-    """Centroids are 1/2 from each edge, theta is a quarter of a turn, the edge is convex."""
+    """Centroids are 1/2 from each edge, theta is 90 degrees, and all edges are convex."""
     graph, diagonal = build_face_graph(CUBE), math.sqrt(3)
     weights = sf.superfacet_weights(CUBE, graph, alpha=10, eta_convex=0.2)
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.2 * 0.5) / diagonal))
@@ -76,7 +76,7 @@ def test_what_is_known_of_a_cube():
     result = sf.segment(CUBE, 6)
     assert sorted(result.labels.tolist()) == list(range(6))
     assert result.params["expected_radius"] == pytest.approx(math.sqrt(1 / math.pi))
-    assert sf.segment(CUBE).n_segments == 6  # no more than there are faces
+    assert sf.segment(CUBE).n_segments == 6  # the number of faces is the maximum
     with pytest.raises(
         ValueError, match="n_segments must be at most 6, the number of faces, got 7"
     ):
@@ -95,7 +95,7 @@ def test_a_grid_of_quads_falls_into_its_halves():
 
 
 def test_distances_of_borders_run_along_the_edges_of_quads():
-    """One border at x = 4, the other at x = 2, of eight by one; no diagonals to walk along."""
+    """In a strip of 8 x 1, the borders are at x = 4 and x = 2; there are no diagonals to follow."""
     strip = grid(8, 1)
     four, two = [0] * 4 + [1] * 4, [0] * 2 + [1] * 6
     radius = np.abs(np.arange(8) + 0.5 - 4).mean()
@@ -161,7 +161,7 @@ def test_triangles_given_as_polygons_have_the_same_metrics_colors_and_clean_up()
 
 
 def test_a_border_between_quads_is_made_straight():
-    """Each square of the tooth has one side at most with its own region."""
+    """A square of the tooth shares at most one side with its own region."""
     sheet = grid(6, 6)
     labels = np.repeat([0, 1], 18)
     labels[20] = 0  # a tooth
@@ -178,7 +178,7 @@ def test_smoothing_keeps_regions_of_quads_connected():
 
 
 def test_a_vertex_that_only_some_faces_know_does_not_join_the_others():
-    """A square beside two halves of one: its long side has a T-junction, which is no edge."""
+    """A square beside two half squares has a T-junction on its side, so they share no edge."""
     points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0.5, 0], [2, 0, 0], [2, 0.5, 0],
               [2, 1, 0]]  # fmt: skip
     halves = [[1, 5, 6, 4], [4, 6, 7, 2]]
@@ -219,7 +219,7 @@ def test_too_many_arcs_are_refused():
 
 
 def test_ugly_faces_are_cells_like_others():
-    """A bow tie, repeated corners, a bent face, and one without any area, in a sheet of quads."""
+    """A sheet of quads has a bow tie, repeated corners, a bent face, and a face without area."""
     sheet = grid(4, 4)
     faces = [sheet.face(i).tolist() for i in range(16)]
     faces[5] = [faces[5][i] for i in (0, 1, 3, 2)]
@@ -235,7 +235,7 @@ def test_ugly_faces_are_cells_like_others():
     assert np.isfinite(list(metrics.evaluate(mesh, result.labels).values())).all()
     graph = build_face_graph(mesh)
     assert (graph.measures[[5, 15]] == 0).all()
-    # The side that joins two corners at one vertex is none; the others keep their numbers.
+    # A side between corners at one vertex has no arc; the other sides keep their numbers.
     assert set(graph.sides[graph.offsets[6] : graph.offsets[7]].tolist()) <= {1, 2, 4, 6}
     assert graph.n_arcs == len(sf.arc_measures(mesh, graph).angles)
 
@@ -314,7 +314,7 @@ def test_a_subdivided_polygon_gives_its_labels_back():
 
 
 def test_slivers_of_quads_are_noticed():
-    """Planks 40 long and 1 wide, for regions that are to be 3 across."""
+    """Planks are 40 long and 1 wide, but regions should have a radius of 3.6."""
     planks = PolygonMesh.of_faces(
         [[x, y, 0] for x in (0, 40) for y in range(11)],
         [[i, 11 + i, 12 + i, i + 1] for i in range(10)],
@@ -324,7 +324,7 @@ def test_slivers_of_quads_are_noticed():
 
 
 def random_polygons(seed):
-    """Faces of 3 to 7 corners among few vertices, some at one place: all kinds of neighbors."""
+    """Return faces of 3 to 7 corners among few vertices, some of them at equal positions."""
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 3, (14, 3)).astype(float)
     return PolygonMesh.of_faces(
@@ -346,7 +346,7 @@ def test_arcs_are_those_of_the_reference(seed, weld):
 def test_measures_are_those_of_the_reference():
     rng = np.random.default_rng(3)
     faces, points = [], []
-    for n in range(3, 12):  # stars around a middle that lies inside, slightly bent
+    for n in range(3, 12):  # slightly bent stars around an inner point
         angles = np.sort(rng.uniform(0, 2 * np.pi / n, n)) + 2 * np.pi * np.arange(n) / n
         radii = rng.uniform(0.3, 1.0, n)
         faces.append(list(range(len(points), len(points) + n)))

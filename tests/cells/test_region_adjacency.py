@@ -1,4 +1,4 @@
-"""The region graph: every number by hand, then against its twin, and what it must not depend on."""
+"""The region graph: numbers computed by hand, comparison with the reference, and invariances."""
 
 import pickle
 import sys
@@ -41,7 +41,7 @@ def quad_cube():
 
 
 def arcs_of(graph):
-    """Pairs of regions and what lies between them, as a dict of tuples."""
+    """Return the values of each pair of adjacent regions, as a dict of tuples."""
     values = np.stack([graph.arc_values(name) for name in graph.ARC_VALUES], axis=1)
     pairs = zip(*graph.edge_index.tolist(), strict=True)
     return {
@@ -52,7 +52,7 @@ def arcs_of(graph):
 
 @pytest.mark.parametrize("is_cut", [False, True])
 def test_the_sides_of_a_cube(is_cut):
-    """Of six squares or of twelve triangles: how squares are cut does not matter."""
+    """The sides are squares, or are cut into two triangles each, which must not matter."""
     cube, labels = (shapes.cube(), np.repeat(range(6), 2)) if is_cut else (quad_cube(), range(6))
     graph = region_graph(cube, labels)
     pairs = [(a, b) for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2]
@@ -84,11 +84,11 @@ def test_a_cube_in_one_region_has_no_normal_and_no_border():
     assert graph.normal_lengths == pytest.approx([0], abs=1e-12)
     assert (graph.n_arcs, graph.perimeters.tolist()) == (0, [0])
     assert graph.centroids.tolist() == [[0.5, 0.5, 0.5]]
-    # Along an axis: two squares at 1/2 from the center, four that are as long as it.
+    # Along an axis, two squares are at 1/2 from the center, and four have a length of 1.
     variance = (2 * 0.25 + 4 / 12) / 6
     assert graph.deviations == pytest.approx(np.sqrt([[variance] * 3]))
     assert graph.sphericity == pytest.approx([1])
-    assert not hasattr(graph, "curvature")  # its old name: it is not 1/r
+    assert not hasattr(graph, "curvature")  # old name, although the value is not 1/r
     assert graph.surface_variation == pytest.approx([1 / 3])
     assert graph.linearity == pytest.approx([0], abs=1e-12)
 
@@ -98,14 +98,14 @@ def test_a_box_and_its_lid():
     assert arcs_of(graph) == {(0, 1): (4, QUARTER, -QUARTER, -QUARTER, 4, np.pi)}
     assert graph.areas.tolist() == [5, 1]
     assert graph.perimeters.tolist() == [4, 4]
-    # Opposite sides cancel out: the bottom is left.
+    # Normals of opposite sides cancel, so only the bottom remains.
     assert graph.normals == pytest.approx(np.array([[0, 0, -1], [0, 0, 1]]))
     assert graph.normal_lengths == pytest.approx([1 / 5, 1])
     assert graph.centroids[0] == pytest.approx([0.5, 0.5, (0 + 4 * 0.5) / 5])
 
 
-# A floor of 2 x 1, a wall at x = 0, and a shelf behind it at the top: seen from above, an L and
-# then its reverse.
+# A floor of 2 x 1, a wall at x = 0, and a shelf behind the wall at its top. Seen from above, the
+# edge at the floor is concave, and the edge at the shelf is convex.
 L_SHAPE = PolygonMesh.of_faces(
     [[2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 0], [0, 0, 1], [0, 1, 1], [-1, 0, 1], [-1, 1, 1]],
     [[0, 1, 2, 3], [3, 2, 5, 4], [4, 5, 7, 6]],
@@ -130,7 +130,7 @@ def test_an_l_shape_has_a_groove_and_a_ridge():
 
 
 def test_means_over_a_border_are_weighted_by_length():
-    # A floor of 2 x 1; a wall at x = 0, and more floor at y = 1 in the other region.
+    # A floor of 2 x 1. The other region is a wall at x = 0, and more floor beyond y = 1.
     floor = PolygonMesh.of_faces(
         [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [2, 3, 0], [0, 3, 0]],
         [[0, 1, 2, 3], [0, 3, 5, 4], [3, 2, 6, 7]],
@@ -140,12 +140,12 @@ def test_means_over_a_border_are_weighted_by_length():
 
 
 def test_two_boxes_that_touch():
-    """Four faces meet at each edge of the square in which they touch: two of either box."""
+    """Four faces meet at each edge of the square in which the boxes touch, two of each box."""
     corners = np.concatenate([CORNERS, np.add(CORNERS, [1, 0, 0])])
     boxes = PolygonMesh.of_faces(corners, np.concatenate([SIDES, np.add(SIDES, 8)]))
     graph = region_graph(boxes, np.repeat([0, 1], 6))
-    # At each edge: outer sides are one plane; a side and the other box's wall differ by a right
-    # angle, once convex and once concave; both walls are back to back, as sharp as can be.
+    # At each edge, the two outer sides are coplanar. Each outer side is at a right angle to the
+    # wall of the other box, once convex and once concave. The two walls have an angle of -pi.
     mean, signed = (0 + QUARTER + QUARTER + np.pi) / 4, (0 + QUARTER - QUARTER - np.pi) / 4
     assert arcs_of(graph) == {(0, 1): (4, mean, -np.pi, signed, 4, NAN)}
     assert graph.areas.tolist() == [6, 6]
@@ -156,7 +156,7 @@ def test_two_boxes_that_touch():
 
 
 def column(n):
-    """Unit cubes above each other, each of six tetrahedra."""
+    """Return a column of unit cubes, of six tetrahedra each."""
     points = [[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)]
     return TetMesh(points, [[4 * i + v for v in tet] for i in range(n) for tet in AROUND])
 
@@ -182,7 +182,7 @@ def test_a_column_of_tetrahedra():
 
 
 def grid(n_x, n_y):
-    """Unit squares, row by row."""
+    """Return unit squares, row by row."""
     points = [[x, y, 0] for y in range(n_y + 1) for x in range(n_x + 1)]
     lows = [y * (n_x + 1) + x for y in range(n_y) for x in range(n_x)]
     return PolygonMesh.of_faces(points, [[v, v + 1, v + n_x + 2, v + n_x + 1] for v in lows])
@@ -195,7 +195,7 @@ def test_a_grid_of_squares_one_of_which_is_in_no_region():
     assert arcs_of(graph) == {(0, 1): (1, 0, 0, 0, 1, 0), (0, 2): (2, 0, 0, 0, 2, 0)}
     assert graph.areas.tolist() == [3, 1, 1]
     assert graph.perimeters.tolist() == [8, 4, 4]
-    assert graph.open_lengths.tolist() == [5, 2, 1]  # what is left borders on no region
+    assert graph.open_lengths.tolist() == [5, 2, 1]  # sides without a neighboring region
     assert graph.centroids[0] == pytest.approx([5 / 6, 5 / 6, 0])
     # Variances 1/12 + 2/9 along both axes, covariance -1/9.
     assert graph.deviations[0] == pytest.approx([np.sqrt(15) / 6, np.sqrt(7) / 6, 0])
@@ -213,7 +213,7 @@ def test_centers_are_those_given():
 def test_where_normals_of_points_were_left_out_regions_have_none():
     points = np.random.default_rng(0).uniform(size=(500, 3)) * [1, 1, 0]
     cloud, labels = sf.PointCloud(points), (points[:, 0] > 0.4).astype(np.int32)
-    behind = np.ones((500, 3))  # what a read past the end of no rows would find
+    behind = np.ones((500, 3))  # values that a read past the end would return
     bare = point_surface(replace(find_point_graph(cloud, 1), normals=behind[:0]), 1)
     graph, expected = region_graph_of(bare, labels, 2), region_graph(cloud, labels)
     assert np.isnan(graph.normals).all()
@@ -260,12 +260,12 @@ def test_regions_without_area_have_plain_means():
 
 
 def numbers_of(graph):
-    """All arrays of a graph in one dict."""
+    """Return all arrays of a graph in a dict."""
     return {name: value for name, value in vars(graph).items() if isinstance(value, np.ndarray)}
 
 
 def random_labels(n_cells, n_regions, seed):
-    """Labels of which each is there, in no order."""
+    """Return random labels in which each label occurs."""
     rng = np.random.default_rng(seed)
     labels = rng.integers(0, n_regions, n_cells)
     labels[rng.permutation(n_cells)[:n_regions]] = np.arange(n_regions)
@@ -273,7 +273,7 @@ def random_labels(n_cells, n_regions, seed):
 
 
 def as_quads(n):
-    """A bent sheet of n x n quads that are not planar, and two triangles."""
+    """Return a bent sheet of non-planar quads, one of which is replaced by two triangles."""
     sheet = shapes.bumpy_sheet(n)
     a, b, c = sheet.faces[: n * n].T
     quads = np.stack([a, b, c, sheet.faces[n * n :, 2]], axis=1).tolist()
@@ -304,7 +304,7 @@ def test_the_kernels_give_what_the_reference_gives(name, seed):
         assert graph.centroids[region] == pytest.approx(shape.centroid)
         assert graph.bounds[region].tolist() == shape.box.tolist()
         places = surface.positions[[graph.centers[region], shape.center]] - shape.centroid
-        nearest, distance = np.linalg.norm(places, axis=1)  # rounding decides between equals
+        nearest, distance = np.linalg.norm(places, axis=1)  # rounding decides ties
         assert nearest == pytest.approx(distance)
         variances = np.linalg.eigvalsh(shape.covariance)[::-1].clip(0)
         assert graph.deviations[region] == pytest.approx(np.sqrt(variances), abs=1e-7)
@@ -431,7 +431,7 @@ def test_a_matrix_of_scipy():
         QUARTER * np.array([[0, 1, 0], [1, 0, -1], [0, -1, 0]])
     )
     flat = region_graph(grid(2, 1), [0, 1]).to_scipy("mean_angle")
-    assert (flat.nnz, flat.shape) == (2, (2, 2))  # a 0 that is stored
+    assert (flat.nnz, flat.shape) == (2, (2, 2))  # one of the two stored values is 0
     assert region_graph(grid(2, 1), [0, 0]).to_scipy().toarray().tolist() == [[0]]
 
 
@@ -535,7 +535,7 @@ def test_regions_of_real_meshes_add_up(data_dir, name):
 
 @pytest.mark.parametrize("seed", range(60))
 def test_ugly_meshes_have_finite_numbers(seed):
-    """Doubled corners and faces, flat cells, many on one edge, in any unit."""
+    """Meshes have repeated corners and faces, flat cells, edges of many cells, and any unit."""
     rng = np.random.default_rng(seed)
     n_vertices = int(rng.integers(4, 12))
     vertices = np.round(rng.normal(size=(n_vertices, 3)), 1) * 10.0 ** rng.choice([-13, 0, 13])

@@ -1,4 +1,4 @@
-"""Ridges: sharp convex edges between faces that are flat beside them."""
+"""Ridges: sharp convex edges between flat surfaces."""
 
 import itertools
 import math
@@ -17,7 +17,7 @@ QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [
 
 
 def prices(mesh, **options):
-    """What creases add to each arc, in units where a concave turn by theta adds theta."""
+    """Return the crease cost of each arc, in units in which a concave angle theta costs theta."""
     graph = build_face_graph(mesh)
     options = {"alpha": math.pi, **options}
     priced = crease_weights(mesh, graph, graph.diagonal, **options)
@@ -36,7 +36,7 @@ def subdivided(mesh, times=1):
 
 
 def ball(times):
-    """An octahedron whose faces were split `times` over, on the unit sphere: 8 * 4**times faces."""
+    """Return a sphere of 8 * 4**times faces, which is a subdivided octahedron."""
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
     mesh = subdivided(Mesh(corners, faces), times)
@@ -44,7 +44,7 @@ def ball(times):
 
 
 def bent_strip(turns):
-    """A strip of squares in a row that turns down by so many degrees after each."""
+    """Return a strip of squares that bends down by these angles, in degrees, after each square."""
     heading, rails = 0.0, [np.zeros(3)]
     for turn in [*turns, 0.0]:
         rails.append(rails[-1] + [math.cos(heading), 0.0, math.sin(heading)])
@@ -83,13 +83,13 @@ def test_a_ball_has_no_ridges_however_coarse(times):
         ([0, 90, 0], 1),
         ([0, 41, 0], 1),
         ([0, 39, 0], 0),  # not sharp
-        ([0, 90, 26, 0], 1),  # the next edge bends by less than 0.3 of that
+        ([0, 90, 26, 0], 1),  # the next edge bends by less than 0.3 of this angle
         ([0, 90, 28, 0], 0),
         ([30, 30, 30], 0),  # a rounded edge
         ([90, 90], 2),  # a bar
         ([45, 45], 2),  # a chamfer
-        ([90, 60, 0], 0),  # sharp, but not alike
-        ([90, -90], 1),  # a step: the groove is none
+        ([90, 60, 0], 0),  # sharp, but too different
+        ([90, -90], 1),  # a step; a groove is not a ridge
     ],
 )
 def test_what_is_a_ridge_depends_on_the_edges_beside_it(turns, n_ridges):
@@ -115,7 +115,7 @@ def test_ridges_count_no_less_than_other_convex_edges():
 
 
 def test_a_fin_is_a_ridge_of_no_face():
-    """Each of the faces around one edge has another that is not flat beside it."""
+    """No edge is a ridge if more than two faces meet at it."""
     assert not is_ridge(subdivided(shapes.fins(5))).any()
 
 
@@ -189,7 +189,7 @@ def test_polygons_that_are_triangles_weigh_the_same():
 
 
 def flaps(turns):
-    """A regular polygon with a triangle at each side, turned down by these angles in degrees."""
+    """Return a regular polygon with triangles at its sides, bent down by `turns` degrees."""
     n = len(turns)
     around = 2 * np.pi * np.arange(n) / n
     rim = np.stack([np.cos(around), np.sin(around), np.zeros(n)], axis=1)

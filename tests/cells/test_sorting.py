@@ -1,4 +1,4 @@
-"""Meshes in a bad order are sorted first, and nobody sees it but for the time."""
+"""Meshes in a bad order are sorted before segmentation, which changes only the time."""
 
 import warnings
 
@@ -21,7 +21,7 @@ def few_cells_are_enough(monkeypatch):
 
 
 def shuffled(mesh, seed=0):
-    """The mesh with vertices and cells at random places."""
+    """Return the mesh with vertices and cells in random order."""
     rng = np.random.default_rng(seed)
     corners = corners_of(mesh)
     new_vertices, order = rng.permutation(mesh.n_vertices), rng.permutation(corners.n_cells)
@@ -31,7 +31,7 @@ def shuffled(mesh, seed=0):
 
 
 def in_curve_order(mesh, weld=True):
-    """The mesh that is segmented in place of another, and the number of each cell in that."""
+    """Return the sorted mesh that is segmented instead, and the original index of each cell."""
     found = sorting.sorted_corners(mesh.vertices, corners_of(mesh), weld, 1)
     make = kind_of(mesh).with_corners
     return make(mesh, found.vertices, found.corners, found.offsets), found.order
@@ -47,7 +47,7 @@ def quads(n=40):
 
 
 def tets(n=18):
-    """A cube of n**3 cubes, each cut into six."""
+    """Return a cube of n**3 cubes of six tetrahedra each."""
     number = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
     vertices = np.stack(np.unravel_index(number.ravel(), number.shape), axis=1).astype(float)
     lists = []
@@ -105,7 +105,7 @@ def test_welding_leaves_one_vertex_at_each_position():
 
 
 def test_vertices_on_one_step_of_the_curve_are_apart_in_space():
-    """One vertex far away leaves all others on a few steps."""
+    """Because of one distant vertex, all other vertices share a few steps of the curve."""
     bear = shuffled(sf.sample_mesh(60_000))
     far = sf.Mesh(np.append(bear.vertices, [[1e9, 0, 0]], axis=0), bear.faces)
     found = sorting.sorted_corners(far.vertices, corners_of(far), True, 1)
@@ -152,7 +152,7 @@ def test_the_order_of_the_samples_and_of_subdivided_meshes_is_good():
 
 
 def numbers_of(mesh, placed):
-    """The vertex of a mesh at the position of each of another."""
+    """Return, for each vertex of `placed`, the vertex of `mesh` at the same position."""
     found = np.empty(placed.n_vertices, int)
     found[np.lexsort(placed.vertices.T)] = np.lexsort(mesh.vertices.T)
     return found
@@ -165,7 +165,7 @@ X = (X - X.min()) / (X.max() - X.min())
 SEEDS = np.arange(0, BEAR.n_faces, 199)
 EDGES = BEAR.faces[np.abs(X - 0.5) < 0.02][:, :2]
 
-# Options of `segment` by the numbers of the input, and by those of sorted faces and vertices.
+# Options of `segment` with indices of the input, and with indices of the sorted mesh.
 GIVEN = {
     "defaults": ({"n_segments": 40},) * 2,
     "weights": ({"n_segments": 40, "weights": "superfacets", "smooth": False},) * 2,

@@ -1,4 +1,4 @@
-"""Longest-edge bisection: exact on small meshes, and what has to hold on all."""
+"""Longest-edge bisection: exact results on small meshes, and properties of all results."""
 
 import math
 import pickle
@@ -36,7 +36,7 @@ def areas(mesh):
 
 
 def smallest_angles(mesh):
-    """Of each face, in radians."""
+    """Return the smallest angle of each face, in radians."""
     corners = mesh.vertices[mesh.faces]
     one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     turn = np.linalg.norm(np.cross(one, other), axis=2)
@@ -60,9 +60,9 @@ def test_a_face_is_cut_at_the_middle_of_its_longest_edge():
 
 
 def test_what_was_cut_is_cut_again_until_it_is_short_enough():
-    """At 5, the middle of 1-2; then its halves at 3 and 4, the middles of 0-1 and 0-2."""
+    """First at 5, the middle of 1-2; then the halves at 3 and 4, the middles of 0-1 and 0-2."""
     parts = bisect(([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]]), 3.0)
-    # Midpoints on sides come in the order of the sides' vertices: 0-1, 0-2, 1-2.
+    # Midpoints are in the order of the vertices of their sides: 0-1, 0-2, 1-2.
     assert parts.mesh.vertices[3:].tolist() == [[2, 0, 0], [0, 2, 0], [2, 2, 0]]
     assert parts.mesh.faces.tolist() == [[0, 3, 5], [3, 1, 5], [4, 5, 2], [0, 5, 4]]
     assert parts.depths.tolist() == [2, 2, 2, 2]
@@ -89,7 +89,7 @@ def test_all_faces_on_a_non_manifold_edge_share_the_new_vertex():
 
 
 def test_seams_stay_seams_without_gaps():
-    """Two triangles on one edge, each with vertices of its own."""
+    """Two triangles meet at an edge, but have separate vertices."""
     square = shapes.soup(Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]))
     parts = bisect(square, 0.3)
     assert not np.intersect1d(parts.mesh.faces[parts.sources == 0],
@@ -144,7 +144,7 @@ def test_what_holds_for_every_mesh(name):
     "name", ["cube", "soup", "drilled block", "two islands", "moebius", "fins"]
 )
 def test_no_boundary_appears(name):
-    """A boundary edge within an old face, or on an edge that was shared, would be a T-junction."""
+    """A T-junction would make a boundary edge inside an old face or on a shared edge."""
     mesh = MESHES[name]()
     before = build_face_graph(mesh).edge_counts
     parts = bisect(mesh, 0.3)
@@ -163,7 +163,7 @@ def test_the_boundary_of_an_open_mesh_keeps_its_length():
     mesh = shapes.strip(6)
     parts = bisect(mesh, 0.4)
     counts = build_face_graph(parts.mesh).edge_counts
-    # Around it run 8 sides of length 1: each becomes four of 1/4.
+    # The boundary has 8 sides of length 1, each cut into four of length 1/4.
     assert counts.boundary == 32
 
 
@@ -202,7 +202,7 @@ def test_lengths_scale_with_the_mesh():
     st.floats(0.08, 2.0),
 )
 def test_tangles_equal_the_twin(seed, n_vertices, n_faces, max_edge):
-    """Faces between any vertices: doubled corners, doubled faces, doubled positions."""
+    """Random faces have repeated corners, duplicate faces and equal positions."""
     rng = np.random.default_rng(seed)
     vertices = rng.integers(-3, 4, (n_vertices, 3)) / 4
     vertices[0] = [0.75, 0, 0.1]
@@ -236,7 +236,7 @@ def test_labels_come_back_by_area():
 
 
 def test_labels_come_back_by_exact_shares():
-    """A long right triangle becomes parts of 1/2, 1/4, 1/8 ...: sums of labels are compared."""
+    """Parts are 1/2, 1/4, 1/8, ... of a face; sums of these fractions per label are compared."""
     parts = bisect(shapes.drilled_block(8), 0.13)
     rng = np.random.default_rng(1)
     labels = rng.integers(0, 3, len(parts.sources))

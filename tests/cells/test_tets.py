@@ -1,4 +1,4 @@
-"""Tetrahedra through all stages: exact cases by hand, ugly ones, and a body of thousands."""
+"""Tetrahedra in all stages: small cases by hand, degenerate meshes, and thousands of cells."""
 
 import copy
 import math
@@ -25,13 +25,13 @@ AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], 
 
 
 def column(n):
-    """Unit cubes above each other, each of six tetrahedra."""
+    """Return a column of unit cubes, of six tetrahedra each."""
     points = [[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)]
     return TetMesh(points, [[4 * i + v for v in tet] for i in range(n) for tet in AROUND])
 
 
 def ball(n=3_000, seed=0):
-    """The convex hull of points in a ball."""
+    """Return tetrahedra between random points in a ball."""
     spatial = pytest.importorskip("scipy.spatial")
     points = np.random.default_rng(seed).normal(size=(n, 3))
     points *= np.random.default_rng(seed).uniform(size=(n, 1)) ** (1 / 3) / np.linalg.norm(
@@ -47,7 +47,7 @@ def test_a_cube_of_six_tetrahedra_by_hand():
     assert graph.triangle_counts == (18, 12, 0)
     around = [sorted(graph.neighbors[graph.offsets[i] : graph.offsets[i + 1]]) for i in range(6)]
     assert around == [sorted([(i - 1) % 6, (i + 1) % 6]) for i in range(6)]
-    # Between two lie triangles of a side, a diagonal of a square, and the cube's diagonal.
+    # Common faces have as sides an edge, the diagonal of a square, and the diagonal of the cube.
     given = graph.arc_measures
     assert given.border_lengths == pytest.approx(np.full(12, math.sqrt(2) / 2))
     assert given.open_lengths == pytest.approx(np.ones(6))
@@ -82,7 +82,7 @@ def test_a_column_falls_into_two_halves():
 def test_the_clean_up_works_in_areas_and_volumes():
     tower = column(4)
     whole = np.repeat([0, 1, 2, 3], 6)
-    # A piece of one tetrahedron in the second cube joins what surrounds it.
+    # A piece of one tetrahedron in the second cube joins the region around it.
     pieces = whole.copy()
     pieces[8] = 3
     edit = sf.enforce_connectivity(tower, pieces)
@@ -305,12 +305,12 @@ def test_files_keep_tetrahedra_and_labels(tmp_path, ending, ascii):
 
 
 MESHIO = {"a.msh": {"file_format": "gmsh22"}}
-"""Without it meshio writes Ansys Fluent's format of this ending."""
+"""Without this option, meshio writes the format of Ansys Fluent, which has the same ending."""
 
 
 @pytest.mark.parametrize("name", ["a.vtu", "a.vtk", "a.msh", "a.mesh"])
 def test_files_of_meshio_are_read(tmp_path, name):
-    """With triangles on the outside, as mesh generators write them, which are skipped."""
+    """Triangles on the outside, which mesh generators write, are skipped."""
     meshio = pytest.importorskip("meshio")
     tower = column(2)
     outside = tower.boundary().mesh.faces
@@ -391,7 +391,7 @@ def test_pictures_show_the_outside_and_the_inside(tmp_path):
 @pytest.mark.parametrize("weld", [True, False])
 @pytest.mark.parametrize("seed", range(6))
 def test_arcs_are_those_of_the_reference(seed, weld):
-    """Few vertices, some at one place, and corners that repeat: all kinds of neighbors."""
+    """Few vertices, equal positions and repeated corners give all kinds of neighbors."""
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 3, (12, 3)).astype(float)
     mesh = TetMesh(points, rng.integers(0, 12, (60, 4)))

@@ -1,4 +1,4 @@
-"""The shape diameter: what geometry says it is, and where there is none."""
+"""The shape diameter: known values, and faces without a value."""
 
 import math
 
@@ -13,7 +13,7 @@ from superfacets.reference.spatial import cone_of_rays, ray_thickness, typical_l
 
 
 def tube(x, radii, n_around=24):
-    """A surface of revolution about the x axis, closed by a point at either end."""
+    """Return a surface of revolution about the x axis, closed by a point at each end."""
     turns = 2 * math.pi * np.arange(n_around) / n_around
     rings = np.stack(np.broadcast_arrays(x[:, None], np.cos(turns), np.sin(turns)), axis=-1)
     rings[..., 1:] *= radii[:, None, None]
@@ -43,7 +43,7 @@ def ball(n=25):
 
 
 def two_balls():
-    """Two balls of radius 1 around x = -2 and 2, joined by a neck of radius 0.2."""
+    """Return two balls of radius 1 around x = -2 and 2, joined by a neck of radius 0.2."""
     turns = np.linspace(0, math.pi, 40)[1:-1]
     x, radii = -np.cos(turns), np.maximum(np.sin(turns), np.where(turns > 1.5, 0.2, 0))
     left = np.concatenate([x - 2, np.linspace(-0.9, 0.9, 19)])
@@ -56,7 +56,7 @@ def box(x, y, z):
 
 
 def expected(length_along, n_rays=30):
-    """What rays of known lengths make."""
+    """Return the shape diameter for rays of known lengths."""
     directions, weights = cone_of_rays(n_rays)
     return typical_length([length_along(*d) for d in directions.tolist()], weights)
 
@@ -80,7 +80,7 @@ def test_a_cylinder_is_as_thick_as_the_chords_of_its_section():
     thickness = shape_diameter(cylinder, smoothing=0)
     at = cylinder.vertices[cylinder.faces].mean(axis=1)
     middle = np.abs(at[:, 0]) < 5
-    # Rays differ by how they are turned about the normal.
+    # Rays are rotated about the normal by different angles.
     low = min(expected(turned_cylinder(angle)) for angle in np.linspace(0, math.pi, 40))
     high = max(expected(turned_cylinder(angle)) for angle in np.linspace(0, math.pi, 40))
     assert low * 0.97 < thickness[middle].min() <= thickness[middle].max() < high * 1.03
@@ -106,7 +106,7 @@ def test_a_neck_is_thinner_than_the_balls_that_it_joins():
 
 
 def double_cone(n=1000):
-    """Two fans of long thin triangles, whose boxes along the axes overlap."""
+    """Return two fans of long thin triangles whose bounding boxes overlap."""
     turns = 2 * np.pi * np.arange(n) / n
     rim = np.stack([np.cos(turns), np.sin(turns), np.zeros(n)], axis=1)
     ring = 2 + np.arange(n)
@@ -166,7 +166,7 @@ def test_points_and_tetrahedra_have_no_thickness():
 
 
 def test_faces_inside_of_nothing_take_what_their_neighbors_have():
-    """A cube with a fin, and an island that is a single sheet."""
+    """The mesh is a cube with a fin, and a separate sheet."""
     cube, sheet = shapes.cube(), shapes.bumpy_sheet(3)
     finned = Mesh([*cube.vertices, [-1, -1, 0.5]], [*cube.faces, [0, 4, 8]])
     mesh = shapes.together([finned, Mesh(sheet.vertices + 50, sheet.faces)])

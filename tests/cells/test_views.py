@@ -1,4 +1,4 @@
-"""Triangles that cameras see: by hand, and as the reference has them, bit for bit."""
+"""Triangles that cameras see, compared with values by hand and the reference, bit for bit."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2
 
 
 def above(height, size=(4, 4), focal=None, at=(2, 2)):
-    """A camera over a point of the plane z = 0 that looks down, with y up in the picture."""
+    """Return a camera above a point of the plane z = 0 that looks down, with y up in pictures."""
     pose = np.diag([1.0, -1, -1, 1])
     pose[:3, 3] = [*at, height]
     focal = height if focal is None else focal
@@ -21,7 +21,7 @@ def above(height, size=(4, 4), focal=None, at=(2, 2)):
 
 
 def test_a_square_seen_from_above_by_hand():
-    # One pixel per unit of length; pixels on the diagonal are of both faces: the lower is seen.
+    # A pixel is one unit wide. Pixels on the diagonal are in both faces, and show the lower index.
     triangles, areas, is_seen = see(SQUARE, [above(10.0)])
     assert triangles.reshape(4, 4).tolist() == [[1, 1, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0], [0] * 4]
     assert_allclose(areas, 1, rtol=1e-14)
@@ -36,7 +36,7 @@ def test_areas_add_up_to_that_of_the_surface_also_when_it_is_tilted():
 
 
 def test_a_pixel_shows_one_triangle_and_neighbors_leave_no_gap():
-    # Pixel centers on edges and vertices, and cameras at odd places.
+    # Pixel centers are on edges and vertices, and cameras at unusual positions.
     grid = np.stack(np.meshgrid(range(9), range(9), [0.0]), axis=-1).reshape(-1, 3)
     first = np.array([row * 9 + column for row in range(8) for column in range(8)])
     faces = np.concatenate([

@@ -1,4 +1,4 @@
-"""Stage 2: eq. 1-3 worked out by hand."""
+"""Stage 2: equations 1 to 3, computed by hand."""
 
 import dataclasses
 import math
@@ -41,7 +41,7 @@ def weights_of(mesh, **options):
 
 
 def geodesic_of_fold():
-    """Both centroids are 1 from the edge's midpoint: (-1, 1, 0), and the like on the other side."""
+    """Return the path length: both centroids are 1 from the midpoint of the edge."""
     return 2.0
 
 
@@ -107,7 +107,7 @@ def test_a_cube_has_convex_edges_and_flat_diagonals():
     sources = np.repeat(np.arange(12), np.diff(graph.offsets))
     is_diagonal = sources // 2 == graph.neighbors // 2
     weights = superfacet_weights(mesh, graph)
-    # The legs' midpoints are sqrt(1/9 + 1/36) from the centroid, the hypotenuse's sqrt(2)/6.
+    # Midpoints of legs are sqrt(1/9 + 1/36) from the centroid; of the hypotenuse, sqrt(2)/6.
     flat = 2 * math.sqrt(2) / 6 / math.sqrt(3)
     convex = (2 * math.sqrt(5) / 6 + 200 * 0.2 * 1 * 0.5) / math.sqrt(3)
     assert weights[is_diagonal] == pytest.approx([flat] * 12, rel=1e-13)
@@ -176,7 +176,7 @@ def test_faces_without_a_normal_weigh_their_distance_alone():
     mesh = shapes.slivers()
     weights = weights_of(mesh)
     assert np.array_equal(weights, weights_of(mesh, alpha=0))
-    # Face 0 has its centroid at (2/3, 2/3, 0), face 1 at (1, 1, 0), their edge its midpoint there.
+    # Centroids are (2/3, 2/3, 0) and (1, 1, 0); the second is also the midpoint of the edge.
     assert weights[1] == pytest.approx(math.sqrt(2) / 3 / math.sqrt(75))
 
 
@@ -189,7 +189,7 @@ def test_a_collinear_face_has_no_normal_for_all_its_rounding_errors():
 
 
 def test_a_needle_keeps_its_normal():
-    """A triangle of length 1 and height 1e-9 still knows which way it faces."""
+    """A triangle of length 1 and height 1e-9 has an accurate normal."""
     vertices = [[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0], [0.5, 0, 1]]
     mesh = Mesh(vertices, [[0, 1, 2], [1, 0, 3]])
     theta = weights_of(mesh)[0] - weights_of(mesh, alpha=0)[0]
@@ -201,7 +201,7 @@ def test_two_coincident_sheets_are_not_inside_out_by_rounding():
     vertices = rng.uniform(-1, 1, (3, 3)) + 1000
     sheet = Mesh(vertices, [[0, 1, 2], [2, 1, 0]])
     assert np.isfinite(weights_of(sheet)).all()
-    # theta is pi and the step between the centroids 0: neither concave nor convex counts as convex.
+    # theta is pi, and centroids coincide. An edge neither concave nor convex counts as convex.
     edges = np.linalg.norm(vertices - np.roll(vertices, -1, axis=0), axis=1)
     angular = weights_of(sheet)[:3] - weights_of(sheet, alpha=0)[:3]
     diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
@@ -210,7 +210,7 @@ def test_two_coincident_sheets_are_not_inside_out_by_rounding():
 
 @pytest.mark.parametrize("is_inside_out", [False, True])
 def test_an_edge_that_rises_by_exactly_nothing_is_not_concave(is_inside_out):
-    """Two faces on the same corners: an angle of pi, and no step from centroid to centroid."""
+    """Two faces have the same corners, so the angle is pi, and the centroids coincide."""
     sheet = Mesh([[3, 0, 0], [6, 0, 0], [3, 4, 0]], [[0, 1, 2], [2, 1, 0]])
     box = shapes.inside_out_cube() if is_inside_out else shapes.cube()
     mesh = shapes.together([box, sheet])
@@ -245,7 +245,7 @@ def test_weights_and_lengths_do_not_depend_on_the_number_of_threads():
 
 
 def weights_one_way(mesh, graph):
-    """Weights of a graph from which each arc in turn has lost its way back."""
+    """Return weights that are computed on two graphs without reverse arcs."""
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     weights = np.empty(graph.n_arcs)
     for is_kept in (sources < graph.neighbors, sources > graph.neighbors):
@@ -269,9 +269,9 @@ def weights_one_way(mesh, graph):
         shapes.bumpy_sheet(16),
         shapes.moebius(12),
         shapes.fins(4),
-        shapes.fins(12),  # more arcs than are searched for the way back
+        shapes.fins(12),  # too many arcs for a search of the reverse arc
         shapes.slivers(),
-        Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),  # three arcs each way
+        Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),  # three arcs per direction
     ],
 )
 def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
@@ -281,7 +281,7 @@ def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
 
 @pytest.mark.parametrize("degrees", [0, 30, 90, -90, 135, 180])
 def test_stk02_weights_are_eq_6_by_hand(degrees):
-    """The centroids lie 1 from the edge, in whose middle the shortest way over it is not bent."""
+    """Both centroids are 1 from the edge, and the shortest path crosses its midpoint."""
     mesh = shapes.fold(degrees)
     for alpha in (0.0, 0.25, 1.0):
         weights = stk02_weights(mesh, build_face_graph(mesh), alpha=alpha)
@@ -384,7 +384,7 @@ def test_a_crease_length_takes_the_place_of_that_of_every_edge():
 
 
 def refined(mesh):
-    """Each triangle cut into four at the midpoints of its edges."""
+    """Split each triangle into four at the midpoints of its edges."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     d, e, f = (a + b) / 2, (b + c) / 2, (c + a) / 2
     corners = np.stack([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]).transpose(2, 0, 1, 3)
@@ -393,7 +393,7 @@ def refined(mesh):
 
 @pytest.mark.parametrize(("weights", "ratio"), [("creases", 1.0), ("superfacets", 0.5)])
 def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, ratio):
-    """What it costs to cross the fold, without the distance."""
+    """Compare the cost of crossing the fold, minus the cost of distance."""
     prices = []
     for mesh in (shapes.fold(90), refined(shapes.fold(90))):
         graph = build_face_graph(mesh)

@@ -1,4 +1,4 @@
-"""What several tests of the command share."""
+"""Names that several tests of the command share."""
 
 import sys
 

@@ -12,7 +12,7 @@ from superfacets.cli.main import main
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """Run the command in this process; returns exit status, stdout and stderr."""
+    """Return a function that runs the command here, and returns exit status, stdout and stderr."""
 
     def _run(*arguments):
         monkeypatch.setattr(sys, "argv", ["superfacets", *map(str, arguments)])
@@ -25,7 +25,7 @@ def run(monkeypatch, capsys):
 
 @pytest.fixture
 def sheet(tmp_path):
-    """A file with a mesh of 1,152 faces."""
+    """Write a mesh of 1,152 faces, and return its path."""
     path = tmp_path / "sheet.ply"
     write_mesh(path, shapes.bumpy_sheet(24))
     return path
@@ -33,7 +33,7 @@ def sheet(tmp_path):
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """A file that takes seconds to segment with the paper's stop rule."""
+    """Write a mesh whose segmentation takes seconds with the paper's stop rule; return its path."""
     from superfacets import Mesh, sample_mesh
 
     bear = sample_mesh()

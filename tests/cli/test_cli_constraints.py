@@ -21,7 +21,7 @@ from superfacets import (
 
 @pytest.fixture
 def halves(sheet, tmp_path):
-    """Files that tell the left and the right side, and the upper and the lower, of a sheet."""
+    """Write labels of the left and right half, and of the lower and upper half, of a sheet."""
     mesh = read_mesh(sheet)
     middle = mesh.vertices[mesh.faces].mean(axis=1)
     of = {"left": middle[:, 0], "low": middle[:, 1]}
@@ -56,7 +56,7 @@ def test_masks_and_barriers_follow_a_subdivision(run, sheet, halves):
 
 
 def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
-    sizes = {0: 12, 9: 8, 20: 8}  # the first is the largest, and gets the seed
+    sizes = {0: 12, 9: 8, 20: 8}  # the first is the largest and gets the seed
     strips = [
         Mesh(shapes.strip(n).vertices + [x, 0, 0], shapes.strip(n).faces) for x, n in sizes.items()
     ]
@@ -222,7 +222,7 @@ def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sh
 
 def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):
     write_mesh(tmp_path / "cloud.ply", PointCloud(np.random.default_rng(0).random((99, 3))))
-    monkeypatch.setattr("superfacets.batches.files.segment", None)  # not reached
+    monkeypatch.setattr("superfacets.batches.files.segment", None)  # must not be called
     status, _, err = run("segment", tmp_path / "cloud.ply", "--vertex-labels", "-n", 3)
     assert (status, "vertex_labels needs faces with labels" in err) == (1, True)
     status, _, err = run("segment", tmp_path / "cloud.ply", "-n", 3, "-o", tmp_path / "x.vtp")
@@ -267,7 +267,7 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
 
 
 def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
-    """A fold of 90 degrees that becomes flat over 10 edges ends inside the only region."""
+    """A fold of 90 degrees, which becomes flat over 10 edges, ends inside the only region."""
     x, y = np.meshgrid(np.arange(-5.0, 6.0), np.arange(11.0), indexing="ij")
     z = np.abs(x) * (1 - y / 10)
     folded = Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), shapes.bumpy_sheet(10).faces)

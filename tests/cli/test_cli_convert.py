@@ -1,4 +1,4 @@
-"""The command `convert`, and the formats that `segment` writes besides."""
+"""The command `convert`, and formats that `segment` also writes."""
 
 import json
 
@@ -25,7 +25,7 @@ NO_LABELS = (
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A sheet of 72 faces in a.ply, its labels in a.npy, and another one that holds its own."""
+    """Write a sheet of 72 faces, its labels in a.npy, and a copy that contains its own labels."""
     monkeypatch.chdir(tmp_path)
     sheet = shapes.bumpy_sheet(6)
     write_mesh("a.ply", sheet)
@@ -241,8 +241,8 @@ def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
     assert status == 0
     assert "data of the input that labels replace: face property label" in err
     assert run("convert", "c.ply", "a.npy", "-o", "d.ply", "--drop-attributes")[2] == ""
-    assert run("convert", "c.ply", "a.npy", "-o", "d.obj")[2] == ""  # has no place for any
-    assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are its own
+    assert run("convert", "c.ply", "a.npy", "-o", "d.obj")[2] == ""  # OBJ stores no attributes
+    assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are those of the input
 
 
 def test_segments_of_a_scene_replace_those_of_the_usual_segmenter(run, tmp_path, monkeypatch):
@@ -283,7 +283,7 @@ def test_regions_below_the_minimum_of_vertices_are_a_note(run, tmp_path, monkeyp
     n_small = np.count_nonzero(sizes < 20)
     assert 1 < n_small < len(sizes) == 40
     assert f"note: {n_small} regions with fewer than 20 vertices in .segs.json: no " in err
-    # Given labels of vertices are not changed, so the minimum does not apply.
+    # Given vertex labels are written unchanged, so the minimum number of vertices does not apply.
     assert run("convert", "a.ply", "a.segs.json", "-o", "b.segs.json")[2] == ""
     write_mesh("cloud.ply", PointCloud(sheet.vertices))
     write_labels("points.npy", np.arange(sheet.n_vertices) // 5)
@@ -292,7 +292,7 @@ def test_regions_below_the_minimum_of_vertices_are_a_note(run, tmp_path, monkeyp
 
 def test_regions_without_a_vertex_are_a_note(run, folder):
     write_mesh("cube.ply", shapes.cube())
-    write_labels("b.npy", np.arange(12))  # of 8 vertices
+    write_labels("b.npy", np.arange(12))  # labels of 12 faces, but only 8 vertices
     status, _, err = run("convert", "cube.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
     assert status == 0
     assert err == (

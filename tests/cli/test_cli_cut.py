@@ -21,7 +21,7 @@ from superfacets import (
 
 @pytest.fixture
 def labels(sheet, tmp_path):
-    """A file of labels 3 and 7 of the sheet, and -1 for one face."""
+    """Write labels 3 and 7 of a sheet, with -1 for one face."""
     centers = shapes.bumpy_sheet(24).vertices[shapes.bumpy_sheet(24).faces].mean(axis=1)
     given = np.where(centers[:, 0] + 0.4 * centers[:, 1] < centers.mean(axis=0)[:2].sum(), 3, 7)
     given[-1] = -1

@@ -26,7 +26,7 @@ def test_a_file_and_a_folder_that_may_not_be_written_are_found_before_the_work(
     status, out, err = run("demo", "-o", tmp_path / "taken")
     assert (status, out) == (1, "")
     assert err == f"superfacets: error: {tmp_path / 'taken'}: is a file, not a folder\n"
-    # Root may write everywhere.
+    # Root can write to any folder, so `os.access` is replaced.
     monkeypatch.setattr(os, "access", lambda _, mode: not mode & os.W_OK)
     status, out, err = run("demo", "-o", tmp_path)
     assert (status, out) == (1, "")

@@ -12,7 +12,7 @@ from superfacets.metrics import evaluate_vertices
 
 @pytest.fixture
 def labeled_strip(tmp_path):
-    """A strip of four faces, its labels and two ground truths."""
+    """Write a strip of four faces, its labels and two ground truths."""
     write_mesh(tmp_path / "strip.ply", shapes.strip(4))
     for name, labels in [("labels", "0011"), ("one", "0011"), ("two", "0111")]:
         (tmp_path / f"{name}.seg").write_text("\n".join(labels) + "\n")

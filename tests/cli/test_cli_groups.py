@@ -1,4 +1,4 @@
-"""The commands on files of a scene of ScanNet."""
+"""Commands on the files of a ScanNet scene."""
 
 import json
 
@@ -10,7 +10,7 @@ import superfacets as sf
 
 @pytest.fixture
 def scene(tmp_path):
-    """Ten vertices in five segments, three of which make two objects."""
+    """Write ten vertices in five segments, three of which form two objects."""
     groups = [
         {"objectId": 0, "segments": [3, 5], "label": "chair"},
         {"objectId": 7, "segments": [8], "label": "table"},

@@ -17,7 +17,7 @@ from superfacets.io.readers.read import recognized_ending
 
 @pytest.fixture
 def give(monkeypatch):
-    """Put bytes on standard input."""
+    """Return a function that puts bytes on standard input."""
 
     def give(data):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
@@ -26,7 +26,7 @@ def give(monkeypatch):
 
 
 def contents(tmp_path):
-    """One small mesh in each format, by its ending."""
+    """Return a small mesh in each format, keyed by ending."""
     mesh = shapes.bumpy_sheet(3)
     write_mesh(tmp_path / "a.ply", mesh)
     rows = [" ".join(map(str, row)) for row in mesh.vertices.tolist()]
@@ -117,7 +117,7 @@ def test_a_format_also_selects_how_labels_are_read(run, sheet, tmp_path):
 
 
 def test_a_pipe_goes_through(sheet):
-    """What is printed goes to stderr; standard output is the file."""
+    """Messages are printed on stderr, because the file is written to standard output."""
     command = [*COMMAND, "segment", "-", "-n", "20"]
     data = sheet.read_bytes()
     expected = segment(read_mesh(sheet), 20).labels

@@ -58,7 +58,7 @@ def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_pa
     assert run("levels", sheet, "-n", "5,12", "-o", tmp_path / f"a{ending}", "-q") == (0, "", "")
     assert files_in(tmp_path) == sorted([f"a.12{ending}", f"a.5{ending}", "sheet.ply"])
     (tmp_path / "other").mkdir()
-    expected = tmp_path / "other" / f"a{ending}"  # named so, as some files hold the scene
+    expected = tmp_path / "other" / f"a{ending}"  # same name, as some formats store the scene name
     for n, labels in zip((12, 5), hierarchy(read_mesh(sheet), [12, 5]).levels, strict=True):
         write_outputs([expected], read_mesh(sheet), labels)
         assert (tmp_path / f"a.{n}{ending}").read_bytes() == expected.read_bytes()

@@ -16,7 +16,7 @@ Image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A cube with its sides as regions, masks of its halves, and cameras."""
+    """Write a cube whose sides are regions, masks of its halves, and cameras."""
     monkeypatch.chdir(tmp_path)
     mesh = shapes.cube()
     sides = np.arange(mesh.n_faces) // 2

@@ -54,7 +54,7 @@ sys.meta_path.insert(0, Interrupt())
 from superfacets.__main__ import main
 main()
 """
-"""The command, and a signal when a module is imported."""
+"""Program that runs the command, and sends a signal when a module is imported."""
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
@@ -119,7 +119,7 @@ def test_data_that_cannot_be_used_is_one_line_and_status_1(run, tmp_path):
 
 
 def loaded_by(*arguments):
-    """Modules of the package that a command line imports."""
+    """Return the modules of the package that a command line imports."""
     code = (
         "import atexit, sys\n"
         "from superfacets.cli.main import main\n"
@@ -179,7 +179,7 @@ def test_the_documentation_has_the_help_of_every_command():
     docs = Path(__file__).parents[2] / "docs"
     page = docs.joinpath("command.md").read_text(encoding="utf-8")
     assert "{include} help/commands.md" in page
-    # By construction: the file has a section for each of `COMMANDS`.
+    # The file has a section for each of `COMMANDS` by construction.
     code = docs.joinpath("conf.py").read_text(encoding="utf-8")
     assert '    for name in COMMANDS:\n        arguments = [name, "--help"]' in code
 

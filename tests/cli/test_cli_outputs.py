@@ -1,4 +1,4 @@
-"""Where results go, and command lines that can be read in two ways."""
+"""Output paths, and ambiguous command lines."""
 
 import shlex
 import subprocess
@@ -17,7 +17,7 @@ from superfacets.cli.outputs import plan_jobs
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """The working folder, with three meshes."""
+    """Return the current folder, which contains three PLY files and an OFF file."""
     for name in ("a.ply", "b.ply", "c.ply"):
         write_mesh(tmp_path / name, shapes.bumpy_sheet(4))
     (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")

@@ -12,7 +12,7 @@ FILES = {"suzanne.obj": 500, "beast.obj": 32364, "igea_tristrips.ply": 268686}
 
 @pytest.fixture(scope="module", params=FILES)
 def labeled(request, data_dir, tmp_path_factory):
-    """A file of polygons, and one of labels."""
+    """Return the paths of a polygon mesh and of its labels."""
     path = data_dir / "meshes" / request.param
     labels = tmp_path_factory.mktemp("labels") / "labels.npy"
     mesh = sf.read_mesh(path)

@@ -1,4 +1,4 @@
-"""How far a run is, and the bar that shows it."""
+"""The finished fraction of a run, and the progress bar."""
 
 import os
 import pty
@@ -27,7 +27,7 @@ def test_a_terminal_shows_progress(run, sheet, monkeypatch):
         assert f"{sheet}: {stage}" not in out
     shares = [int(share) for share in re.findall(r"(\d+)% \|", err)]
     assert shares == sorted(shares)
-    assert shares[-1] == 88  # all but the writing
+    assert shares[-1] == 88  # everything except writing
 
 
 def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
@@ -37,7 +37,7 @@ def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
     ours, theirs = pty.openpty()
     termios.tcsetwinsize(theirs, (24, 80))
     subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=theirs, timeout=60)
-    os.set_blocking(ours, False)  # whatever was shown is there by now
+    os.set_blocking(ours, False)  # all output has been written by now
     shown = os.read(ours, 100_000).decode()
     os.close(theirs)
     os.close(ours)
@@ -54,7 +54,7 @@ def test_shares_add_up_and_are_of_the_stages_that_runs_report():
 def test_an_estimate_never_falls_and_ends_below_one():
     estimate = Estimate(100.0)
     fractions = [estimate.fraction(100.0), estimate.fraction(107.0)]
-    assert fractions == [0.0, 0.0]  # nothing to compare the first stage with
+    assert fractions == [0.0, 0.0]  # there is no earlier stage to compare with
     now = 110.0
     for stage in SHARES:
         estimate.begin(stage, now)
@@ -72,7 +72,7 @@ def test_an_estimate_moves_by_time_within_a_stage_and_by_iterations_in_the_loop(
     assert estimate.fraction(3.0) == pytest.approx(0.06)
     assert estimate.fraction(6.0) == pytest.approx(0.06 + 0.4 * 0.15)
     assert estimate.fraction(60.0) == pytest.approx(0.06 + 0.95 * 0.15)
-    estimate.begin("mesh", 61.0)  # a stage before this one
+    estimate.begin("mesh", 61.0)  # an earlier stage
     assert estimate.stage == "face_graph"
     estimate.begin("classify", 70.0)
     assert estimate.fraction(99.0) == pytest.approx(0.6)

@@ -17,7 +17,7 @@ FOLD = shapes.fold(90)
 
 @pytest.fixture
 def fold(tmp_path):
-    """Two triangles of area 3 in a right angle, in regions 3 and 7."""
+    """Write two triangles of area 3 at a right angle, in regions 3 and 7."""
     write_mesh(tmp_path / "fold.ply", FOLD)
     (tmp_path / "labels.seg").write_text("3\n7\n")
     return tmp_path
@@ -118,12 +118,12 @@ def test_a_mean_over_faces_needs_one_number_per_face(run, fold):
 @pytest.mark.parametrize("ending", ["stl", "obj"])
 def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     parts = fold / f"parts.{ending}"
-    write_mesh(parts, FOLD, [7, 3])  # sorted by region: the faces change places
+    write_mesh(parts, FOLD, [7, 3])  # sorted by region, which swaps the faces
     status, printed, notes = run("regions", fold / "fold.ply", parts)
     assert (status, printed) == (1, "")
     assert notes.startswith(f"superfacets: error: {parts}: the cells or their order differ from")
     assert run("regions", parts, parts)[0] == 0
-    write_mesh(parts, FOLD, [3, 7])  # the order of the mesh
+    write_mesh(parts, FOLD, [3, 7])  # regions in the order of the mesh
     assert run("regions", fold / "fold.ply", parts)[0] == 0
 
 

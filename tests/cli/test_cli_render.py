@@ -73,7 +73,7 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
 
 @pytest.fixture
 def labeled(sheet, tmp_path):
-    """Two labelings of the sheet, of 4 and 2 regions."""
+    """Write labels of 4 and of 2 regions of the sheet."""
     paths = tmp_path / "four.npy", tmp_path / "two.npy"
     for path, n in zip(paths, (4, 2), strict=True):
         np.save(path, np.arange(1152) * n // 1152)
@@ -169,7 +169,7 @@ def test_values_that_do_not_fit_name_their_file(run, sheet, labeled, tmp_path):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Arguments of each picture, which is not drawn."""
+    """Record the arguments of each picture instead of drawing it."""
     calls = []
 
     def plot(cells, labels, **given):

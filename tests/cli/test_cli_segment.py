@@ -100,7 +100,7 @@ def test_json_is_one_object_with_the_facts(run, sheet):
 
 @pytest.fixture
 def block(tmp_path):
-    """A file with a CAD mesh of 272 faces, most of them long and thin."""
+    """Write a CAD mesh of 272 faces, most of them long and thin, and return its path."""
     path = tmp_path / "block.ply"
     write_mesh(path, shapes.drilled_block(64))
     return path
@@ -337,7 +337,7 @@ def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large,
     termios.tcsetwinsize(theirs, (24, 80))
     with subprocess.Popen(command, stderr=theirs, stdout=subprocess.PIPE) as process:
         shown = b""
-        while b"iterations" not in shown:  # the bar: the loop has begun
+        while b"iterations" not in shown:  # until the bar shows the loop
             shown += os.read(ours, 10_000)
         start = time.perf_counter()
         process.send_signal(sent)
@@ -353,7 +353,7 @@ def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large,
 
 
 def test_the_bunny_takes_less_than_two_seconds_of_processors_as_a_whole_process(data_dir, tmp_path):
-    """Several times what it needs, and not by the clock: others may be at work."""
+    """The limit is several times the usual processor time. Wall time depends on other programs."""
     bunny = data_dir / "meshes" / "bunny.ply"
     command = [*COMMAND, "segment", str(bunny), "-o", str(tmp_path / "bunny.ply")]
     before = os.times()
@@ -365,7 +365,7 @@ def test_the_bunny_takes_less_than_two_seconds_of_processors_as_a_whole_process(
 
 @pytest.fixture
 def three(sheet):
-    """A good file, a bad one, and another good one."""
+    """Return a valid file, an invalid file, and another valid file."""
     bad, other = sheet.with_name("bad.ply"), sheet.with_name("other.ply")
     bad.write_bytes(b"junk")
     write_mesh(other, shapes.bumpy_sheet(6))
@@ -444,7 +444,7 @@ def test_quiet_prints_errors_alone(run, three, monkeypatch):
 
 @pytest.fixture
 def colored(tmp_path):
-    """A labeled mesh with vertex colors, a face property, a comment and an element more."""
+    """Write a labeled mesh with vertex colors, a face property, a comment and an extra element."""
     path = tmp_path / "colored.ply"
     mesh = shapes.bumpy_sheet(6)
     attributes = MeshAttributes(
@@ -506,7 +506,7 @@ main()
     ],
 )
 def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):
-    """Also where the work does not come back to Python for long."""
+    """This includes stages that run in the core for a long time."""
     code = INTERRUPTED_AT.format(module=module, function=function)
     command = [sys.executable, "-c", code, "segment", str(sheet)]
     start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The command studio."""
+"""The command `studio`."""
 
 import os
 import socket
@@ -15,14 +15,14 @@ pytest.importorskip("uvicorn")
 
 
 def seen(address):
-    """The address that a browser is started with, its file, and what others may do with that."""
+    """Return the address that a browser opens, its file, the content, and rights of other users."""
     path = Path(urllib.request.url2pathname(urllib.parse.urlsplit(address).path))
     return address, path, path.read_text(), path.stat().st_mode & 0o77
 
 
 @pytest.fixture
 def served(monkeypatch):
-    """Do not serve, but give away what would be."""
+    """Record the arguments instead of serving."""
     calls = []
 
     def serve(files, opened, address, on_start):

@@ -14,7 +14,7 @@ AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], 
 
 @pytest.fixture
 def tower(tmp_path):
-    """A file of six unit cubes above each other, each of six tetrahedra."""
+    """Write six unit cubes above each other, of six tetrahedra each."""
     points = [[x, y, z] for z in range(7) for y in (0, 1) for x in (0, 1)]
     tets = [[4 * i + v for v in tet] for i in range(6) for tet in AROUND]
     sf.write_mesh(tmp_path / "tower.vtu", sf.TetMesh(points, tets))

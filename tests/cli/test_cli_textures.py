@@ -1,4 +1,4 @@
-"""Textures on the command line: followed, kept, and noted where a format cannot hold them."""
+"""Textures on the command line: as features, in outputs, and in notes on other formats."""
 
 import shutil
 
@@ -19,7 +19,7 @@ from superfacets import (
 
 @pytest.fixture
 def wall(tmp_path):
-    """An OBJ of a painted facade, its MTL and its image in a folder."""
+    """Write a painted facade as OBJ with its MTL file and image, and return its path."""
     folder = tmp_path / "in"
     folder.mkdir()
     made = facade(folder, edge=0.5)

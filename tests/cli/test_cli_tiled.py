@@ -96,7 +96,7 @@ def test_a_viewpoint_of_a_mesh_is_one_line(run, bear):
 
 @pytest.fixture
 def city(tmp_path):
-    """A folder with the halves of a mesh, and the labels of the whole."""
+    """Return a folder with the halves of a mesh, and the labels of the whole mesh."""
     mesh, folder = shapes.bumpy_sheet(24), tmp_path / "city"
     folder.mkdir()
     halves = [mesh.faces[:600], mesh.faces[600:]]
@@ -238,7 +238,7 @@ def test_megabytes_that_stay_in_memory(run, bear, monkeypatch):
 
 
 def at_work_on_tiles(path, out, before=()):
-    """A process that has begun to write tiles of a mesh to a scratch folder beside the output."""
+    """Start a process, and wait until it writes tiles to a scratch folder beside the output."""
     command = [*before, *COMMAND, "segment", str(path), "-o", str(out), "--tiled", "-q"]
     command += ["--tile-size", "50000", "--cache", "0"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)

@@ -1,4 +1,4 @@
-"""A tileset is an input wherever a folder of files is."""
+"""Commands that accept a folder of files also accept a tileset."""
 
 import json
 

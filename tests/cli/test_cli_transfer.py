@@ -13,7 +13,7 @@ from superfacets.mesh.triangle_mesh import split_in_four
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A mesh with labels in two files, a finer one, and points."""
+    """Write a mesh with labels in two files, a finer mesh, and points."""
     monkeypatch.chdir(tmp_path)
     coarse = shapes.bumpy_sheet(6)
     labels = np.arange(coarse.n_faces) % 5

@@ -1,4 +1,4 @@
-"""Stage 4a on graphs of many chunks, by several threads, and as centers move from pass to pass."""
+"""Stage 4a on graphs of many chunks, on several threads, and with centers that move."""
 
 import math
 
@@ -14,7 +14,7 @@ REACHES = (math.inf, 0.08)
 
 
 def weighted_sheet(n_quads=110, seed=0):
-    """A bumpy sheet of 24,200 faces: three chunks of 2^13 places where threads are several."""
+    """Return the graph of 24,200 faces, which several threads divide into three chunks."""
     mesh = shapes.bumpy_sheet(n_quads)
     return sf.build_face_graph(mesh).with_weights(
         sf.superfacet_weights(mesh, sf.build_face_graph(mesh))
@@ -22,7 +22,7 @@ def weighted_sheet(n_quads=110, seed=0):
 
 
 def lattice_graph(n=30):
-    """Cells of a cubic lattice with six neighbors each and many equal paths."""
+    """Return a cubic lattice of cells with six neighbors each, and many paths of equal length."""
     cells = np.arange(n**3).reshape(n, n, n)
     pairs = [
         np.stack([np.delete(cells, -1, a).ravel(), np.delete(cells, 0, a).ravel()], 1)
@@ -39,7 +39,7 @@ GRAPHS = {"sheet": weighted_sheet, "lattice": lattice_graph}
 
 
 def check_exact(graph, result):
-    """No arc improves a path, and each path comes over an arc: then all are the best there are."""
+    """Check that paths are shortest: no arc improves a path, and each path ends with an arc."""
     lengths = np.rint(result.distances / graph.unit).astype(np.int64)
     origin = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     longer = lengths[origin] + graph.lengths.astype(np.int64)
@@ -68,7 +68,7 @@ def test_no_arc_improves_a_path_of_the_exact_classification(name, n_threads):
 @pytest.mark.parametrize("n_threads", THREADS)
 @pytest.mark.parametrize("reach", REACHES)
 def test_centers_that_move_give_what_they_would_give_at_once(name, n_threads, reach):
-    """Some step aside, some leap across the mesh, some stay; two change places."""
+    """Some centers move a little, some across the mesh, some stay, and two swap places."""
     graph = GRAPHS[name]()
     rng = np.random.default_rng(2)
     centers = rng.choice(graph.n_cells, 30, replace=False).astype(np.int32)
@@ -99,7 +99,7 @@ def test_halted_expansions_equal_the_twin_where_they_cross_chunks(part):
     centers = np.random.default_rng(3).choice(graph.n_cells, 60, replace=False)
     reach = part * graph.diagonal
     labels, all_centers = reference.classify_halted(graph, centers.tolist(), reach)
-    for n_threads in THREADS:  # the twin takes seconds
+    for n_threads in THREADS:  # the reference takes seconds
         result = sf.classify(graph, centers, reach=reach, n_threads=n_threads)
         assert result.labels.tolist() == labels
         assert result.centers.tolist() == all_centers
@@ -124,7 +124,7 @@ def test_many_components_each_get_a_center_in_the_order_of_their_lowest_cells(n_
 
 
 def test_arcs_are_known_to_lead_back_from_cells_with_very_many():
-    """A star: its middle has 100,000 arcs. To look through all for each would take minutes."""
+    """The middle of a star has 100,000 arcs. Searching all of them for each would take minutes."""
     n = 100_000
     offsets = np.concatenate([[0], n + np.arange(n + 1)])
     neighbors = np.concatenate([np.arange(1, n + 1), np.zeros(n, dtype=int)])
@@ -136,7 +136,7 @@ def test_arcs_are_known_to_lead_back_from_cells_with_very_many():
 
 
 def test_a_region_with_next_to_no_area_beside_a_vast_one_has_its_own_mean():
-    """2^-80 of the area lies in the last five cells: too little for the sums of all the others."""
+    """The last five cells have 2^-80 of the area, which vanishes in a sum with the other areas."""
     measures = [1.0] * 5 + [2.0**-80] * 4 + [2.0**-78]
     line = shapes.line_graph([1.0] * 9, measures=measures)
     labels = np.repeat([0, 1], 5)

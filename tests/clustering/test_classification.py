@@ -29,7 +29,7 @@ def test_equal_distances_go_to_the_lower_label():
 
 
 def test_a_tie_is_passed_on_to_the_cells_behind_it():
-    """0 and 1 meet in 2 after equal ways; 3 hangs on 2 and must follow it, whoever came first."""
+    """Cell 2 is equally far from 0 and 1. Cell 3 is behind 2, and must get the label of 2."""
     star = CellGraph(
         np.arange(12).reshape(4, 3), [1] * 4, [0, 1, 2, 5, 6], [2, 2, 0, 1, 3, 2], [1.0] * 6
     )
@@ -51,8 +51,8 @@ def test_a_component_without_a_center_becomes_one_region_of_its_own():
 def test_an_expansion_labels_the_first_cells_out_of_reach_and_halts():
     line = shapes.line_graph([1.0] * 6)
     labels, centers, _ = classify(line, [0], reach=1.0)
-    # 0 and 1 are within reach of 0, so 2 is labeled and 3 an orphan. It reaches 1 to 5 likewise and
-    # is nearer to 2; then 6 is an orphan, and nearer to 5.
+    # Cells 0 and 1 are within reach of center 0, so 2 gets its label, and 3 becomes a center. It
+    # reaches 1 to 5, and is nearer to 2. Then 6 becomes a center, and is nearer to 5.
     assert labels.tolist() == [0, 0, 1, 1, 1, 2, 2]
     assert centers.tolist() == [0, 3, 6]
 
@@ -82,18 +82,18 @@ def test_every_cell_can_be_a_center():
 
 
 def test_one_unit_decides_between_paths_longer_than_a_float_can_count():
-    """Both ends of a row of 40 arcs, each 2^23 units long or longer, are as far from its middle."""
+    """Both ends of a row of 40 arcs of at least 2^23 units are equally far from the middle."""
     weights = [1.0] * 40
     graph = shapes.line_graph(weights)
     assert classify(graph, [0, 40]).labels[20] == 0
     assert graph.unit <= 2.0**-23
-    weights[3] += 2.0**-23  # the last bit that a float keeps of 1.0
+    weights[3] += 2.0**-23  # the last bit of 1.0 as a float
     assert classify(shapes.line_graph(weights), [0, 40]).labels[20] == 1
 
 
 @pytest.mark.parametrize("heavy", [1e3, 1e6, 1e9, 1e30])
 def test_a_few_huge_weights_cost_no_time(heavy):
-    """Nearly all arcs then fall into one bucket; label correction in it would never end."""
+    """Nearly all arcs are in one bucket, in which label correction would take very long."""
     graph = build_face_graph(shapes.bumpy_sheet(60))
     rng = np.random.default_rng(0)
     weights = rng.uniform(1, 2, graph.n_arcs)
@@ -106,7 +106,7 @@ def test_a_few_huge_weights_cost_no_time(heavy):
 
 
 def test_cells_behind_arcs_thousands_of_times_the_mean_wait_for_their_turn():
-    """A long row of short arcs, and three cells that hang on one end by ever longer ones."""
+    """A row of short arcs, with three cells at one end that are connected by very long arcs."""
     n = 5000
     row = shapes.line_graph([1.0] * (n - 1))
     hanging = [3e5, 1e5, 2e5]
@@ -148,7 +148,7 @@ def test_running_out_of_memory_in_a_thread_is_a_memory_error():
 
 
 def reference_labels(graph, centers):
-    """Labels and path lengths in units, by a binary heap."""
+    """Return labels and path lengths in units, computed with a binary heap."""
     best = {}
     queue = [(0, label, center) for label, center in enumerate(centers)]
     while queue:

@@ -32,7 +32,7 @@ def unit_graph(mesh):
 
 
 def specks(n=60, seed=1):
-    """A sheet, and beside it small triangles alone, in pairs and in threes, in random order."""
+    """Return a sheet and separate specks of one to three triangles, in random order."""
     sheet = shapes.bumpy_sheet(24)
     parts = [
         Mesh(0.01 * part.vertices + [2 + 0.1 * i, 0, 0], part.faces)
@@ -92,7 +92,7 @@ def test_coarse_cells_are_connected_and_no_arc_is_lost(name):
 
 
 def test_a_line_in_groups_of_four_by_hand():
-    """Cells 0 to 11 with steps of 1: centers 1, 5, 9; their measures and the arcs between them."""
+    """Cells 0 to 11 with steps of 1 form three coarse cells with the centers 1, 5 and 9."""
     line = shapes.line_graph([1.0] * 11, measures=[1.0] * 4 + [0.0] * 4 + [1.0, 1.0, 1.0, 3.0])
     coarse = _core.CoarseGraph(line.ordered(1), 4, 1)
     assert coarse.centers().tolist() == [1, 5, 9]
@@ -160,7 +160,7 @@ def test_k_regions_where_components_are_many():
 
 
 def test_cells_of_islands_do_not_count_as_those_of_regions():
-    """A sheet of 1,152 faces and 9,000 in specks: 100 regions on the sheet, as on one level."""
+    """Despite 9,000 faces in specks, 100 regions on a sheet of 1,152 faces need only one level."""
     mesh = specks(4500)
     options = {"weights": "creases", "islands": "nearest", "smooth": False}
     result = segment(mesh, 100, **options)
@@ -203,7 +203,7 @@ def test_progress_counts_through_the_levels_and_ends_all_of_them():
         result = segment(mesh, 4, weights=weights, progress=lambda *call, to=told: to.append(call))
         assert [n_iter for n_iter, _ in told] == list(range(1, len(told) + 1))
         n_spread = sum(level.n_cells == mesh.n_faces for level in result.levels)
-        assert len(told) == result.n_iter - n_spread  # the last only labels all faces
+        assert len(told) == result.n_iter - n_spread  # the last iteration only labels all faces
     cancelled = segment(
         mesh, 4, weights="creases", progress=lambda n_iter, n_moved: False, smooth=False, denoise=0
     )
@@ -227,7 +227,7 @@ def weighted_as_segmented(mesh, k):
 
 
 def test_the_loop_on_coarse_cells_ends_as_near_to_the_best_as_that_on_faces():
-    """Mean path lengths of both differ by less than other seeds change them."""
+    """Their mean path lengths differ by less than between different seeds."""
     mesh = shapes.bumpy_sheet(60)
     graph = weighted_as_segmented(mesh, 12)
     coarse = segment_graph(graph, 12)

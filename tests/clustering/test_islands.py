@@ -1,4 +1,4 @@
-"""Components without a seed: regions of their own, or part of the nearest; one-way arcs."""
+"""Components without a seed, which become regions or join the nearest region; one-way arcs."""
 
 import math
 import time
@@ -30,7 +30,7 @@ def graph_of(mesh):
 
 
 def strips(*sizes):
-    """Strips of so many faces, one above the other."""
+    """Return strips with these numbers of faces, one above the other."""
     parts = [shapes.strip(n) for n in sizes]
     return shapes.together(
         [Mesh(part.vertices + [0, 10 * i, 0], part.faces) for i, part in enumerate(parts)]
@@ -81,7 +81,7 @@ def test_more_regions_than_asked_for_come_with_a_warning_that_says_what_to_do(ge
 
 
 def test_there_is_no_warning_where_no_number_was_asked_for_or_all_is_as_asked(gears):
-    """Warnings are errors here."""
+    """In tests, warnings are errors."""
     segment(gears, radius=0.1)
     segment(gears, 30, **PAPER)
     segment(gears, 30, islands="nearest")
@@ -161,7 +161,7 @@ def test_what_seeds_of_ones_own_or_of_a_grid_leave_out_joins_the_nearest_too(
 
 
 def line_of_pieces(sizes, gap=10.0):
-    """Cells 1 apart in pieces `gap` apart."""
+    """Return cells 1 apart, in pieces that are `gap` apart."""
     graphs = [shapes.line_graph([1.0] * (n - 1)) for n in sizes]
     starts = np.cumsum([0, *sizes[:-1]])
     x = np.concatenate([
@@ -176,7 +176,7 @@ def line_of_pieces(sizes, gap=10.0):
 
 
 def test_equally_near_cells_go_by_their_index():
-    graph = line_of_pieces([6, 1, 6])  # x = 0..5, 16, 27..32: 11 both ways
+    graph = line_of_pieces([6, 1, 6])  # x = 0 to 5, 16, and 27 to 32: both gaps are 11
     result = segment_graph(graph, 2, islands="nearest")
     assert result.labels[6] == result.labels[5]
     assert result.n_unreached == 1
@@ -218,7 +218,7 @@ def test_a_hundred_thousand_specks_take_seconds(init, beside_a_sheet):
 @pytest.mark.parametrize("n_threads", [1, 2, 5])
 @pytest.mark.parametrize("seed", range(6))
 def test_joined_islands_equal_the_twin(n_threads, seed):
-    """Among many equal distances, some of them 0."""
+    """Many distances are equal, and some are 0."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 3000)) if seed < 5 else 40_000
     graph = shapes.random_graph(n, n // 2, seed)
@@ -244,7 +244,7 @@ def test_islands_of_groups_equal_the_twin(n_threads, seed):
     pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, np.zeros(n, np.int32))
     groups = rng.integers(-1, 12, n_pieces).astype(np.int32)[pieces]
     labels = np.where(rng.uniform(size=n_pieces)[pieces] < 0.7, -1, pieces % 7).astype(np.int32)
-    labels[groups > 8] = -1  # groups of islands alone
+    labels[groups > 8] = -1  # groups that contain only islands
     labels[int(rng.integers(n))] = 0
     joined, n_joined, centers = _core.join_islands(graph.ordered(1), labels, groups, n_threads)
     expected = reference.join_islands(graph, labels.tolist(), groups.tolist())
@@ -287,7 +287,7 @@ def test_loops_without_islands_equal_their_twins(seed):
 # Arcs that lead one way.
 
 PAIR_AND_ONE = CellGraph([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [1, 1, 1], [0, 0, 1, 1], [0], [1.0])
-"""An arc from 1 to 0, and 2 alone."""
+"""An arc from cell 1 to cell 0, and an isolated cell 2."""
 
 
 def test_seeds_are_distinct_where_arcs_lead_one_way():

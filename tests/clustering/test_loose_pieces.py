@@ -1,4 +1,4 @@
-"""Regions made one piece each: pieces without the center join a neighboring region."""
+"""Regions become connected: pieces without the center join a neighboring region."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_the_shorter_arc_wins_and_the_lower_label_among_equals():
 
 
 def test_arcs_above_the_crease_limit_wait_for_all_others():
-    """Cells 2 and 3 are a loose piece; only cell 3 has a short way out, in two rounds."""
+    """Cells 2 and 3 are a loose piece. Only cell 3 has a short arc out of it: two rounds."""
     line = shapes.line_graph([1.0, 9.0, 1.0, 1.0, 1.0])
     labels, centers = [0, 0, 1, 1, 2, 1], [0, 5, 4]
     between = (line.lengths[2] + line.lengths[1]) / 2
@@ -58,13 +58,13 @@ def test_cells_without_a_label_stay_and_divide_regions():
 
 
 def test_a_piece_is_found_where_a_cell_without_a_label_makes_up_for_it():
-    """As many pieces as centers, if unlabeled cells counted as a piece less."""
+    """If unlabeled cells reduced the count, there would be as many pieces as centers."""
     line = shapes.line_graph([1.0] * 4)
     assert joined(line, [0, 1, 0, -1, -1], [0, 1]) == [0, 1, 1, -1, -1]
 
 
 def random_case(seed):
-    """Labels of neighbors alike here and there, on a sheet with holes or a random graph."""
+    """Return random labels, often equal at neighbors, on a sheet with holes or a random graph."""
     rng = np.random.default_rng(seed)
     if seed % 2:
         sheet = shapes.bumpy_sheet(12, seed)
@@ -87,13 +87,13 @@ def random_case(seed):
 
 
 def twin(graph, labels, centers, crease_limit):
-    """Round after round, as the contract says."""
+    """Reference: join pieces round by round, as specified."""
     arcs = list(zip(graph.sources.tolist(), graph.neighbors.tolist(), graph.lengths.tolist(),
                     strict=True))  # fmt: skip
     found = labels.tolist()
     settled = set(centers.tolist())
     grown = settled
-    while grown:  # the pieces of the centers
+    while grown:  # grow the pieces that contain centers
         grown = {b for a, b, _ in arcs if a in settled and found[a] == found[b]} - settled
         settled |= grown
     while True:
@@ -130,7 +130,7 @@ def test_results_equal_the_twin_and_regions_are_one_piece_where_they_can_be(seed
 
 
 def test_random_cases_have_loose_pieces():
-    """So that the test above can fail."""
+    """Otherwise, the test above would check nothing."""
     n_changed = [
         np.count_nonzero(np.array(joined(graph, labels, centers)) != labels)
         for graph, labels, centers in map(random_case, range(40))
@@ -141,7 +141,7 @@ def test_random_cases_have_loose_pieces():
 @pytest.mark.parametrize("is_shuffled", [False, True])
 @pytest.mark.parametrize("n_threads", [1, 3])
 def test_pieces_of_large_graphs_extend_over_blocks_of_cells(is_shuffled, n_threads):
-    """Three pieces along a line of 60,000 cells, in the order of the line or not."""
+    """Three pieces of a line of 60,000 cells, which are numbered along the line or randomly."""
     n, first, last = 60_000, 20_000, 59_900
     numbers = np.arange(n, dtype=np.int32)
     order = np.random.default_rng(5).permutation(numbers) if is_shuffled else numbers

@@ -1,4 +1,4 @@
-"""The short loop for many small regions: when it runs, and what it gives."""
+"""The short loop for many small regions: its conditions and results."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Weights by parts: the embedding tells parts apart, and regions stay within them."""
+"""Weights by parts: the embedding distinguishes parts, and regions stay within parts."""
 
 from dataclasses import replace
 
@@ -54,7 +54,7 @@ def test_the_number_of_vectors_is_limited(n):
 
 
 def test_regions_stay_within_parts():
-    """Fewer regions extend over both sides of the neck of two balls."""
+    """With two regions, each end of a dumbbell is one region."""
     mesh = shapes.dumbbell(121, 40)
     x = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
     result = segment(mesh, 2, weights="parts")
@@ -115,7 +115,7 @@ def test_inside_out_meshes_have_the_same_parts():
 
 
 def test_thousands_of_islands_have_no_parts():
-    """There is nothing to be slow about."""
+    """The embedding is 0 everywhere."""
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     n = 13_000
     vertices = (triangle[None] + 3 * np.arange(n)[:, None, None]).reshape(-1, 3)
@@ -127,7 +127,7 @@ def test_thousands_of_islands_have_no_parts():
     "mesh", [shapes.cube(), sf.subdivide(shapes.cube(), max_edge=0.05).mesh, shapes.strip(60)]
 )
 def test_without_concave_creases_there_are_no_parts(mesh, monkeypatch):
-    """Prices between parts are 0, whatever the factor. Ridges would divide a cube into parts."""
+    """Costs between parts are 0 for any factor. Ridges are off, because they divide a cube."""
     expected = segment(mesh, 8, ridges=0).labels
     weight = WEIGHTS["parts"]
     other = replace(weight, defaults={**weight.defaults, "gamma": 50.0})
@@ -141,7 +141,7 @@ FINE = sf.sample_mesh(60_000)
 
 @pytest.fixture
 def few_are_many(monkeypatch):
-    """Let groups of cells be embedded on meshes of fewer faces."""
+    """Lower the number of faces from which groups of cells are embedded."""
     monkeypatch.setattr("superfacets.clustering.parts.MIN_GROUPED", 20_000)
     monkeypatch.setattr("superfacets.clustering.loop.MIN_GROUPED", 20_000)
 
@@ -193,7 +193,7 @@ def test_many_points_have_parts():
 
 @pytest.mark.usefixtures("few_are_many")
 def test_soup_of_many_faces_has_regions():
-    """Groups of single faces would be nothing else than the faces."""
+    """All faces are separate, so groups of cells would be single faces."""
     mesh = shapes.soup(FINE)
     result = segment(mesh, 20, weld=False, islands="nearest")
     assert result.n_segments == 20

@@ -1,4 +1,4 @@
-"""Centers that move between runs of the loop, and what never changes by it."""
+"""Centers that move between runs of the loop, and properties that must not change."""
 
 import math
 
@@ -14,7 +14,7 @@ KEEP = _core.Islands.KEEP
 
 
 def relocated(graph, centers, n_moves, n_threads=1, crease_limit=math.inf):
-    """The centers with those of orphans, before and after."""
+    """Return the centers before and after relocation, including centers of orphans."""
     cells = graph.ordered(n_threads)
     cells.crease_limit = crease_limit
     clustering = _core.Clustering(cells, np.asarray(centers, np.int32), math.inf, n_threads, KEEP)
@@ -68,10 +68,10 @@ def test_moves_do_not_depend_on_the_number_of_threads(seed):
 
 
 def test_a_center_that_is_hardly_needed_divides_the_largest_region():
-    """Of eleven cells in a row, the first three have a center each, the fourth all others."""
+    """In a row of eleven cells, the first three are regions; the fourth is the center of others."""
     line = shapes.line_graph([1.0] * 10)
     assert relocated(line, [0, 1, 2, 3], 1) == ([0, 1, 2, 3], [10, 1, 2, 3])
-    # The next cheapest is 1, which the cell of 0 now needs; then 2.
+    # The next cheapest center is 1, but cell 0 now needs it; then 2.
     assert relocated(line, [0, 1, 2, 3], 4) == ([0, 1, 2, 3], [10, 1, 2, 3])
 
 
@@ -81,7 +81,7 @@ def test_nothing_moves_where_regions_are_alike():
 
 
 def test_a_center_alone_in_its_component_stays():
-    """A pair of cells and a line, with no way between them."""
+    """A pair of cells and a line are separate components."""
     line = shapes.line_graph([1.0] * 20)
     offsets = np.concatenate([line.offsets, line.offsets[-1] + [1, 2]])
     graph = sf.CellGraph(
@@ -94,7 +94,7 @@ def test_a_center_alone_in_its_component_stays():
     before, after = relocated(graph, [0, 21], 2)
     assert before == after == [0, 21]
     before, after = relocated(graph, [0, 21, 22], 2)
-    assert after == [0, 20, 22]  # one of the two does
+    assert after == [0, 20, 22]  # one of the two centers of the pair moves
 
 
 def test_cells_without_an_area_move_nothing():
@@ -108,7 +108,7 @@ def test_the_number_of_regions_stays(seed):
     for changed in ({}, {"tol": 0.0}, {"islands": "nearest"}, {"init": seeds}):
         options = changed if "init" in changed else {"n_segments": len(seeds), **changed}
         moved = sf.segment_graph(graph, relocate=True, **options)
-        if seed != 4:  # where arcs lead one way, any move of centers may leave orphans
+        if seed != 4:  # with one-way arcs, moving a center may leave orphans
             assert moved.n_segments == sf.segment_graph(graph, **options).n_segments
         assert moved.n_segments >= len(seeds)
         assert set(moved.labels.tolist()) == set(range(moved.n_segments))
@@ -116,7 +116,7 @@ def test_the_number_of_regions_stays(seed):
 
 
 def energy(mesh, result):
-    """The mean squared path length to the nearest center."""
+    """Return the mean squared path length to the nearest center."""
     graph = sf.build_face_graph(mesh)
     radius = result.params["expected_radius"]
     graph = graph.with_weights(sf.crease_weights(mesh, graph, radius))
@@ -128,7 +128,7 @@ def energy(mesh, result):
 @pytest.mark.parametrize("options", [{}, {"init": "farthest"}, {"init": "grid"}, {"tol": 0.0}])
 def test_regions_are_nearer_to_their_centers(options):
     mesh = shapes.bumpy_sheet(60)
-    options = {"weights": "creases", "denoise": 0, **options}  # as the energy is of these
+    options = {"weights": "creases", "denoise": 0, **options}  # the energy uses these weights
     usual, moved = (sf.segment(mesh, 40, relocate=on, **options) for on in (False, True))
     assert energy(mesh, moved) < energy(mesh, usual)
     assert (usual.params["relocate"], moved.params["relocate"]) == (False, True)
@@ -148,7 +148,7 @@ def test_labels_do_not_depend_on_the_number_of_threads(options):
 
 def test_labels_keep_under_scaling_and_follow_the_order_of_faces():
     mesh = shapes.bumpy_sheet(40)
-    options = {"relocate": True, "smooth": False}  # which goes by the order of faces
+    options = {"relocate": True, "smooth": False}  # smoothing depends on the order of faces
     labels = sf.segment(mesh, 40, **options).labels
     larger = sf.Mesh(4.0 * mesh.vertices, mesh.faces)
     assert np.array_equal(sf.segment(larger, 40, **options).labels, labels)
@@ -232,7 +232,7 @@ def test_a_third_of_the_iterations_is_kept_for_relocation():
     options = {"weights": "creases", "tol": 0.0, "denoise": 0}
     moved = sf.segment(mesh, 40, relocate=True, max_num_iter=6, **options)
     assert moved.n_iter == 6
-    for n_iter in (4, 6):  # the loop settles in neither
+    for n_iter in (4, 6):  # the loop does not converge in either
         usual = sf.segment(mesh, 40, relocate=False, max_num_iter=n_iter, **options)
         assert (usual.n_iter, usual.stop_reason) == (n_iter, "max_num_iter")
         assert not np.array_equal(moved.labels, usual.labels)

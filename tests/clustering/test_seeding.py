@@ -1,4 +1,4 @@
-"""Stage 3: seeds on cells that can be counted, and what is refused."""
+"""Stage 3: seeds on small graphs, and invalid arguments."""
 
 import math
 
@@ -53,9 +53,9 @@ def test_farthest_equals_the_naive_way_on_thousands_of_cells():
 
 
 def test_geodesic_equals_the_naive_way_on_a_grid_of_thousands_of_cells():
-    """Steps of 1 along the axes: paths are as long as |dx| + |dy|, and ties are everywhere."""
+    """Steps of 1 along the axes give path lengths of |dx| + |dy|, and many ties."""
     n_rows, n_columns = 90, 70
-    order = np.random.default_rng(2).permutation(n_rows * n_columns)  # cells by place in the grid
+    order = np.random.default_rng(2).permutation(n_rows * n_columns)  # cell index by grid place
     cells = order.reshape(n_rows, n_columns)
     pairs = np.concatenate([
         np.stack([cells[:-1].ravel(), cells[1:].ravel()], axis=1),
@@ -193,13 +193,13 @@ def test_a_radius_cannot_come_from_no_area(init):
 
 
 def test_geodesic_seeds_are_the_ends_of_the_longest_paths():
-    """Cells in a row, with a long step between the second and the third."""
+    """A row of cells has a long step between the second and the third cell."""
     graph = shapes.line_graph([1.0, 10.0, 1.0, 1.0])
     assert place_seeds(graph, 3, init="geodesic").tolist() == [2, 0, 4]
 
 
 def test_curve_seeds_divide_a_line_equally_then_fill_its_gaps():
-    """Three in the middle of thirds of ten cells; then the ends of the longest paths."""
+    """Three seeds are in the middles of thirds of ten cells, the others at ends of long paths."""
     line = shapes.line_graph([1.0] * 9)
     assert place_seeds(line, 5, init="curve").tolist() == [1, 5, 8, 3, 0]
 
@@ -212,7 +212,7 @@ def test_curve_seeds_are_denser_where_steps_are_long():
 
 @pytest.mark.parametrize("init", ["geodesic", "curve"])
 def test_seeds_are_in_the_components_that_are_worth_a_region(init):
-    mesh = shapes.two_islands()  # of 4 faces and 2 in area each
+    mesh = shapes.two_islands()  # 4 faces and an area of 2 each
     speck = Mesh(
         np.concatenate([mesh.vertices, [[9, 9, 0], [9.1, 9, 0], [9, 9.1, 0]]]),
         np.concatenate([[[12, 13, 14]], mesh.faces]),

@@ -19,7 +19,7 @@ def sheet(n=16):
 
 
 def islands():
-    """Two sheets of different sizes, far from each other, and specks."""
+    """Return two separate sheets of different sizes, and three specks."""
     small = shapes.bumpy_sheet(6, seed=1)
     speck = shapes.strip(3)
     parts = [shapes.bumpy_sheet(10), sf.Mesh(small.vertices + [3, 0, 0], small.faces)]
@@ -31,7 +31,7 @@ GRAPHS = {"sheet": sheet, "islands": islands}
 
 
 def arcs_of(coarse):
-    """Length by the two cells."""
+    """Return the length of each arc, keyed by its two cells."""
     offsets, neighbors, lengths = coarse.arcs()
     sources = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     pairs = zip(sources.tolist(), neighbors.tolist(), strict=True)
@@ -39,7 +39,7 @@ def arcs_of(coarse):
 
 
 def coarse_arcs(graph, coarse):
-    """Twin: the straight line plus the lowest price of a path over the border of two cells."""
+    """Reference: straight distance plus the lowest price of a path across the common border."""
     of, centers = coarse.coarse_cells(1), coarse.centers()
     positions, _ = coarse.cells()
     least, fine = {}, graph.arcs()
@@ -97,7 +97,7 @@ def test_steps_between_coarse_cells_are_straight():
 
 
 def test_steps_between_coarse_cells_at_one_place_are_not_0():
-    """The two sides of a sheet without thickness; between cells without area they are one unit."""
+    """Two cells at one position, as on a thin sheet; without area, the step is one unit."""
     for measure, expected in ((0.5, 0.2), (0.0, 0.125)):
         placed = _core.PlacedCells(np.zeros((2, 3)), np.full(2, measure), 1)
         arcs = (np.array([0, 1, 2]), np.array([1, 0], np.int32), np.ones(2, np.float32))
@@ -129,7 +129,7 @@ def test_means_are_weighted_by_measures(width):
 @pytest.mark.parametrize("width", [0, 2])
 @pytest.mark.parametrize("far", [False, True])
 def test_prices_of_parts_are_added_to_all_arcs(width, far):
-    """To fine arcs, to far ones, and to those of coarse cells."""
+    """Prices are added to fine arcs, to far arcs, and to arcs of coarse cells."""
     graph = sheet(8)
     rng = np.random.default_rng(3)
     rows = rng.normal(size=(graph.n_cells, width)).astype(np.float32)
@@ -150,7 +150,7 @@ def test_prices_of_parts_are_added_to_all_arcs(width, far):
 
 
 def priced(arcs, rows, factor):
-    """Twin: lengths plus the factor times the distance of rows, whole."""
+    """Reference: lengths plus the factor times the distance of rows, rounded to integers."""
     wide = rows.astype(float)
     return {
         (a, b): float(np.float32(np.rint(length + factor * np.linalg.norm(wide[a] - wide[b]))))

@@ -10,7 +10,7 @@ from superfacets import CellGraph, reference, update_centers
 def test_the_center_is_the_cell_nearest_to_the_mean():
     line = shapes.line_graph([1.0] * 6)
     centers = update_centers(line, [0, 0, 0, 1, 1, 1, 1])
-    assert centers.tolist() == [1, 4]  # the second mean, 4.5, is as near to 5
+    assert centers.tolist() == [1, 4]  # the second mean, 4.5, is equally near to 5
     assert centers.dtype == np.int32
 
 
@@ -55,7 +55,7 @@ def test_labels_with_gaps_or_faults_are_refused(labels, error, message):
 
 
 def test_many_cells_at_the_same_distance_have_the_center_of_the_twin():
-    """Regions of points at few positions: the search in the tree is given up for most of them."""
+    """Regions have points at few positions, so the tree search is abandoned for most regions."""
     rng = np.random.default_rng(0)
     n, k = 6000, 1500
     positions = rng.integers(0, 2, (n, 3))

@@ -1,6 +1,6 @@
-"""Runs the extension in Blender, as `bpy` from the registry: prints one line of JSON per case.
+"""Run the extension in Blender's module `bpy`, and print one line of JSON per case.
 
-In a process of its own: importing bpy changes much of the one it is imported in.
+This is a separate process, because importing bpy changes much of its process.
 """
 
 import importlib.util
@@ -41,7 +41,7 @@ def values(mesh, name):
 
 
 def monkey():
-    """Suzanne, of quads and triangles in three components."""
+    """Segment Suzanne, the monkey of Blender, which has quads and triangles in three components."""
     bpy.ops.mesh.primitive_monkey_add()
     target = bpy.context.active_object
     target.scale = (1, 2, 1)
@@ -69,7 +69,7 @@ def monkey():
 
 
 def modes():
-    """The mode that the object was in, afterwards."""
+    """Return the mode of the object after each call."""
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
     found = []
     for mode in ("EDIT", "SCULPT", "OBJECT"):
@@ -81,7 +81,7 @@ def modes():
 
 
 def refused():
-    """What is said of an attribute of another type, and of a mesh without polygons."""
+    """Return the messages for an attribute of another type, and for a mesh without polygons."""
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.active_object.data.attributes.new("superfacets", "FLOAT", "POINT")
     messages = [message_of(bpy.ops.object.superfacets_segment)]
@@ -92,7 +92,7 @@ def refused():
 
 
 def message_of(operator):
-    """The error that an operator reports, which scripts get as an exception."""
+    """Return the error message of an operator, which scripts get as an exception."""
     try:
         operator()
     except RuntimeError as error:

@@ -1,4 +1,4 @@
-"""The Blender extension: its arrays without Blender, the archive, and all of it where bpy is."""
+"""The Blender extension: its array functions, the archive, and runs in bpy if it is installed."""
 
 import importlib.util
 import json
@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "integrations/blender"
 TOOL = ROOT / "tools/make-blender-extension"
 
-# Two squares and a triangle in a row, as Blender keeps them:
+# Two squares and a triangle in a row, as Blender stores them:
 #
 #   4---5---6
 #   |   |   | 7
@@ -125,7 +125,7 @@ def test_the_archive_holds_the_extension_and_its_wheels(tmp_path):
 
 @pytest.fixture(scope="module")
 def scene():
-    """What the extension did in Blender, by case."""
+    """Return the results of the extension in Blender, keyed by case."""
     if find_spec("bpy") is None:
         pytest.skip("bpy is not installed")
     script = Path(__file__).with_name("blender_scene.py")

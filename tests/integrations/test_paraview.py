@@ -1,4 +1,4 @@
-"""The plugin of ParaView as a filter of VTK; what ParaView would be told is recorded."""
+"""The ParaView plugin as a VTK filter, with a record of the calls of ParaView's decorators."""
 
 import importlib.util
 import sys
@@ -19,7 +19,7 @@ TETS = (np.vstack([np.zeros(3), np.eye(3), np.ones(3)]), np.array([[0, 1, 2, 3],
 
 
 class _Decorators:
-    """Takes any call that ParaView's decorators take, and leaves what is decorated as it is."""
+    """Record all calls of ParaView's decorators, and return the decorated objects unchanged."""
 
     def __init__(self, told):
         self._told = told
@@ -34,7 +34,7 @@ class _Decorators:
 
 @pytest.fixture(scope="module")
 def plugin():
-    """The module, with what it told ParaView as `told`."""
+    """Return the module; its attribute `told` contains the recorded calls."""
     from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 
     told = []
@@ -55,7 +55,7 @@ def plugin():
 
 
 def run(plugin, dataset, **properties):
-    """The output of the filter, as a dataset of PyVista."""
+    """Return the output of the filter as a PyVista dataset."""
     plugged = plugin.Superfacets()
     plugged.SetInputDataObject(0, dataset)
     for name, value in properties.items():

@@ -1,4 +1,4 @@
-"""ScanNet's groups of segments: never lost, and carried to other segments."""
+"""ScanNet's groups of segments are not overwritten, and can be moved to other segments."""
 
 import importlib.machinery
 import importlib.util
@@ -21,7 +21,7 @@ def write_json(path, document):
 
 @pytest.fixture
 def scene(tmp_path):
-    """Ten vertices in five segments, three of which make two objects."""
+    """Write ten vertices in five segments, three of which form two objects."""
     groups = [
         {"id": 0, "objectId": 0, "segments": [3, 5], "label": "chair"},
         {"id": 1, "objectId": 7, "segments": [8], "label": "table"},
@@ -132,7 +132,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         regroup_segments(path, new, path, force=True)
     own = scene / "own.aggregation.json"
     sf.write_mesh(own, mesh, labels)
-    sf.write_mesh(own, mesh, labels)  # ours may be made again
+    sf.write_mesh(own, mesh, labels)  # our own file may be replaced
     sf.write_mesh(path, mesh, labels, force=True)
     assert path.read_bytes() != before
 

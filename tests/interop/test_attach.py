@@ -1,4 +1,4 @@
-"""Labels and colors on objects of the real libraries, read back as their users read them."""
+"""Labels and colors in objects of the real libraries, read as users of the libraries do."""
 
 from types import SimpleNamespace
 
@@ -134,7 +134,7 @@ def test_a_tensor_mesh_of_open3d_gets_attributes_of_triangles():
     assert np.array_equal(mesh.triangle["superfacets"].numpy(), LABELS.labels)
     expected = sf.face_colors(SHEET, LABELS.labels) / np.float32(255)
     assert np.array_equal(mesh.triangle.colors.numpy(), expected)
-    # What belongs to triangles stays with them.
+    # A selection of triangles keeps the attributes of triangles.
     part = mesh.select_faces_by_mask(open3d.core.Tensor(LABELS.labels == 3))
     assert set(part.triangle["superfacets"].numpy().tolist()) == {3}
     sf.attach_labels(mesh, range(SHEET.n_vertices), location="points")
@@ -165,7 +165,7 @@ def test_legacy_classes_of_open3d_have_no_place_for_labels():
 
 
 class _Tensor:
-    """As much of an Open3D tensor as is used."""
+    """The part of an Open3D tensor that is used."""
 
     def __init__(self, values, device="CPU:0"):
         self.values, self.device = np.asarray(values), device

@@ -16,7 +16,7 @@ def test_label_images_are_read(tmp_path):
     with_palette = Image.fromarray((IDS % 256).astype(np.uint8)).convert("P")
     with_palette.putpalette([200 - i for i in range(200) for _ in range(3)])
     with_palette.save(tmp_path / "palette.png")
-    Image.fromarray(IDS > 1).save(tmp_path / "two.png")  # one bit a pixel
+    Image.fromarray(IDS > 1).save(tmp_path / "two.png")  # one bit per pixel
     np.save(tmp_path / "ids.npy", IDS)
     (tmp_path / "metadata.csv").write_text("ignored")
     found = sf.read_masks(tmp_path)

@@ -1,4 +1,4 @@
-"""Methods of datasets of PyVista, found by the entry point of the installed package."""
+"""The accessor of PyVista datasets, found through the entry point of the installed package."""
 
 from importlib.metadata import entry_points
 

@@ -1,4 +1,4 @@
-"""The stand-in for the package `segmentator`."""
+"""The replacement of the package `segmentator`."""
 
 import inspect
 import json
@@ -14,7 +14,7 @@ from superfacets.interop.segmentator import compute_vn, segment_mesh, segment_po
 
 
 class Tensor:
-    """As much of a tensor of torch as is asked for: what it holds, its type, where it is."""
+    """The part of a torch tensor that is used: values, dtype and device."""
 
     def __init__(self, values, device="cpu"):
         self.values = np.asarray(values)
@@ -48,13 +48,13 @@ def steps_of(mesh):
 
 
 def literal_count(mesh, threshold=0.01, least=20, normals=None):
-    """The number of segments that the original finds."""
+    """Return the number of segments that the original finds."""
     normals = reference.mean_normals(mesh) if normals is None else normals
     return reference.count_segments(mesh.vertices, normals, steps_of(mesh), threshold, least)
 
 
 def parts_of(n_nodes, edges, ids):
-    """The connected parts of all ids, one number for each node."""
+    """Return the connected part of each node, where parts consist of nodes with equal ids."""
     ends = edges[ids[edges[:, 0]] == ids[edges[:, 1]]]
     ends = np.concatenate([ends, ends[:, ::-1]]).astype(np.int32)
     order = np.argsort(ends[:, 0], kind="stable")
@@ -64,7 +64,7 @@ def parts_of(n_nodes, edges, ids):
 
 
 def check_ids(ids, edges, least):
-    """Connected, without gaps, and as large as asked for, or whole components."""
+    """Check that ids are connected, without gaps, and large enough, except whole components."""
     assert_array_equal(np.unique(ids), np.arange(ids.max() + 1))
     assert parts_of(len(ids), edges, ids).max() == ids.max()
     components = parts_of(len(ids), edges, np.zeros(len(ids), int))
@@ -75,7 +75,7 @@ def check_ids(ids, edges, least):
 
 
 def number_asked_for(monkeypatch, *arguments, **keywords):
-    """The number of regions that `segment_mesh` asks `segment` for."""
+    """Return the number of regions that `segment_mesh` requests from `segment`."""
     numbers = []
 
     def segment(mesh, number):
@@ -98,7 +98,7 @@ def test_the_signatures_are_those_of_the_original():
 
 @pytest.mark.parametrize(("threshold", "least"), [(0.01, 20), (0.001, 5), (0.05, 60)])
 def test_there_are_as_many_regions_as_the_original_finds(monkeypatch, threshold, least):
-    rough = shapes.bumpy_sheet(20)  # noise, where each way of an edge counts
+    rough = shapes.bumpy_sheet(20)  # on noise, the direction of an edge matters
     expected = literal_count(rough, threshold, least)
     assert expected > 1
     found = number_asked_for(
@@ -166,7 +166,7 @@ def test_the_number_may_be_given(bear):
     assert len(np.unique(ids)) == 60
     labels = sf.segment(bear, 60).labels
     inside = (ids[bear.faces] == labels[:, None]).all(axis=1)
-    assert inside.mean() > 0.6  # all faces but those at borders
+    assert inside.mean() > 0.6  # all faces except those at borders
 
 
 def test_regions_of_single_faces_have_vertices_while_there_are_enough():
@@ -215,7 +215,7 @@ def test_tensors_of_torch_give_one():
 
 
 def row_of_points():
-    """Ten points that turn a corner after the fifth, and one apart."""
+    """Return ten points in a row with a corner after the fifth, and a separate point."""
     points = [[x, 0, 0] for x in range(5)] + [[5, 0, z] for z in range(1, 6)] + [[50, 0, 0]]
     normals = [[0, 0, 2]] * 5 + [[-1, 0, 0]] * 5 + [[0, 0, 1]]
     return np.array(points, float), np.array(normals, float), [[i, i + 1] for i in range(9)]

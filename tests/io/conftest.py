@@ -11,7 +11,7 @@ from superfacets.io.readers.read import read_mesh
 
 @pytest.fixture
 def read(tmp_path: Path) -> Callable[[str, bytes], Mesh]:
-    """Read the mesh of a file with this name and content."""
+    """Return a function that reads a mesh from a file with this name and content."""
 
     def read_content(name: str, data: bytes) -> Mesh:
         path = tmp_path / name
@@ -23,7 +23,7 @@ def read(tmp_path: Path) -> Callable[[str, bytes], Mesh]:
 
 @pytest.fixture
 def refuse(read: Callable[[str, bytes], Mesh], tmp_path: Path) -> Callable[[str, bytes, str], None]:
-    """Expect a MeshError of one line, that begins with the path, and says this."""
+    """Return a function that expects a one-line MeshError with the path and this message."""
 
     def expect_refusal(name: str, data: bytes, message: str) -> None:
         with pytest.raises(MeshError) as caught:

@@ -1,6 +1,7 @@
-"""Read randomly damaged files; run by a test, in a process of its own that may crash or hang.
+"""Read randomly damaged files in a separate process, which may crash or hang.
 
-Arguments: seed, number of damaged files of each format. Prints what is neither read nor refused.
+A test runs this program. Arguments: seed, and number of damaged files per format. Prints files that
+are neither read nor refused.
 """
 
 import random
@@ -18,13 +19,13 @@ from superfacets.io.readers.labels import LABEL_ENDINGS, read_labels
 from superfacets.io.readers.read import read_mesh
 
 HUGE = (2**31 - 1, 2**31, 2**32 - 1, 10**8, 10**10, 2**63 - 1, 2**64 - 1, -1, 0)
-"""Counts and places that no small file has."""
+"""Counts and offsets that are too large for a small file."""
 
 WORDS = (b"-1", b"nan", b"1e999", b"\n", b" ", b"\0", b"\xff" * 4, b"/", *(b"%d" % n for n in HUGE))
 
 
 def damaged(data: bytes, source: random.Random) -> bytes:
-    """The file with one to five places that are wrong."""
+    """Return the file with one, two or five random changes."""
     content = bytearray(data)
     for _ in range(source.choice((1, 1, 2, 5))):
         source.choice((_change_bytes, _change_bytes, _change_count, _change_text))(content, source)
@@ -33,7 +34,7 @@ def damaged(data: bytes, source: random.Random) -> bytes:
 
 
 def _change_bytes(content: bytearray, source: random.Random) -> None:
-    """Replace, remove or double some bytes, or replace them by a telling word."""
+    """Replace, remove or repeat some bytes, or replace them by one of `WORDS`."""
     place = source.randrange(len(content) + 1)
     width = source.choice((1, 1, 1, 4, 20))
     kind = source.randrange(4)
@@ -48,7 +49,7 @@ def _change_bytes(content: bytearray, source: random.Random) -> None:
 
 
 def _change_count(content: bytearray, source: random.Random) -> None:
-    """Write a huge number of 2, 4 or 8 bytes, mostly where headers are."""
+    """Write a huge number of 2, 4 or 8 bytes, often near the beginning, where headers are."""
     width = source.choice((2, 4, 4, 8))
     place = source.randrange(len(content) if source.random() < 0.5 else min(len(content), 400))
     place -= place % 2 if source.random() < 0.5 else 0
@@ -57,7 +58,7 @@ def _change_count(content: bytearray, source: random.Random) -> None:
 
 
 def _change_text(content: bytearray, source: random.Random) -> None:
-    """Replace a number in a text, or the value of an attribute of XML."""
+    """Replace a number in a text, the value of an XML attribute, or the name of an XML tag."""
     pattern = source.choice((rb"(-?[0-9]+)", rb"[a-zA-Z]=\"([^\"]*)\"", rb"<(/?[a-zA-Z]+)"))
     found = list(re.finditer(pattern, content))
     if found:
@@ -76,7 +77,7 @@ def whole_label_files(folder: Path) -> dict[str, bytes]:
 
 
 def check(read, path: Path, data: bytes) -> bool:
-    """Whether the file was read; an error that is not a MeshError passes."""
+    """Return whether the file was read; errors other than MeshError are not caught."""
     path.write_bytes(data)
     try:
         result = read(path)

@@ -1,4 +1,4 @@
-"""Tiny mesh files of every format, built byte by byte, all of the same bent square."""
+"""Small files of the same bent square in every format, built byte by byte."""
 
 import json
 import struct
@@ -6,12 +6,12 @@ import struct
 import numpy as np
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5], [9, 9, 9]], dtype=np.float64)
-"""The last one is used by no face."""
+"""Vertices of the square; no face uses the last vertex."""
 
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 CORNERS = VERTICES[FACES].reshape(-1, 3)
-"""Vertices of a format that has three per face."""
+"""Vertices in formats that store three vertices per face."""
 
 SOUP_FACES = np.arange(6).reshape(2, 3)
 
@@ -80,7 +80,7 @@ def gltf_buffer(vertices=VERTICES, faces=FACES) -> bytes:
 
 
 def gltf_document(nodes=None, **changes) -> dict:
-    """One mesh of one primitive; `changes` replace whole lists of the document."""
+    """Return a document with one mesh of one primitive; `changes` replace lists of the document."""
     nodes = nodes or [{"mesh": 0}]
     return {
         "asset": {"version": "2.0"},
@@ -112,7 +112,7 @@ def glb(document=None, buffer=None) -> bytes:
 
 
 def b3dm(model=None, features=None, binary=b"") -> bytes:
-    """A model of 3D Tiles; `features` is the JSON of its feature table."""
+    """Return a 3D Tiles model; `features` is the JSON of its feature table."""
     model = glb() if model is None else model
     text = b"" if features is None else json.dumps(features).encode()
     text += b" " * (-(28 + len(text)) % 8)
@@ -121,7 +121,7 @@ def b3dm(model=None, features=None, binary=b"") -> bytes:
 
 
 def draco_glb(vertices=VERTICES, faces=FACES, pairs=None, **options) -> bytes:
-    """A mesh that Draco compresses, with texture coordinates if `pairs` are given."""
+    """Return a GLB compressed by Draco, with texture coordinates if `pairs` are given."""
     import DracoPy
 
     given = {"quantization_bits": 14, "preserve_order": True, **options}
@@ -154,7 +154,7 @@ def draco_glb(vertices=VERTICES, faces=FACES, pairs=None, **options) -> bytes:
 
 def meshopt_glb(vertices=VERTICES, faces=FACES, pairs=None, name="EXT_meshopt_compression",
                 filter="NONE") -> bytes:  # fmt: skip
-    """A mesh that meshopt compresses; `pairs` become normalized 16-bit integers."""
+    """Return a GLB compressed by meshopt; `pairs` become normalized 16-bit integers."""
     import meshopt
 
     positions = np.asarray(vertices, np.float32)
@@ -192,7 +192,7 @@ def meshopt_glb(vertices=VERTICES, faces=FACES, pairs=None, name="EXT_meshopt_co
 
 
 def whole_files() -> dict[str, bytes]:
-    """A file of each format by a name with its ending."""
+    """Return a file of each format, keyed by file name."""
     return {
         "ascii.ply": ply_text(),
         "little.ply": ply_binary(),

@@ -1,4 +1,4 @@
-"""Files of ours in folders of users: whole or not at all, and locked."""
+"""Files that are written completely or not at all, and lock files."""
 
 import os
 import stat
@@ -193,7 +193,7 @@ def test_the_same_file_twice_is_refused(tmp_path):
 
 @pytest.fixture
 def leftovers(tmp_path):
-    """Two temporary files of ``a.seg``, one of today and one of the day before yesterday."""
+    """Write two temporary files of ``a.seg``, one new and one two days old."""
     new, old = (tmp_path / f".a.seg.{digit * 12}.tmp" for digit in "0f")
     for path in (new, old):
         path.write_text("half a fi")

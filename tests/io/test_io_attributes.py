@@ -1,4 +1,4 @@
-"""What a PLY file stores besides positions and corners, carried from one file to the next."""
+"""Attributes of PLY files, copied from one file to another."""
 
 import copy
 import pickle
@@ -78,7 +78,7 @@ COMMENTS = (
 
 
 def rich_ply(form, more=""):
-    """The bent square with normals, colors, texture coordinates and more."""
+    """Return a PLY file of the bent square with normals, colors, texture coordinates and more."""
     header = HEADER.format(form=form, more=more).encode()
     if form != "ascii":
         order = ORDERS[form]
@@ -223,13 +223,13 @@ def test_names_of_the_labels_win(tmp_path):
     found = read_attributes(path)
     assert found.face["red"].dtype == np.uint8
     assert_array_equal(found.face["kept"], [5, 6])
-    assert "label" not in found.vertex  # of regions that there are no longer
+    assert "label" not in found.vertex  # they belong to old regions
     assert names_replaced(attributes) == [
         "vertex property x", "vertex property label", "face property label", "face property red",
         "face property vertex_index",
     ]  # fmt: skip
     write_mesh(path, mesh, attributes=MeshAttributes(face={"label": [8, 8]}))
-    assert_array_equal(superfacets.read_labels(path), [8, 8])  # none of ours, so it is kept
+    assert_array_equal(superfacets.read_labels(path), [8, 8])  # from another program, so it is kept
 
 
 def test_labels_of_vertices_stay_where_those_of_the_faces_do(tmp_path):

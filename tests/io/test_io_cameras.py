@@ -18,7 +18,7 @@ CAMERAS = [
 
 
 def to_camera(camera):
-    """Quaternion, w first, and translation from world to camera."""
+    """Return quaternion (w first) and translation from world to camera."""
     matrix = np.linalg.inv(camera.pose)
     return [*np.roll(Rotation.from_matrix(matrix[:3, :3]).as_quat(), 1), *matrix[:3, 3]]
 
@@ -29,7 +29,7 @@ def write_text(folder, cameras, model="PINHOLE 64 48 50 50 32 24"):
     lines = ["# comment"]
     for place, camera in enumerate(cameras):
         numbers = " ".join(map(repr, map(float, to_camera(camera))))
-        points = "1.5 2.5 -1 3 4 7" if place else ""  # an empty line where there are none
+        points = "1.5 2.5 -1 3 4 7" if place else ""  # an empty line if there are none
         lines += [f"{place + 1} {numbers} 7 sub/{camera.name}", points]
     (folder / "images.txt").write_text("\n".join(lines))
 
@@ -74,7 +74,7 @@ def test_models_of_colmap_are_read_as_text_and_binary(tmp_path):
     check(sf.read_cameras(tmp_path / "text"))
     check(sf.read_cameras(tmp_path / "binary"))
     check(sf.read_cameras(tmp_path / "binary", names={"b"}), CAMERAS[1:])
-    (tmp_path / "text" / "cameras.bin").write_bytes(b"")  # without images.bin: the text counts
+    (tmp_path / "text" / "cameras.bin").write_bytes(b"")  # without images.bin, text files are read
     check(sf.read_cameras(tmp_path / "text"))
 
 
@@ -125,7 +125,7 @@ def test_transforms_of_nerf_are_read(tmp_path):
     bare = dict.fromkeys(["fl_x", "fl_y", "cx", "cy"])
     write_json(path, CAMERAS, camera_model="OPENCV", **angles, **bare)
     check(sf.read_cameras(path))
-    # The synthetic scenes of NeRF: one angle, and the size is in the images only.
+    # As in NeRF's synthetic scenes: one angle, and the size is known only from the images.
     del angles["camera_angle_y"]
     write_json(path, CAMERAS, **angles, **bare, w=None, h=None)
     check(sf.read_cameras(path, size=(64, 48)))
@@ -151,7 +151,7 @@ def test_poses_in_files_of_their_own_are_read(tmp_path):
         sf.read_cameras(folder, size=(64, 48))
     (tmp_path / "intrinsics.txt").write_text("50 50 32 24\n")
     assert len(sf.read_cameras(folder, intrinsics=tmp_path / "intrinsics.txt", size=(64, 48))) == 2
-    # Lost poses, as ScanNet has them.
+    # Unknown poses, as in ScanNet.
     np.savetxt(folder / "11.txt", np.full((4, 4), -np.inf))
     with pytest.raises(
         sf.MeshError, match="image 11: pose must be finite: leave out images whose pose is unknown"
@@ -170,7 +170,7 @@ def test_cut_models_are_refused(name, tmp_path):
     for size in range(1, len(content), 7):
         path.write_bytes(content[:size])
         message = refusal(tmp_path)
-        if message is None:  # a text may end after any line, and in a number
+        if message is None:  # a text file may be cut after a line or in a number
             assert name.endswith("txt")
         else:
             assert message.startswith(str(tmp_path))
@@ -178,7 +178,7 @@ def test_cut_models_are_refused(name, tmp_path):
 
 
 def refusal(path):
-    """Message of the error that reading a file raises; None if it can be read."""
+    """Return the message of the error that reading a file raises, or None."""
     try:
         sf.read_cameras(path)
     except sf.MeshError as error:

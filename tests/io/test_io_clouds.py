@@ -1,4 +1,4 @@
-"""Point clouds in files: what is read, what is written, what is refused."""
+"""Point clouds in files: reading, writing, and errors."""
 
 import io
 import pickle
@@ -158,7 +158,7 @@ def laspy():
 
 
 def las_of(laspy, point_format, n_points=50):
-    """Random numbers in all fields of a point format, and in further ones."""
+    """Return a LAS file with random numbers in all fields and in extra dimensions."""
     rng = np.random.default_rng(point_format)
     header = laspy.LasHeader(point_format=point_format, version="1.4")
     header.scales, header.offsets = [0.01, 0.1, 1e-3], [5.0, -7.0, 1e6]
@@ -179,7 +179,7 @@ def las_of(laspy, point_format, n_points=50):
 
 
 def begin_of(content):
-    """Where the points begin."""
+    """Return the offset of the points."""
     return int.from_bytes(content[96:100], "little")
 
 
@@ -506,7 +506,7 @@ def test_a_path_is_segmented(cloud, tmp_path):
 
 @pytest.mark.parametrize("point_format", [0, 1, 3, 6, 7, 8])
 def test_labels_go_back_into_las_as_it_is(laspy, tmp_path, point_format):
-    """Version, point format, scale and offset, and 8-bit colors stay as they are."""
+    """Version, point format, scales, offsets and 8-bit colors are unchanged."""
     version = "1.4" if point_format > 5 else "1.2"
     header = laspy.LasHeader(point_format=point_format, version=version)
     header.scales, header.offsets = [0.01, 0.02, 0.05], [100.0, 0.0, -5.0]

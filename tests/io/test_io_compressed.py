@@ -19,7 +19,7 @@ PAIRS = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.25]])
 
 
 def document_of(data: bytes) -> tuple[dict, bytes]:
-    """The JSON and the binary part of a GLB."""
+    """Return the JSON and the binary part of a GLB."""
     (size,) = struct.unpack_from("<I", data, 12)
     return json.loads(data[20 : 20 + size]), data[28 + size :]
 
@@ -36,7 +36,7 @@ def pairs_at_corners(path):
 
 
 def corners_of(positions, pairs, faces) -> set:
-    """The faces as sets of corners, whatever their order."""
+    """Return the faces as sets of corners, which do not depend on the order."""
     rows = np.hstack([positions, pairs])
     return {frozenset(map(tuple, rows[face].round(3).tolist())) for face in faces}
 
@@ -59,7 +59,7 @@ def test_draco_keeps_faces_positions_and_texture_coordinates(tmp_path, keep):
         return
     assert found.n_faces == mesh.n_faces
     assert_allclose(found.vertices.min(axis=0), 0, atol=step)
-    # Whatever the order, each vertex keeps its own coordinates.
+    # Each vertex keeps its texture coordinates in any order.
     at = texture.coordinates[texture.corners]
     expected = found.vertices[found.faces.ravel(), :2] / points.max() * [1, -1] + [0, 1]
     assert_allclose(at, expected, rtol=0, atol=1e-5)
@@ -146,7 +146,7 @@ def test_a_missing_decoder_is_named(read, monkeypatch, make, module, name):
 
 
 def with_bytes(place: int, content: bytes):
-    """A change of the compressed data, which begins the binary part."""
+    """Return a function that changes compressed bytes, at the start of the binary part."""
 
     def change(data: bytes) -> bytes:
         document, buffer = document_of(data)
@@ -271,7 +271,7 @@ def test_draco_metadata_is_skipped():
 
 
 def packed_by_meshopt(data: bytes) -> bytes:
-    """A GLB whose arrays are compressed, and whose images stay."""
+    """Return a GLB with compressed arrays and unchanged images."""
     document, buffer = document_of(data)
     content = b""
     sizes = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}

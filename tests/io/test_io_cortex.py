@@ -30,7 +30,7 @@ LABELS = np.arange(MESH.n_faces) // 2 * 3  # a region per side, with gaps
 
 
 def gifti_bytes(arrays, **options):
-    """A GIFTI file of arrays by intent."""
+    """Return a GIFTI file with these arrays, keyed by intent."""
     made = [
         gifti.GiftiDataArray(
             values, f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{values.dtype.name.upper()}", **options
@@ -102,7 +102,7 @@ def test_labels_are_read_as_annotations_by_others(tmp_path):
 )
 def test_labels_of_vertices_come_back(tmp_path, name, numbers):
     write_labels(tmp_path / name, [5, -1, 0, 5, 7_000_000, 0])
-    first, second, third = numbers  # annotations have no gaps
+    first, second, third = numbers  # annotation files have no gaps
     assert read_labels(tmp_path / name, 6).tolist() == [second, -1, first, second, third, first]
     with pytest.raises(
         MeshError, match=r"labels must be below 2\*\*24 in this format, got 16777216: renumber them"
@@ -129,7 +129,7 @@ def test_regions_have_colors_of_their_own(tmp_path):
     assert len(np.unique(table[:, -1])) == len(names) == 301
     palette = table[1:11, :3]
     nearest = np.abs(table[11:, None, :3] - palette).max(axis=2).min(axis=1)
-    assert nearest.max() < 16  # they look like those of the palette
+    assert nearest.max() < 16  # similar to the colors of the palette
 
 
 def test_annotations_of_others_are_read(tmp_path):

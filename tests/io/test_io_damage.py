@@ -1,4 +1,4 @@
-"""Files that were cut or damaged are refused, or hold all that was left whole; nothing crashes."""
+"""Truncated and damaged files are refused, or their undamaged part is read; nothing crashes."""
 
 import os
 import subprocess
@@ -30,8 +30,8 @@ def test_a_file_cut_at_any_byte_is_refused_or_complete(read, tmp_path, name):
         n_faces = mesh.n_faces if name.endswith(".obj") else whole.n_faces
         assert np.array_equal(mesh.faces, whole.faces[:n_faces])
         assert np.array_equal(mesh.vertices, whole.vertices)
-    # Without its last newline, or the name of the solid behind `endsolid`, a text is complete. An
-    # OBJ file declares no counts: cut after its first face, it is a whole file of one face.
+    # A text is complete without its last newline, or without the name after `endsolid`. An OBJ
+    # file declares no counts, so it is valid if it is cut after its first face.
     assert n_read == {
         "ascii.ply": 1,
         "square.obj": 3,
@@ -78,8 +78,8 @@ for path in sys.argv[1:]:
     if time.monotonic() - began > 10:
         print(path, "took too long")
 """
-"""Each of these files ended the process, took gigabytes or hours, was read though it was cut, or
-raised another kind of error."""
+"""Files that once ended the process, took gigabytes or hours, were read although truncated, or
+raised an error of another class."""
 
 
 def check_that_all_are_refused(folder):

@@ -22,7 +22,7 @@ def pye57():
 
 
 def scan(points=POINTS, colors=None, **others):
-    """A scan as pye57 writes it."""
+    """Return the columns of a scan, as pye57 expects them."""
     columns = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T, strict=True), **others)
     if colors is not None:
         columns |= zip(("colorRed", "colorGreen", "colorBlue"), colors.T, strict=True)
@@ -31,7 +31,7 @@ def scan(points=POINTS, colors=None, **others):
 
 @pytest.fixture
 def write(pye57, tmp_path):
-    """Write scans, each with the options of `write_scan_raw`; return the path of the file."""
+    """Return a function that writes scans, with options of `write_scan_raw`, to a file."""
 
     def write_scans(*scans):
         path = tmp_path / "scans.e57"
@@ -75,7 +75,7 @@ def test_poses_are_viewpoints(write):
 
 
 def test_normals_of_scans_face_their_scanners(write):
-    """A wall that was scanned from one side, and one behind it from the other."""
+    """Two walls are scanned from opposite sides."""
     wall = np.random.default_rng(0).random((500, 3)) * [0, 1, 1]
     behind = {"translation": np.array([4.0, 0, 0])}
     path = write((scan(wall + [1, 0, 0]), {"translation": np.zeros(3)}), (scan(wall - 1), behind))
@@ -87,7 +87,7 @@ def test_normals_of_scans_face_their_scanners(write):
 
 
 def test_any_rotation_is_that_of_pye57(write, pye57):
-    quaternion = np.array([0.1, -0.7, 0.5, 0.2])  # pye57 brings it to length 1, and so do we
+    quaternion = np.array([0.1, -0.7, 0.5, 0.2])  # normalized by pye57 and by the reader
     path = write((scan(), {"rotation": quaternion, "translation": np.array([1.0, 2, 3])}))
     with pye57.E57(str(path)) as file:
         columns = file.read_scan(0, ignore_missing_fields=True)
@@ -120,7 +120,7 @@ def test_what_only_some_scans_have_is_left_out(write):
 
 
 def build_file(pye57, path, fill):
-    """Write a file of one scan, whose tree and prototype `fill` makes; it returns the columns."""
+    """Write a file of one scan; `fill` makes its tree and prototype, and returns the columns."""
     nodes = pye57.libe57
     with pye57.E57(str(path), mode="w") as file:
         image = file.image_file

@@ -1,4 +1,4 @@
-"""Formats that other tools read, each read back by the rules of the tool, or by the tool."""
+"""Formats of other tools, read by the rules of the tool or by the tool itself."""
 
 import json
 import struct
@@ -43,13 +43,13 @@ TETS = TetMesh(
 
 @pytest.fixture
 def square():
-    """Two triangles, the second one larger, and a vertex that neither has."""
+    """Return two triangles, of which the second is larger, and an unused vertex."""
     return Mesh(VERTICES, FACES)
 
 
 @pytest.fixture
 def house():
-    """A square and a triangle beside it."""
+    """Return a square and an adjacent triangle."""
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
     return PolygonMesh(corners, [0, 4, 7], [0, 1, 2, 3, 3, 2, 4])
 
@@ -137,9 +137,9 @@ class TestScanNet:
 
 
 def sstk_hierarchy(document):
-    """Levels from fine to coarse, each as what a segment of the level below, or a triangle, is in.
+    """Return levels from fine to coarse: the segment of each triangle, then of each finer segment.
 
-    As `Segments.js` of the Scene Toolkit makes them of an indexed segmentation.
+    The rules are those of `Segments.js` of the Scene Toolkit for indexed segmentations.
     """
     by_name = {segmentation["name"]: segmentation for segmentation in document["segmentation"]}
     names = document["hierarchies"][0]["levels"]
@@ -212,7 +212,7 @@ COARSE = {"edge_index": np.empty((2, 0)), "pos": [[0.5, 0.5, 0.5]], "super_index
 
 
 def data_of(file):
-    """What torch_geometric.data.Data would be made of; it checks no more than this does."""
+    """Return the arguments of torch_geometric.data.Data, which makes no more checks than this."""
     data = dict(file)
     assert data["edge_index"].dtype == data["super_index"].dtype == np.int64
     assert data["edge_index"].max(initial=-1) < len(data["pos"])
@@ -387,7 +387,7 @@ class TestOff:
 
 
 def parsed_glb(path):
-    """The document of a GLB, and a function that gives the numbers of one of its views."""
+    """Return the document of a GLB, and a function that returns the numbers of a buffer view."""
     data = Path(path).read_bytes()
     magic, version, size, n_text, kind = struct.unpack_from("<4s4I", data)
     assert (magic, version, size, kind) == (b"glTF", 2, len(data), 0x4E4F534A)
@@ -416,7 +416,7 @@ class TestGlb:
         indices = numbers(views[primitive["indices"]], "<u4", 3)
         ids = numbers(views[primitive["attributes"]["_FEATURE_ID_0"]], "<f4")
         positions = numbers(views[primitive["attributes"]["POSITION"]], "<f4", 3)
-        assert len(positions) == 24  # four of each side
+        assert len(positions) == 24  # four vertices per side
         assert_array_equal(ids[indices], np.repeat(labels[:, None] / 10, 3, axis=1))
         assert_array_equal(positions[indices], mesh.vertices[mesh.faces])
         assert primitive["extensions"]["EXT_mesh_features"]["featureIds"] == [
@@ -491,7 +491,7 @@ class TestGlb:
 
     def test_pygltflib_reads_what_the_document_says(self, tmp_path):
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of what it is built on
+            warnings.simplefilter("ignore")  # about libraries that it uses
             pygltflib = pytest.importorskip("pygltflib")
             mesh = shapes.bumpy_sheet(6)
             labels = np.arange(mesh.n_faces) // 12

@@ -19,7 +19,7 @@ HALF_TURN = [0, 0, 0.5**0.5, 0.5**0.5]
 
 
 def changed(path, value, document=None):
-    """A document with one value changed, or removed where the value is None."""
+    """Return a copy of a document with one value changed, or removed if the value is None."""
     document = json.loads(json.dumps(document or gltf_document()))
     *above, last = path
     item = document
@@ -307,7 +307,7 @@ def test_an_empty_buffer_beside_the_document_is_refused(refuse, tmp_path):
 
 @pytest.fixture
 def secret(tmp_path):
-    """A file in a folder beside the one that meshes are in, which is made."""
+    """Write a file outside of the folder of meshes, and return its path."""
     (tmp_path / "secret").write_bytes(gltf_buffer())
     (tmp_path / "scene").mkdir()
     return tmp_path / "secret"

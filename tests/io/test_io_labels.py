@@ -217,7 +217,7 @@ def test_npy_headers_of_other_writers(read, text):
 
 
 def test_npy_headers_are_read_without_ast(read, monkeypatch):
-    """In CPython 3.11 `ast` fails where threads use it at the same time."""
+    """In CPython 3.11, `ast` fails if several threads use it at the same time."""
 
     def fail(text):
         raise SystemError("AST constructor recursion depth mismatch")

@@ -200,5 +200,5 @@ def test_real_files_are_read_as_lagrange_reads_them(data_dir, name):
     mesh = read_mesh(path)
     other = lagrange.io.load_mesh(path, quiet=True)
     assert_array_equal(mesh.faces, other.facets)
-    # lagrange misrounds decimals by a unit in the last place.
+    # lagrange rounds some decimals wrongly, by one unit in the last place.
     np.testing.assert_allclose(mesh.vertices, other.vertices, rtol=1e-15, atol=0)

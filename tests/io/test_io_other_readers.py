@@ -1,4 +1,4 @@
-"""What others read from the PLY files that we write."""
+"""PLY files of this package, read by other libraries."""
 
 import numpy as np
 import pytest

@@ -16,7 +16,7 @@ PACKED = COLORS.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
 
 
 def header(fields, form, n_points=4, **others):
-    """A header; fields are (name, type and size, count)."""
+    """Return a header; fields are (name, type and size, count)."""
     names, kinds, counts = zip(*fields, strict=True)
     words = {
         "VERSION": "0.7",

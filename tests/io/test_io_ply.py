@@ -177,10 +177,10 @@ def strips(*rows: str) -> bytes:
     ("rows", "triangles"),
     [
         (["5 0 1 2 3 4"], [[0, 1, 2], [2, 1, 3], [2, 3, 4]]),
-        (["8 0 1 2 3 -1 4 1 0"], [[0, 1, 2], [2, 1, 3], [4, 1, 0]]),  # turned anew in each strip
+        (["8 0 1 2 3 -1 4 1 0"], [[0, 1, 2], [2, 1, 3], [4, 1, 0]]),  # alternates within each strip
         (["4 0 1 2 -1", "3 3 2 1"], [[0, 1, 2], [3, 2, 1]]),
         (["2 0 1", "0", "4 -1 -1 -1 -1", "3 1 2 3"], [[1, 2, 3]]),
-        (["5 0 1 2 2 3"], [[0, 1, 2], [2, 1, 2], [2, 2, 3]]),  # flat ones tie strips together
+        (["5 0 1 2 2 3"], [[0, 1, 2], [2, 1, 2], [2, 2, 3]]),  # flat triangles connect strips
     ],
 )
 def test_triangle_strips_become_their_triangles_in_order(read, rows, triangles):

@@ -1,4 +1,4 @@
-"""Polygons written, and read again, in each format that holds them."""
+"""Polygons, written and read again in each format that supports them."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_ply_keeps_polygons_labels_colors_and_attributes(tmp_path, mesh, ascii):
 
 @pytest.mark.parametrize("ascii", [False, True])
 def test_ply_keeps_many_rows_and_many_corners(tmp_path, ascii):
-    """More rows than are made at a time, and more corners than a byte counts."""
+    """The file has more rows than one block, and a face with more corners than a byte can count."""
     rng = np.random.default_rng(0)
     sizes = np.append(rng.integers(3, 9, 20_000), 300)
     indices = rng.integers(0, 5, sizes.sum())

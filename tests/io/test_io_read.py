@@ -1,4 +1,4 @@
-"""What `read_mesh` does for every format."""
+"""Behavior of `read_mesh` that is the same for all formats."""
 
 import os
 import subprocess

@@ -79,7 +79,7 @@ def test_lines_are_cut_at_their_ends_only(monkeypatch, block, end, is_whole):
 def test_threads_do_not_change_what_is_read(monkeypatch, n_threads):
     monkeypatch.setenv("SUPERFACETS_NUM_THREADS", str(n_threads))
     source = random.Random(7)
-    # A megabyte: several pieces.
+    # A text of one megabyte, which is parsed in several pieces.
     rows = [[source.uniform(-9, 9) for _ in range(source.randint(0, 5))] for _ in range(30_000)]
     lines = split_lines("\r\n".join(" ".join(map(repr, row)) for row in rows).encode())
     full = [row for row in rows if row]

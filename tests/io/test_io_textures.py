@@ -1,4 +1,4 @@
-"""Textures go in and out of OBJ, GLB and PLY, beside other libraries; and nothing else leaks."""
+"""Textures in OBJ, GLB and PLY, compared with other libraries; no other files can be read."""
 
 import base64
 import io
@@ -64,7 +64,7 @@ Ns 7
 
 @pytest.fixture
 def square(tmp_path):
-    """An OBJ with two materials, and images beside it and in a folder below."""
+    """Write an OBJ with two materials, and images beside it and in a subfolder."""
     folder = tmp_path / "in"
     (folder / "images").mkdir(parents=True)
     save_png(folder / "images" / "wall of brick.png", PIXELS)
@@ -82,7 +82,7 @@ def png_bytes(pixels=PIXELS) -> bytes:
 
 
 def gltf_document(images, **parts):
-    """A glTF of the two triangles, with the first image as the color of its material."""
+    """Return a glTF of two triangles whose material has the first image as its color."""
     pairs = PAIRS[CORNERS].astype("<f4") * [1, -1] + [0, 1]
     content = VERTICES[FACES].astype("<f4").tobytes() + pairs.astype("<f4").tobytes()
     return {
@@ -257,7 +257,7 @@ def test_ply_lists_of_corners_may_differ_in_length(tmp_path):
 
 
 def of_trimesh(path):
-    """Pairs at the corners of all faces, and the image, of the meshes that trimesh reads."""
+    """Return texture coordinates of all corners, and the image, of meshes read by trimesh."""
     scene = trimesh.load(path, process=False, force="scene")
     meshes = list(scene.geometry.values())
     pairs = [mesh.visual.uv[mesh.faces].reshape(-1, 2) for mesh in meshes]
@@ -266,7 +266,7 @@ def of_trimesh(path):
         for mesh in meshes
     ]
     found = [np.asarray(image.convert("RGB")) for image in images]
-    order = np.argsort([-image.size for image in found])  # trimesh has its own
+    order = np.argsort([-image.size for image in found])  # trimesh has its own order
     return [pairs[i] for i in order], [found[i] for i in order]
 
 
@@ -274,7 +274,7 @@ def of_trimesh(path):
 @pytest.mark.parametrize("folder", ["in", "out"])
 def test_trimesh_reads_the_same_pairs_and_pixels(square, tmp_path, folder, ending):
     (tmp_path / "out").mkdir(exist_ok=True)
-    library = square.with_name("square.mtl")  # trimesh knows no options of maps
+    library = square.with_name("square.mtl")  # trimesh does not support map options
     library.write_text(MTL.replace("-s 1 1 1 ", "").replace("-clamp on ", ""))
     path = tmp_path / folder / f"again{ending}"
     write_mesh(path, read_mesh(square), attributes=read_attributes(square))
@@ -494,7 +494,7 @@ def test_ids_need_labels_and_a_texture(square, tmp_path):
     assert not (tmp_path / "a.ids.png").exists()
 
 
-# What is missing, wrong or hostile.
+# Missing, wrong and malicious files.
 
 
 def color_of(path):
@@ -559,7 +559,7 @@ def test_files_that_are_no_images_are_not_copied(square, tmp_path):
 
 
 def png_of_size(width, height, rows=b""):
-    """A PNG whose header declares this size, with compressed rows of any length."""
+    """Return a PNG whose header declares this size, with compressed rows of any length."""
 
     def chunk(kind, content):
         checked = kind + content
@@ -733,7 +733,7 @@ def test_pickles_of_textures_are_whole(square):
 
 
 def damaged(content, source):
-    """The bytes with some changed, cut out or doubled."""
+    """Return the bytes with some bytes changed, removed or repeated."""
     data = bytearray(content)
     for _ in range(int(source.integers(1, 3))):
         place = int(source.integers(0, len(data)))
@@ -775,4 +775,4 @@ def test_textured_files_that_are_damaged_are_read_or_refused(square, target):
         except MeshError as error:
             messages.append(str(error))
     assert not any("\n" in message for message in messages)
-    assert n_read > 0 or target == "door.png"  # of which every byte counts
+    assert n_read > 0 or target == "door.png"  # every byte of door.png matters

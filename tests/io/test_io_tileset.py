@@ -1,4 +1,4 @@
-"""Tilesets of 3D Tiles: which models they show, and where; and all that can be wrong with them."""
+"""Tilesets of 3D Tiles: models, their positions, and invalid tilesets."""
 
 import json
 import re
@@ -27,7 +27,7 @@ def positions_of(path):
 
 @pytest.fixture
 def lone(tmp_path):
-    """Write a tileset whose root has one model, with these changes, and return its file."""
+    """Write a tileset whose root has one model, with these changes, and return its path."""
     write_glb(tmp_path / "a.glb", *TRIANGLE)
 
     def write(root=None, **asset):
@@ -44,7 +44,7 @@ def test_models_of_the_finest_level_lie_where_they_should(tmp_path):
     assert found.origin == ORIGIN
     soup = [read_cells(tile.path, tile.placement) for tile in found.tiles]
     corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in soup])
-    # single precision of the files, 1e-7 m; on the earth it would be half a meter
+    # Single precision is accurate to 1e-7 m here; in geocentric coordinates, to half a meter.
     assert_allclose(corners, city.vertices[city.faces], rtol=0, atol=1e-6)
 
 
@@ -222,7 +222,7 @@ def test_tilesets_that_multiply_are_refused(tmp_path, monkeypatch):
 
 def test_a_tileset_of_too_many_tiles_is_refused_before_they_are_visited(tmp_path, monkeypatch):
     monkeypatch.setattr("superfacets.io.readers.tileset.MAX_TILES", 100)
-    tiles = [{"transform": "damaged"}] * 100  # a visit would find another error
+    tiles = [{"transform": "damaged"}] * 100  # visiting a tile would raise another error
     path = write_tileset(tmp_path / "tileset.json", {"children": tiles})
     assert "has more than 100 tiles" in refused(path)
 

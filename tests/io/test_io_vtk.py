@@ -1,4 +1,4 @@
-"""Files of VTK, Gmsh and Medit: as their libraries write them, cut, and with false sizes."""
+"""Files of VTK, Gmsh and Medit: written by their libraries, truncated, and with false sizes."""
 
 import itertools
 
@@ -12,7 +12,7 @@ meshio = pytest.importorskip("meshio")
 vtk = pytest.importorskip("vtk")
 numpy_to_vtk = pytest.importorskip("vtkmodules.util.numpy_support").numpy_to_vtk
 
-POINTS = np.random.default_rng(0).random((16, 3)).round(3)  # as VTK writes text
+POINTS = np.random.default_rng(0).random((16, 3)).round(3)  # the precision of VTK's text files
 TETS = np.random.default_rng(1).permuted(np.tile(np.arange(16), (18, 1)), axis=1)[:, :4]
 LABELS = np.arange(18) % 5
 SIDES = TETS[:2, :3]
@@ -40,14 +40,14 @@ def with_labels(data, labels):
 
 
 def grid():
-    """Triangles, then tetrahedra."""
+    """Return a grid of triangles followed by tetrahedra."""
     data = vtk.vtkUnstructuredGrid()
     data.SetCells([5] * 2 + [10] * 18, cells_of([*SIDES, *TETS]))
     return with_labels(data, [9, 9, *LABELS])
 
 
 def surface():
-    """A point, then polygons."""
+    """Return a point followed by polygons."""
     data = vtk.vtkPolyData()
     data.SetVerts(cells_of([[2]]))
     data.SetPolys(cells_of(POLYGONS))
@@ -122,7 +122,7 @@ def gmsh(path, format, is_binary):
     data = {"label": [LABELS.astype(float)]} if is_binary else {}
     mesh = meshio.Mesh(POINTS, [("tetra", TETS)], cell_data=data)
     mesh.write(path, file_format=format, binary=is_binary)
-    if not is_binary:  # meshio writes data that nobody reads
+    if not is_binary:  # meshio writes text data that cannot be read
         rows = "".join(f"{i + 1} {label}\n" for i, label in enumerate(LABELS))
         with path.open("a") as file:
             file.write(f'$ElementData\n1\n"label"\n1\n0\n3\n0\n1\n18\n{rows}$EndElementData\n')
@@ -161,7 +161,7 @@ def test_a_file_cut_at_any_byte_is_refused_or_has_all_tetrahedra(tmp_path, name)
 
 
 def test_binary_elements_that_gmsh_writes_one_by_one(tmp_path):
-    """And nodes whose tags have gaps."""
+    """The tags of nodes have gaps."""
     nodes = np.zeros(16, [("tag", "<i4"), ("at", "<f8", 3)])
     nodes["tag"], nodes["at"] = 3 * np.arange(16) + 5, POINTS
     rows = [[4, 1, 2, i + 1, 7, 8, *(3 * tet + 5)] for i, tet in enumerate(TETS)]

@@ -23,7 +23,7 @@ def mesh():
 
 @pytest.fixture
 def fake_colors(monkeypatch):
-    """`face_colors` gives face f the color (f, region, 0); the regions that it got are returned."""
+    """`face_colors` returns (f, region, 0) for face f; the labels that it gets are recorded."""
     import superfacets.pictures.colors
 
     calls = []

@@ -1,4 +1,4 @@
-"""Positions smoothed inside, by which creases are measured."""
+"""Smoothed positions, which are used only to measure creases."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from superfacets.study.princeton import Benchmark
 
 
 def noisy(mesh, noise, seed=0):
-    """The mesh with noise in each coordinate, in edge lengths."""
+    """Return the mesh with noise in each coordinate, in units of edge lengths."""
     corners = mesh.vertices[mesh.faces]
     edge = np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1).mean()
     steps = np.random.default_rng(seed).normal(size=mesh.vertices.shape)
@@ -23,7 +23,7 @@ def noisy(mesh, noise, seed=0):
 
 
 def taubin(mesh, n_steps):
-    """A readable twin of the kernel."""
+    """A readable reference of the kernel."""
     neighbors = [set() for _ in mesh.vertices]
     for a, b, c in mesh.faces.tolist():
         for one, other in ((a, b), (b, c), (c, a)):
@@ -67,7 +67,7 @@ def refined(n_faces):
 
 
 def height_of(points, center, normal):
-    """|f| for the quadric z = f + b x + c y + ..., over the deviation of f plus a point."""
+    """Return |f| of the fitted quadric z = f + b x + c y + ..., in standard errors of z - f."""
     axis = np.cross(normal, [0.3, 0.5, 0.7])
     axis /= np.linalg.norm(axis)
     steps = points - center
@@ -78,7 +78,7 @@ def height_of(points, center, normal):
 
 
 def roughness_of_face(mesh, graph, face):
-    """A readable twin of the kernel, for meshes without duplicates: near, far, fold, agreement."""
+    """Reference of the kernel, for meshes without duplicates: near, far, fold, agreement."""
     corners, vertices = mesh.faces, mesh.vertices
     center = corners[face, 0]
     around = corners[(corners == center).any(axis=1)]

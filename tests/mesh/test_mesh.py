@@ -1,4 +1,4 @@
-"""Stage 0: what is taken as a mesh, and what is refused, with which words."""
+"""Stage 0: inputs that are accepted as a mesh, and errors for other inputs."""
 
 import types
 
@@ -237,7 +237,7 @@ def test_a_legacy_mesh_of_open3d_is_known_by_its_attributes():
 
 
 class _Tensor:
-    """As much of an Open3D tensor as is used."""
+    """The part of an Open3D tensor that is used."""
 
     def __init__(self, values):
         self._values = np.array(values)

@@ -1,4 +1,4 @@
-"""Point clouds: what is kept, and what is refused."""
+"""Point clouds: stored arrays, and errors for invalid input."""
 
 import pickle
 from types import SimpleNamespace
@@ -73,7 +73,7 @@ def test_too_many_points_are_refused():
 
 
 class _Huge:
-    """An array of more points than fit in memory, which checks of its shape see alone."""
+    """Stand-in for an array of more points than fit in memory; only its shape is checked."""
 
     def __init__(self, array):
         self.array = array

@@ -26,7 +26,7 @@ L_SHAPE = PolygonMesh.of_faces(
 
 
 def turned(mesh, first):
-    """The same mesh of one face, with another corner as the first."""
+    """Return the mesh of one face with another corner as the first."""
     return PolygonMesh(mesh.vertices, mesh.offsets, np.roll(mesh.indices, -first))
 
 
@@ -40,7 +40,7 @@ def test_an_l_has_the_area_and_centroid_of_its_three_squares(first):
 
 @pytest.mark.parametrize("first", range(5))
 def test_an_arrow_has_the_area_and_centroid_of_a_square_less_a_triangle(first):
-    """A square of side 4 less a triangle of base 4 and height 3, whose centroid is at y = 3."""
+    """A square of side 4 minus a triangle of base 4 and height 3, whose centroid is at y = 3."""
     centroids, areas = of_mesh.measure_faces(turned(ARROW, first), 1)
     assert areas == pytest.approx([10.0], rel=1e-15)
     assert centroids == pytest.approx(np.array([[2.0, (16 * 2 - 6 * 3) / 10, 2.0]]), rel=1e-15)
@@ -62,7 +62,7 @@ def test_a_bow_tie_has_no_area_and_the_mean_of_its_corners():
 
 
 def test_the_centroid_of_a_face_that_crosses_itself_stays_in_its_box():
-    """The two loops nearly cancel: the quotient of moment and area is far away."""
+    """The areas of the two loops nearly cancel, so moment / area is far from the face."""
     tie = PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1.001, 1, 0]], [[0, 1, 2, 3]])
     ((x, y, z),), (area,) = of_mesh.measure_faces(tie, 1)
     assert 0 < area < 1e-3
@@ -149,7 +149,7 @@ def test_a_face_without_ears_is_cut_all_the_same():
 
 def test_faces_with_many_corners_are_cut_in_time():
     angles = 2 * np.pi * np.arange(100_000) / 100_000
-    radii = np.where(np.arange(100_000) % 2, 1.0, 0.9)  # not convex, and too many to look for ears
+    radii = np.where(np.arange(100_000) % 2, 1.0, 0.9)  # too many corners for a search of ears
     points = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), 0 * angles])
     assert PolygonMesh.of_faces(points, [range(100_000)]).triangulate().mesh.n_faces == 99_998
 

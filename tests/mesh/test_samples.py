@@ -1,4 +1,4 @@
-"""Samples of faces: where they are, and what area they stand for."""
+"""Sample points of faces: positions, and the areas that they represent."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def test_parts_of_a_triangle_are_equal_and_cover_it(n):
     assert len(np.unique(samples.points.round(9), axis=0)) == n * n
     assert_allclose(samples.areas, samples.areas[0])
     assert_allclose(samples.points.mean(axis=0), triangle.vertices.mean(axis=0))
-    # Second moments tell equal parts from others: those of the samples come close from below.
+    # Second moments show whether samples represent equal parts: sample values are slightly lower.
     shares = np.linalg.solve(np.vstack([triangle.vertices[:, :2].T, np.ones(3)]),
                              np.vstack([samples.points[:, :2].T, np.ones(n * n)]))  # fmt: skip
     assert shares.min() == pytest.approx(1 / (3 * n))

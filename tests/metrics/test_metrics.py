@@ -1,4 +1,4 @@
-"""Metrics against values worked out by hand, and what they must not depend on."""
+"""Metrics, compared with values computed by hand, and invariances."""
 
 import math
 import re
@@ -69,7 +69,7 @@ def test_the_metrics_of_the_princeton_benchmark_by_hand():
     assert achievable_accuracy(HALVED) == pytest.approx((4 + 3) / 10)
     # Segment 0 is best covered by region 0 (4 of 7), segment 1 by region 1 (3 of 3).
     assert hamming_distance(HALVED) == pytest.approx((0.3, 0.3, 0.3))
-    # Two points: together in regions 0.16 + 0.36, in segments 0.49 + 0.09, in both 0.16 + 2 * 0.09.
+    # P(two points together): in regions 0.16 + 0.36, in segments 0.49 + 0.09, both 0.16 + 2 * 0.09.
     assert rand_index(HALVED) == pytest.approx(1 - 0.52 - 0.58 + 2 * 0.34)
     # Of regions: 6 of 10 points at 1/2. Of segments: 4 at 3/7, 3 at 4/7. The lower one: 0, 3/6, 0.
     error = consistency_error(HALVED)
@@ -310,7 +310,7 @@ def test_one_triangle_has_all_metrics():
 def test_a_mesh_whose_faces_have_one_centroid_is_measured_by_its_diagonal():
     vertices = [[0.1, 0.2, 0.3], [3.1, 0.2, 0.3], [0.1, 4.2, 0.7]]
     double = Mesh(vertices, [[0, 1, 2], [0, 2, 1]])
-    # The one border is as far from the other labels, which have none, as the diagonal is long.
+    # The distance to labels without a border is the length of the diagonal.
     assert cut_discrepancy(double, [0, 1], [0, 0]) == pytest.approx(1)
 
 

@@ -1,4 +1,4 @@
-"""What tests of pictures share."""
+"""Fixtures of the tests of pictures."""
 
 import sys
 
@@ -9,7 +9,7 @@ from superfacets.pictures.backend import RenderError, ensure_gl
 
 @pytest.fixture(scope="session")
 def gl():
-    """Anything to draw with; the test is skipped where there is nothing."""
+    """Skip the test if there is no OpenGL."""
     pytest.importorskip("pyvista", reason="PyVista is not installed")
     try:
         ensure_gl()

@@ -1,4 +1,4 @@
-"""Whether there is anything to draw with, and what to install where there is not."""
+"""Detection of OpenGL, and the message about what to install if it is missing."""
 
 import ctypes
 import sys
@@ -10,7 +10,7 @@ from superfacets.pictures.backend import RenderError, ensure_gl
 
 
 def library_loader(libraries):
-    """A stand-in for `ctypes.CDLL` that knows these libraries only."""
+    """Return a stand-in for `ctypes.CDLL` that finds only these libraries."""
 
     def load(name):
         if name not in libraries:
@@ -21,7 +21,7 @@ def library_loader(libraries):
 
 
 def egl_library(n_devices, n_startable):
-    """A stand-in for libEGL: the last of its devices can be started."""
+    """Return a stand-in for libEGL, whose last device can be initialized."""
 
     def query(_, devices, count):
         handles = ctypes.cast(devices, ctypes.POINTER(ctypes.c_void_p))

@@ -1,4 +1,4 @@
-"""Border lines: where they run, and that they stay thinner than regions."""
+"""Border lines: their positions, and widths below the size of regions."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from superfacets.pictures.scene import border_edges, default_border_width
 
 
 def camera(half_slope=0.5):
-    """At distance 2: the picture is as high as 2 units, or 4 * half_slope."""
+    """Return a camera at distance 2, so that a picture is 4 * half_slope units high."""
     return Camera(np.array([0.0, 0.0, 2.0]), np.zeros(3), np.array([0.0, 1.0, 0.0]), half_slope)
 
 
@@ -31,9 +31,9 @@ def test_borders_run_between_faces_of_different_labels_only():
     [
         (0.1, 1000, 1.0),  # 50 pixels
         (0.15, 1000, 1.5),
-        (1.0, 1000, 4.0),  # as wide as lines get
+        (1.0, 1000, 4.0),  # the maximum width
         (1.0, 500, 2.0),
-        (0.01, 1000, 0.6),  # as thin
+        (0.01, 1000, 0.6),  # the minimum width
         (1.0, 20, 0.6),
     ],
 )

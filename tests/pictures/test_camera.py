@@ -1,4 +1,4 @@
-"""Cameras: views with a name, and cameras that go around."""
+"""Cameras: named views, and orbiting cameras."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def centered(mesh):
 
 
 def heights_and_widths(points, camera, aspect):
-    """Where points are in the picture: 1 is the frame."""
+    """Return positions of points in the picture, in which the frame is at 1."""
     toward = camera.position - camera.target
     toward /= np.linalg.norm(toward)
     right = np.cross(camera.up, toward)

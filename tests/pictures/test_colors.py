@@ -1,4 +1,4 @@
-"""Colors of regions: different where regions touch, evenly used, always the same."""
+"""Colors of regions: different for neighbors, evenly used, and reproducible."""
 
 import time
 import warnings
@@ -35,7 +35,7 @@ from superfacets.pictures.colors import (
 
 
 def graph_of_pairs(n, pairs):
-    """An undirected graph in CSR form."""
+    """Return an undirected graph in CSR form."""
     arcs = np.array([arc for a, b in pairs for arc in ((a, b), (b, a))]).reshape(-1, 2)
     arcs = arcs[np.lexsort((arcs[:, 1], arcs[:, 0]))]
     offsets = np.searchsorted(arcs[:, 0], np.arange(n + 1))
@@ -43,7 +43,7 @@ def graph_of_pairs(n, pairs):
 
 
 def grid_of_blocks(n, block, seed=None):
-    """Cells of an n x n grid, and square blocks of them, in random places, as regions."""
+    """Return an n x n grid of cells, and square blocks in random order as regions."""
     cell = np.arange(n * n).reshape(n, n)
     pairs = np.concatenate(
         [
@@ -59,7 +59,7 @@ def grid_of_blocks(n, block, seed=None):
 
 
 def distance_across_arcs(graph, labels, colors):
-    """Distance of the colors at the two ends of each arc between regions, in the worst vision."""
+    """Return the color distance across each arc between regions, in the worst vision."""
     sources = np.repeat(labels, np.diff(graph.offsets))
     targets = labels[graph.neighbors]
     crossing = (sources != targets) & (sources >= 0) & (targets >= 0)
@@ -157,7 +157,7 @@ def test_all_colors_are_used_about_equally_often():
 
 
 def test_a_planar_map_is_colored_within_the_palette_whatever_the_order_of_its_regions():
-    """A wheel: by falling numbers of neighbors, 24 of the rim would come right after the hub."""
+    """In a wheel, sorting by number of neighbors would color 24 regions right after the hub."""
     rim = [(i, i % 24 + 1) for i in range(1, 25)]
     for seed in range(10):
         names = np.random.default_rng(seed).permutation(25)
@@ -325,7 +325,7 @@ def test_labels_that_are_not_one_number_a_face_are_refused(labels, error, messag
     ids=["sheet", "fins", "moebius", "slivers", "cube", "soup"],
 )
 def test_colors_of_faces_are_those_of_the_whole_graph(mesh, n_regions):
-    """`face_colors` looks at the faces on borders only."""
+    """`face_colors` uses only the faces on borders."""
     labels = np.random.default_rng(n_regions).integers(0, n_regions, mesh.n_faces)
     compact = np.unique(labels, return_inverse=True)[1]
     expected = region_colors(build_face_graph(mesh), compact)[compact]

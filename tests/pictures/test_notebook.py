@@ -1,4 +1,4 @@
-"""What a notebook shows of a result: a picture where there can be one, and counts that add up."""
+"""Results in notebooks: a picture if one can be drawn, and correct counts."""
 
 import base64
 import io
@@ -18,12 +18,12 @@ SHEET = shapes.bumpy_sheet(12)
 
 @pytest.fixture
 def result():
-    """New for each test: pictures are kept for as long as a result is."""
+    """Return a new result for each test, because pictures are cached per result."""
     return sf.segment(SHEET, 6)
 
 
 def parsed(html):
-    """The elements of HTML that is well-formed XML but for the slash of images."""
+    """Return the elements of HTML that is well-formed XML except for image tags."""
     return ElementTree.fromstring(re.sub(r"(<img [^>]*)>", r"\1/>", html))
 
 
@@ -100,7 +100,7 @@ def test_without_the_extra_or_opengl_there_is_no_picture(result, monkeypatch, er
 
 
 def test_what_is_large_is_not_drawn(result, monkeypatch):
-    monkeypatch.setattr(notebook, "render", None)  # is not called
+    monkeypatch.setattr(notebook, "render", None)  # must not be called
     monkeypatch.setattr(notebook, "MAX_DRAWN", SHEET.n_faces - 1)
     assert result._repr_png_() is None
     cloud = sf.segment(sf.PointCloud(SHEET.vertices), 3)

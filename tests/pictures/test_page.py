@@ -1,4 +1,4 @@
-"""Pages: what they hold is what was given; they are small, whole, and run no one else's script."""
+"""Pages: encoded data, size, and protection against scripts in the input."""
 
 import base64
 import html
@@ -29,14 +29,14 @@ def facts_of(page):
 
 
 def contents(page):
-    """Facts and arrays of a page."""
+    """Return the facts and arrays of a page."""
     (payload,) = re.findall(r'id="payload">([A-Za-z0-9+/=]*)</script>', page.html)
     facts = facts_of(page)
     return facts, decode_arrays(facts["arrays"], zlib.decompress(base64.b64decode(payload)))
 
 
 def drawn_corners(mesh, facts, arrays):
-    """Positions of the corners of triangles, (T, 3, 3), in the unit of the mesh."""
+    """Return positions of the corners of triangles, (T, 3, 3), in the unit of the mesh."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     points = low + (high - low) * arrays["positions"] / 65535
     return points[arrays["triangles"]]
@@ -59,7 +59,7 @@ def test_positions_come_back_to_half_a_step(bear, make):
     error = np.abs(drawn_corners(mesh, facts, arrays) - mesh.vertices[mesh.faces])
     extent = np.ptp(mesh.vertices, axis=0)
     assert (error <= extent / 65535 * 0.5001).all()
-    assert arrays["positions"].shape == (bear.n_vertices, 3)  # those of a soup are joined
+    assert arrays["positions"].shape == (bear.n_vertices, 3)  # vertices at one position are merged
     box = np.array(facts["step"]) * 65535
     assert np.linalg.norm(box) == pytest.approx(1)
     np.testing.assert_allclose(facts["low"], -box / 2)
@@ -96,7 +96,7 @@ def test_cells_left_out_are_in_no_region_on_any_level():
     assert arrays["level_0_counts"].tolist() == [1, 2, 2]
     assert [level["n_left_out"] for level in facts["levels"]] == [1, 1]
     assert set(arrays["truth_labels"].tolist()) == {NO_GROUP}
-    # A face that is left out on one level alone: no parent says that.
+    # A face is left out on only one level, which parents cannot encode.
     _, arrays = contents(sf.view(strip(6), [[0, 0, 1, 1, 2, 2], coarse]))
     assert arrays["level_1_labels"].tolist() == [0, NO_GROUP, 0, 0, 1, 1]
 
@@ -140,7 +140,7 @@ def test_polygons_are_cut_into_triangles_that_know_their_polygon():
 
 
 def test_tetrahedra_are_seen_from_outside():
-    """Two that share a side: six of the eight sides are outside."""
+    """Two tetrahedra share a side, so six of the eight sides are outside."""
     tets = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]],
                    [[0, 1, 2, 3], [1, 2, 3, 4]])  # fmt: skip
     facts, arrays = contents(sf.view(tets, [0, 1]))
@@ -215,7 +215,7 @@ def test_titles_and_names_cannot_become_elements():
         assert page.html.count(end) == plain.html.count(end)
     assert f"<title>{html.escape(EVIL)}</title>" in page.html
     assert facts_of(page)["features"][0]["name"] == EVIL
-    assert "@SCRIPT@" in sf.view(strip(2), title="@SCRIPT@").html  # it is filled in once
+    assert "@SCRIPT@" in sf.view(strip(2), title="@SCRIPT@").html  # not replaced in the title
 
 
 def test_a_page_loads_nothing():
@@ -350,5 +350,5 @@ def test_the_bunny_has_less_than_a_megabyte(data_dir):
     labels = sf.segment(bunny, n_segments=150).labels
     start = time.process_time()
     page = sf.view(bunny, labels)
-    assert time.process_time() - start < 1.0  # of a fifth
+    assert time.process_time() - start < 1.0  # usually a fifth of this
     assert len(page.html) < 1_000_000

@@ -1,4 +1,4 @@
-"""Pages in a real browser: they open from disk without a network, and do what they are asked."""
+"""Pages in a browser: they open from disk without a network, and respond to input."""
 
 import base64
 
@@ -15,7 +15,7 @@ MIDDLE = (250 + 450 / 2, 250)  # of the mesh, right of the panel
 
 @pytest.fixture
 def opened(browser, tmp_path):
-    """Opens a page from disk without a network; no script may fail meanwhile."""
+    """Return a function that opens a page from disk, offline; script errors fail the test."""
     context = browser.new_context(viewport=SIZE, offline=True)
     errors = []
 
@@ -35,7 +35,7 @@ def opened(browser, tmp_path):
 
 
 def pixels(tab):
-    """What the canvas shows at rest, (height, width, 4)."""
+    """Return the pixels of the canvas after drawing has ended, (height, width, 4)."""
     draw = """() => {
         const { canvas, gpu } = superfacets.drawing;
         const { gl } = gpu;
@@ -53,7 +53,7 @@ def pixels(tab):
 
 
 def hue_at(picture, x, y):
-    """The color at a pixel, whatever the light: its share of red, green and blue."""
+    """Return the color of a pixel without its brightness: fractions of red, green and blue."""
     color = picture[y, x, :3].astype(float)
     return color / color.sum()
 
@@ -111,7 +111,7 @@ def test_pointer_colors_levels_and_values(opened, bear, levels):
 
 
 def test_regions_have_the_colors_of_pictures_and_take_others(opened, bear):
-    """A single region: all that is drawn has the first color, until that changes."""
+    """With a single region, all drawn pixels have its color, until the color changes."""
     tab = opened(sf.view(bear, np.zeros(bear.n_faces, int)))
     before = pixels(tab)
     assert 0.1 < (before[..., 3] > 0).mean() < 0.9
@@ -214,7 +214,7 @@ def test_points_polygons_and_plain_meshes_are_shown(opened, bear):
 
 
 def cells_seen(tab):
-    """The cells at a grid of places on the canvas, where there are any, by place."""
+    """Return the cell at each position of a grid on the canvas, if there is one."""
     return tab.evaluate("""() => {
         const { drawing } = superfacets;
         const { clientWidth, clientHeight } = drawing.canvas;
@@ -230,7 +230,7 @@ def cells_seen(tab):
 
 
 def test_each_pixel_has_the_color_of_the_cell_that_the_pointer_finds_there(opened, bear):
-    """Red tells the half of the numbers a cell is of: corners are shared, numbers are not."""
+    """Cells in one half of the numbering are red. Cells share corners, but not numbers."""
     colors = np.arange(bear.n_faces) % 7
     tab = opened(sf.view(bear, colors))
     tab.locator("#borders").uncheck()
@@ -239,7 +239,7 @@ def test_each_pixel_has_the_color_of_the_cell_that_the_pointer_finds_there(opene
     picture = pixels(tab)
     assert len(found) > 60
     clear = [(x, y, cell) for x, y, cell in found if max(hue_at(picture, x, y)[[0, 2]]) > 0.9]
-    assert len(clear) > 0.6 * len(found)  # the others are where cells meet
+    assert len(clear) > 0.6 * len(found)  # the others are at borders of cells
     right = [(hue_at(picture, x, y)[0] > 0.5) == (colors[cell] == 0) for x, y, cell in clear]
     assert np.mean(right) > 0.97
     assert {colors[cell] == 0 for _, _, cell in clear} == {True, False}

@@ -1,4 +1,4 @@
-"""Own colors on pages: those of vertices, points and cells are at their places, beside regions."""
+"""Colors of vertices, points and cells on pages, beside the colors of regions."""
 
 import base64
 import re
@@ -25,18 +25,18 @@ def random_colors(n, seed=0):
 
 
 def channels(colors):
-    """Colors as properties of a file."""
+    """Return colors as properties of a file."""
     return dict(zip(NAMES, colors.T, strict=True))
 
 
 def payload_of(page):
-    """All arrays of a page, as one block of bytes."""
+    """Return all arrays of a page, as one block of bytes."""
     (text,) = re.findall(r'id="payload">(.*?)</script>', page.html)
     return zlib.decompress(base64.b64decode(text))
 
 
 def quads(n=6):
-    """The sheet of `grid`, of squares, with a vertex first that no square has."""
+    """Return the sheet of `grid` as squares, with an unused first vertex."""
     mesh, _ = grid(n, n, 1, 1)
     corners = mesh.faces.reshape(-1, 2, 3)
     squares = np.concatenate([corners[:, 0], corners[:, 1, 2:]], axis=1) + 1
@@ -44,7 +44,7 @@ def quads(n=6):
 
 
 def tets():
-    """Two tetrahedra that share a side."""
+    """Return two tetrahedra that share a side."""
     return TetMesh(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
     )
@@ -94,7 +94,7 @@ def test_the_points_of_a_cloud_have_their_colors_unless_others_are_given():
 
 
 def test_vertices_at_one_position_are_mixed_unless_each_face_has_a_color():
-    """A cube whose sides have colors, as vertices of their own; and a seam of two vertices."""
+    """Meshes are a cube whose colored sides have separate vertices, and a sheet with a seam."""
     box = cube()
     of_faces = np.repeat(random_colors(6), 2, axis=0)
     _, arrays = contents(sf.view(soup(box), colors=np.repeat(of_faces, 3, axis=0)))
@@ -110,7 +110,7 @@ def test_vertices_at_one_position_are_mixed_unless_each_face_has_a_color():
     off = np.abs(drawn - colors[seam.faces]).max(axis=2)
     assert off[0, 0] > 0
     assert off.max() <= 20
-    assert off[seam.faces != sheet.n_vertices].astype(bool).sum() <= 5  # of the other faces there
+    assert off[seam.faces != sheet.n_vertices].astype(bool).sum() <= 5  # faces beside the seam
 
 
 def test_colors_add_three_bytes_per_point_and_nothing_else_to_the_data():
@@ -161,7 +161,7 @@ def test_a_path_has_the_colors_of_the_file_and_a_texture_replaces_colors(tmp_pat
 
 @pytest.mark.parametrize("kind", ["mesh", "cloud"])
 def test_colors_of_vertices_are_interpolated_and_fill_a_page_without_labels(opened, kind):
-    """Red falls and blue rises from left to right: exactly so between four corners."""
+    """Red decreases and blue increases linearly from left to right."""
     mesh, pairs = grid(1 if kind == "mesh" else 60, 1 if kind == "mesh" else 60, 1, 1)
     colors = pairs[:, :1] * (-255, 0, 255) + (255, 0, 0)
     if kind == "mesh":
@@ -197,7 +197,7 @@ def test_pixels_have_the_colors_of_cells_after_t(opened, make):
     off = [
         np.abs(hue_at(picture, x, y) - s).max() for (x, y, _), s in zip(found, shares, strict=True)
     ]
-    assert np.mean(np.array(off) < 0.05) > 0.9  # the others are where cells meet
+    assert np.mean(np.array(off) < 0.05) > 0.9  # the others are at borders of cells
     assert len({cell // 7 % 3 for _, _, cell in found}) == 3
     tab.locator("#canvas").press("t")
     assert tab.locator("#texture").input_value() == "0"

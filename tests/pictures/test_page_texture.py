@@ -1,4 +1,4 @@
-"""Textures on pages: the colors of the image are at its places, beside those of regions."""
+"""Textures on pages: image colors at the right positions, beside the colors of regions."""
 
 import json
 import re
@@ -17,7 +17,7 @@ QUARTERS = np.array([[[255, 0, 0], [0, 200, 0]], [[0, 0, 255], [200, 200, 0]]], 
 
 
 def wall(folder, wrap=("repeat", "repeat"), scale=1.0, shift=0.0):
-    """A wall with an image of four colors; the lower right part has a material without image."""
+    """Return a wall with an image of four colors; its lower right material has no image."""
     mesh, pairs = grid(24, 24, 1, 1)
     save_png(folder / "quarters.png", np.kron(QUARTERS, np.ones((64, 64, 1), np.uint8)))
     image = TextureImage("quarters.png", folder / "quarters.png")
@@ -98,7 +98,7 @@ def test_the_command_shows_textures_and_notes_missing_ones(run_view, tmp_path):
 
 @pytest.fixture
 def run_view(monkeypatch, capsys):
-    """Run ``superfacets view``, and return what it says."""
+    """Run ``superfacets view``, and return its output."""
     from superfacets.cli.main import main
 
     def run(mesh, page):

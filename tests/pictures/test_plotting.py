@@ -1,4 +1,4 @@
-"""Plots: several labelings, values with a scale, turns; in files, arrays and notebooks."""
+"""Plots: several labelings, values with a scale, rotations; in files, arrays and notebooks."""
 
 import io
 import sys
@@ -244,7 +244,7 @@ def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch):
 
 @pytest.fixture
 def ffmpeg(monkeypatch):
-    """A stand-in for imageio-ffmpeg that writes sizes instead of a video."""
+    """Install a stand-in for imageio-ffmpeg that writes sizes instead of a video."""
     calls = []
 
     def write_frames(path, size, **options):

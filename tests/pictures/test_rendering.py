@@ -1,4 +1,4 @@
-"""Pictures: framed, shaded, outlined; whole files or none; and clear words where there is no GL."""
+"""Pictures: framing, shading, borders, complete files, and the error without OpenGL."""
 
 import ctypes
 import os
@@ -36,22 +36,22 @@ def bear():
 
 
 def square():
-    """The unit square, which faces +z, cut along the diagonal from the lower left."""
+    """Return the unit square, which faces +z, cut along the diagonal from the lower left."""
     return Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
 
 
 def covered(picture, background=(255, 255, 255)):
-    """Share of the pixels that are not background."""
+    """Return the fraction of pixels that are not background."""
     return (np.abs(picture.astype(int) - background).max(axis=2) > 8).mean()
 
 
 def dark(picture):
-    """Which pixels are as dark as border lines."""
+    """Return which pixels are as dark as border lines."""
     return picture.max(axis=2) < 70
 
 
 def difference(one, other):
-    """Mean absolute difference per channel, 0 to 255."""
+    """Return the mean absolute difference per channel, 0 to 255."""
     return np.abs(one.astype(int) - other.astype(int)).mean()
 
 
@@ -154,7 +154,7 @@ def test_a_plain_mesh_is_shaded_in_one_color(gl, bear):
 
 
 def test_edges_of_a_box_are_sharp(gl):
-    """Each side has one brightness, but for the soft shadow; smooth shading would round the box."""
+    """Each side has one brightness, except for soft shadows; smooth shading would round the box."""
     picture = render(cube(), size=SIZE, view=View(azimuth=45, elevation=0, up="y")).astype(int)
     left, right = picture[60, 40:70, 0], picture[60, 90:120, 0]
     assert np.ptp(left) < 4
@@ -584,7 +584,7 @@ def test_drawing_prints_nothing_and_leaves_the_environment_as_it_was(gl):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux may lack OpenGL")
 def test_a_machine_without_drivers_gets_an_error_and_no_crash(gl):
-    """Asks for EGL, and hides its vendors from it."""
+    """EGL is requested, but its vendor libraries are hidden."""
     done = run_python(
         DRAW_IN_NEW_PROCESS,
         VTK_DEFAULT_OPENGL_WINDOW="vtkEGLRenderWindow",

@@ -1,4 +1,4 @@
-"""The guess at the axis that points up: z where the mesh stands much more firmly on it."""
+"""The guess of the up axis: z if the mesh stands much more stably with z up."""
 
 import numpy as np
 import pytest
@@ -18,19 +18,19 @@ def guess(mesh):
 
 
 def turned(mesh, steps):
-    """The same, with x, y and z moved on by this many places."""
+    """Return the mesh with x, y and z shifted cyclically by this many axes."""
     return Mesh(np.roll(mesh.vertices, steps, axis=1), mesh.faces)
 
 
 def room():
-    """Floor and four walls, 5 x 4 and 2.5 high, z up, and open above."""
+    """Return a floor and four walls, 5 x 4 and 2.5 high, z up, without a ceiling."""
     mesh = cube()
     is_ceiling = (mesh.vertices[mesh.faces][:, :, 2] == 1).all(axis=1)
     return Mesh(mesh.vertices * [5, 4, 2.5], mesh.faces[~is_ceiling])
 
 
 def hill():
-    """A hill on a plain, z up."""
+    """Return a hill on a plain, z up."""
     mesh = bumpy_sheet()
     across = mesh.vertices[:, :2]
     distance = np.linalg.norm(across - across.mean(axis=0), axis=1) / np.ptp(across[:, 0])

@@ -1,4 +1,4 @@
-"""Compiled stages equal their readable twins, bit for bit."""
+"""Compiled stages equal the reference implementation, bit for bit."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def with_flipped_faces(mesh):
 
 
 def check_mesh_stages(mesh, weld=True):
-    """Graph, measures, weights and lengths; returns the weighted graph."""
+    """Check graph, measures, weights and lengths; return the weighted graph."""
     graph = build_face_graph(mesh, weld=weld)
     arcs = reference.build_face_graph(mesh, weld=weld)
     assert [arc.side for arc in arcs] == graph.sides.tolist()
@@ -84,7 +84,7 @@ def check_mesh_stages(mesh, weld=True):
 
 
 def check_loop(graph, k, **options):
-    """Labels and centers of every iteration, and why the loop stopped."""
+    """Check labels and centers of every iteration, and the stop reason."""
     radius = size_of(graph, k).radius
     seeds = place_seeds(graph, k).tolist()
     history, stop_reason = reference.iterate(graph, seeds, radius, **options)
@@ -95,7 +95,7 @@ def check_loop(graph, k, **options):
         assert labels.tolist() == expected_labels
         assert centers.tolist() == expected_centers
         centers = update_centers(graph, labels)
-    result = segment_graph(graph, init=seeds, **options)  # so that no level is coarse
+    result = segment_graph(graph, init=seeds, **options)  # without coarse levels
     assert (result.n_iter, result.stop_reason) == (len(history), stop_reason)
     assert result.labels.tolist() == history[-1][0]
     assert result.centers.tolist() == history[-1][1]
@@ -145,7 +145,7 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
 
 @pytest.mark.parametrize("place", [0, 5, 9])
 def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, place):
-    """Only small models, because the twins are slow."""
+    """Only small models are used, because the reference is slow."""
     graph = check_mesh_stages(read_off(benchmark_paths[place]))
     farthest = place_seeds(graph, 150, init="farthest").tolist()
     assert farthest == reference.farthest_seeds(graph, 150)
@@ -157,5 +157,5 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)
     check_loop(graph, 150)
-    # The twin of the halted mode takes a second per iteration: only one model runs to the end.
+    # The reference of the halted mode takes a second per iteration: only one model runs to the end.
     check_loop(graph, 150, radius_factor=2.0, tol=0.0, max_num_iter=50 if place == 0 else 8)

@@ -1,4 +1,4 @@
-"""Labels of vertices that follow creases: promises on scans, and the rule step by step."""
+"""Labels of vertices that follow creases: their properties on scans, and each step of the rule."""
 
 import warnings
 
@@ -18,27 +18,27 @@ def along_creases(mesh, labels, **options):
 
 
 def regions_of(mesh, n_regions):
-    """Labels of `segment`, which also has a region for each speck."""
+    """Return the labels of `segment`, in which each speck is a region too."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
         return sf.segment(mesh, n_regions).labels
 
 
 def sides_of(mesh):
-    """The edges, (a, b) with a < b."""
+    """Return the edges as pairs (a, b) with a < b."""
     ends = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     return [*map(tuple, np.unique(np.sort(ends, axis=1), axis=0).tolist())]
 
 
 def pieces_of(mesh, of_vertices):
-    """Number of connected pieces of all labels of the vertices that faces use."""
+    """Return the number of connected pieces of all labels, counting only vertices of faces."""
     graph = vertex_graph(mesh, np.arange(mesh.n_vertices, dtype=np.int32), 1)
     n_unused = mesh.n_vertices - len(np.unique(mesh.faces))
     return shapes.count_pieces(graph, of_vertices) - n_unused
 
 
 def sheet_of(n, height=0.0):
-    """A sheet of 2 n^2 faces around x = 0, where it turns upward with this slope."""
+    """Return a sheet of 2 n^2 faces around x = 0 that rises with slope `height` where x > 0."""
     sheet = shapes.bumpy_sheet(n)
     y, x = np.meshgrid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
     z = height * np.maximum(x, 0)
@@ -125,19 +125,19 @@ def test_small_regions_grow_to_the_minimum_or_stay_as_they_are():
     grown = along_creases(sheet, labels, min_vertices=15)
     assert np.bincount(grown).tolist()[1:] == [15, 15, 15]
     assert pieces_of(sheet, grown) == 4
-    # No neighbor has as many to spare.
+    # No neighboring label has as many vertices to spare.
     all_of_them = along_creases(sheet, labels, min_vertices=sheet.n_vertices)
     assert_array_equal(all_of_them, along_creases(sheet, labels))
 
 
 def test_no_region_is_cut_by_another_that_grows():
-    #  1 - 2 - 3 - 4 - 5: a line of vertices, each of the middle ones needed to hold it together
+    # 1 - 2 - 3 - 4 - 5: a line of vertices; without one of the middle ones, it is in two pieces
     offsets, neighbors = np.array([0, 1, 3, 5, 7, 8]), np.array([1, 0, 2, 1, 3, 2, 4, 3], np.int32)
     line = (np.zeros((5, 3)), np.zeros((5, 3)))
     labels = np.array([0, 0, 1, 0, 0], np.int32)
     ones = np.ones(5, np.int32)
     grown = _core.grow_small_regions(offsets, neighbors, *line, labels, ones, 2, 2)
-    assert_array_equal(grown, [0, 1, 1, 0, 0])  # region 0 has two pieces already
+    assert_array_equal(grown, [0, 1, 1, 0, 0])  # region 0 is in two pieces already
     labels = np.array([0, 0, 0, 0, 1], np.int32)
     grown = _core.grow_small_regions(offsets, neighbors, *line, labels, ones, 2, 2)
     assert_array_equal(grown, [0, 0, 0, 1, 1])
@@ -149,7 +149,7 @@ def test_no_region_is_cut_by_another_that_grows():
 def test_pieces_of_one_label_that_share_no_edge_all_stay():
     sheet = sheet_of(12)
     x = sheet.vertices[sheet.faces].mean(axis=1)[:, 0]
-    labels = np.where(np.abs(x) < 0.4, 1, 0)  # 0 on both sides
+    labels = np.where(np.abs(x) < 0.4, 1, 0)  # label 0 on both sides
     found = along_creases(sheet, labels)
     assert {*found[sheet.vertices[:, 0] < -0.8], *found[sheet.vertices[:, 0] > 0.8]} == {0}
     assert pieces_of(sheet, found) == 3
@@ -157,7 +157,7 @@ def test_pieces_of_one_label_that_share_no_edge_all_stay():
 
 def test_a_region_gives_its_only_vertex_where_it_gets_another():
     #  2---3
-    #  | \ |  two faces in front, two behind: regions 5 and 7 share three corners, 6 and 8, too
+    # | \ |  two faces in front, two behind: regions 5 and 7 share three corners, so do 6 and 8
     #  0---1
     vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
     mesh = sf.Mesh(vertices, [[0, 1, 2], [1, 3, 2], [0, 2, 1], [1, 2, 3]])
@@ -208,7 +208,7 @@ def test_polygons_and_tetrahedra_have_connected_regions():
         [[0, 1, 2, 3], [0, 1, 2, 4]],
     )
     assert along_creases(tets, [1, 2]).tolist() == [2, 2, 2, 1, 2, -1]
-    assert along_creases(points.astype(float), [3] * 81).tolist() == [3] * 81  # points keep theirs
+    assert along_creases(points.astype(float), [3] * 81).tolist() == [3] * 81  # unchanged
 
 
 def pieces_of_cells(mesh, of_vertices):

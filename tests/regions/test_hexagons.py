@@ -1,7 +1,7 @@
-"""Stages 3 to 6 on cells that are no triangles: hexagons of side 1, with values worked out by hand.
+"""Stages 3 to 6 on cells that are not triangles: hexagons of side 1, with values computed by hand.
 
 A hexagon has an area of 3 sqrt(3) / 2, sides of length 1, and centers of neighbors are sqrt(3)
-apart. Cells are named by their row and their place in it; each row is moved by half a cell.
+apart. A cell is named by its row and its place in the row; each row is shifted by half a cell.
 """
 
 import math
@@ -20,12 +20,12 @@ from superfacets.regions.edit import read_regions
 AREA = 1.5 * math.sqrt(3.0)
 STEP = math.sqrt(3.0)
 
-# From a cell to its neighbors, in rows and places.
+# Steps from a cell to its neighbors, in rows and places.
 TURNS = [(0, 1), (1, 0), (1, -1), (0, -1), (-1, 0), (-1, 1)]
 
 
 def honeycomb(cells, crease=None, price=0.0):
-    """The graph of hexagons; arcs between two cells of which `crease` holds cost `price` more."""
+    """Return the graph of hexagons; arcs within a set of `crease` cost `price` more."""
     index = {cell: i for i, cell in enumerate(cells)}
     offsets, neighbors, weights = [0], [], []
     for row, place in cells:
@@ -52,15 +52,15 @@ def test_a_cell_has_six_sides_and_a_flower_eighteen():
     graph = honeycomb(flower(0, 0))
     assert metrics.compactness(graph, np.arange(7)) == pytest.approx(6 / math.sqrt(AREA))
     assert metrics.compactness(graph, np.zeros(7, int)) == pytest.approx(18 / math.sqrt(7 * AREA))
-    petals = [0] + [1] * 6  # the ring of petals has its inner border too
+    petals = [0] + [1] * 6  # the ring of petals has an inner border too
     expected = 0.5 * (6 / math.sqrt(AREA) + 24 / math.sqrt(6 * AREA))
     assert metrics.compactness(graph, petals) == pytest.approx(expected)
 
 
 def test_two_flowers_are_two_regions_around_their_middles():
-    cells = flower(0, 0) + flower(-1, 3)  # they touch along three sides
+    cells = flower(0, 0) + flower(-1, 3)  # the flowers touch along three sides
     graph = honeycomb(cells)
-    result = sf.segment_graph(graph, 2, init=[0, 10])  # a middle, and a petal
+    result = sf.segment_graph(graph, 2, init=[0, 10])  # the center of one, a petal of the other
     assert result.labels.tolist() == [0] * 7 + [1] * 7
     assert result.centers.tolist() == [0, 7]
     assert result.params["expected_radius"] == pytest.approx(math.sqrt(7 * AREA / math.pi))
@@ -86,7 +86,7 @@ def test_a_small_region_joins_over_a_plane_rather_than_a_crease():
 
 
 def test_what_a_border_in_a_crease_costs():
-    """With three regions r = sqrt(6 A / (3 pi)), and a border counts exp(-price / (6 r))."""
+    """With three regions, r = sqrt(6 A / (3 pi)), and a border counts exp(-price / (6 r))."""
     graph = honeycomb(ROW, crease=[{(0, 2), (0, 3)}], price=2.0)
     costs, labels, _ = read_regions(as_surface(graph, weld=True, n_threads=1), [0, 0, 0, 1, 1, 2])
     low, high, lengths = _core.region_borders(*costs.args, labels, 1)
@@ -99,17 +99,17 @@ SHEET = [(row, place) for row in range(4) for place in range(6)]
 
 
 def test_a_tooth_is_drawn_in():
-    """It has four sides to the other region and two to its own: the border gets shorter by two."""
+    """The tooth has four sides to the other region and two to its own, so moving it saves two."""
     labels = np.array([0 if row < 2 else 1 for row, _ in SHEET])
     tooth = SHEET.index((2, 2))
     labels[tooth] = 0
-    others = np.delete(np.arange(len(SHEET)), tooth)  # the open border costs nothing: they hold it
+    others = np.delete(np.arange(len(SHEET)), tooth)  # the outline costs nothing, so they stay
     smoothed = sf.smooth_borders(honeycomb(SHEET), labels, centers=others)
     assert smoothed.tolist() == [0] * 12 + [1] * 12
 
 
 def test_cells_that_hold_their_region_together_stay():
-    """A bar of one row: each cell in it would make the border shorter by leaving it."""
+    """In a bar of one row, each cell would shorten the border by leaving, but divide the bar."""
     bar = [SHEET.index((1, place)) for place in range(5)]
     labels = np.zeros(len(SHEET), int)
     labels[bar] = 1
@@ -118,7 +118,7 @@ def test_cells_that_hold_their_region_together_stay():
     smoothed = sf.smooth_borders(graph, labels, centers=[*around, bar[0], bar[-1]])
     assert np.flatnonzero(smoothed == 1).tolist() == bar
     smoothed = sf.smooth_borders(graph, labels, centers=[*around, bar[0]])
-    assert np.flatnonzero(smoothed == 1).tolist() == bar[:1]  # from its end, one after the other
+    assert np.flatnonzero(smoothed == 1).tolist() == bar[:1]  # one by one, from the end
 
 
 def test_regions_of_hexagons_that_touch_have_different_colors():
@@ -206,11 +206,11 @@ def test_faces_given_as_cells_are_cleaned_as_those_of_the_mesh(shape):
 
 
 def test_many_pieces_without_area_are_joined_in_next_to_no_time():
-    """A strip with a tooth on each face, all on one line: the strip touches all of the teeth.
+    """A strip and a tooth on each of its faces are all on one line, so the strip touches all teeth.
 
     Time used to grow with the square of their number: 24 seconds for 32,000 faces.
     """
-    n = 40_000  # teeth, 1 to n; behind the first is one more cell, which its region keeps
+    n = 40_000  # teeth 1 to n; behind the first is one more cell, which stays
     offsets = np.concatenate([[0, n, n + 2], n + 2 + np.arange(1, n), [2 * n + 2]])
     teeth = np.arange(1, n + 1)
     neighbors = np.concatenate([teeth, [0, n + 1], np.zeros(n - 1, int), [1]])

@@ -30,7 +30,7 @@ from superfacets import (
 
 
 def row(*angles):
-    """Unit squares in a row, bent by an angle (degrees) between one and the next."""
+    """Return unit squares in a row, bent by these angles (degrees) where two of them meet."""
     directions = np.radians(np.cumsum([0, *angles]))
     steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
     low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
@@ -40,7 +40,7 @@ def row(*angles):
 
 
 def cubes(n):
-    """A column of unit cubes, of five tetrahedra each."""
+    """Return a column of unit cubes of five tetrahedra each."""
     corners = np.array([[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)])
     even = [(0, 1, 2, 4), (3, 2, 1, 7), (5, 4, 7, 1), (6, 7, 4, 2), (1, 2, 4, 7)]
     odd = [(1, 0, 3, 5), (2, 3, 0, 6), (4, 5, 6, 0), (7, 6, 5, 3), (0, 3, 5, 6)]
@@ -49,7 +49,7 @@ def cubes(n):
 
 
 def check_levels(nested, graph=None):
-    """Levels have the counts asked for, in order, and parents join them."""
+    """Check that levels have their counts, number regions in order, and are joined by parents."""
     for labels, count in zip(nested.levels, nested.counts, strict=True):
         assert labels.dtype == np.int32
         assert np.array_equal(np.unique(labels[labels >= 0]), np.arange(count))
@@ -87,7 +87,7 @@ def test_regions_are_numbered_by_their_lowest_region():
 def test_a_groove_is_merged_across_last():
     nested = hierarchy(row(90, 0), [2], labels=range(3))
     assert nested.children.tolist() == [[1, 2], [0, 3]]
-    # A turn by pi / 2 adds 20 r / 2 to the path, so e^(-10 / 1.6) of the border is open.
+    # A turn by pi / 2 adds 20 r / 2 to the path, so a share of e^(-10 / 1.6) of the border is open.
     apart = np.hypot(0.5, 1.0) + 12 * np.sqrt(3 / np.pi) * (1 - np.exp(-10 / 1.6))
     assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
 
@@ -95,7 +95,7 @@ def test_a_groove_is_merged_across_last():
 def test_a_ridge_between_flat_faces_is_merged_across_last():
     nested = hierarchy(row(-90, 0), [2], labels=range(3))
     assert nested.children.tolist() == [[1, 2], [0, 3]]
-    # As in the groove, with 0.35 of what a turn costs there.
+    # As for the groove, with 0.35 times the cost of a turn.
     apart = np.hypot(0.5, 1.0) + 12 * np.sqrt(3 / np.pi) * (1 - np.exp(-3.5 / 1.6))
     assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
 
@@ -156,7 +156,7 @@ def test_merges_are_those_of_the_twin(features, dimension):
     rng = np.random.default_rng(dimension)
     for n in (1, 2, 7, 40, 90):
         areas = rng.integers(0, 4, n) / 2.0
-        positions = rng.integers(0, 3, (n, 3)) / 1.0  # so that there are ties
+        positions = rng.integers(0, 3, (n, 3)) / 1.0  # whole numbers, so that there are ties
         table = rng.integers(0, 3, (n, 2)) / 1.0
         pairs = sorted({tuple(sorted(pair)) for pair in rng.integers(0, n, (2 * n, 2)).tolist()})
         borders = {}
@@ -179,7 +179,7 @@ def test_merges_are_those_of_the_twin(features, dimension):
 
 
 def test_a_region_with_many_neighbors_merges_like_the_twin():
-    """Its neighbors get a new cost each time: the queue is filled anew now and then."""
+    """Neighbors of the region get new costs at each merge, so the queue is rebuilt now and then."""
     rng = np.random.default_rng(5)
     n = 70
     areas, positions = rng.uniform(1, 2, n), rng.normal(size=(n, 3))
@@ -274,7 +274,7 @@ def test_levels_do_not_depend_on_where_a_mesh_is_and_how_large():
 def test_merging_stops_at_the_number_of_components():
     mesh = shapes.gears(12)
     graph = build_face_graph(mesh)
-    nested = hierarchy(mesh, [40, 12])  # 40 regions and 12 components: no warning of islands
+    nested = hierarchy(mesh, [40, 12])  # no more components than 12: no IslandWarning
     assert nested.n_fewest == shapes.count_pieces(graph, np.zeros(graph.n_cells, np.int32)) == 12
     check_levels(nested, graph)
     with pytest.raises(
@@ -297,7 +297,7 @@ def test_gaps_are_merged_across_where_that_is_asked_for():
     nested = hierarchy(mesh, [40, 12, 3, 1], islands="nearest")
     check_levels(nested)
     assert nested.n_fewest == 1
-    small = hierarchy(mesh, [5, 1], islands="nearest")  # fewer than components from the beginning
+    small = hierarchy(mesh, [5, 1], islands="nearest")  # fewer than there are components
     assert (small.n_finest, small.n_fewest) == (5, 1)
 
 
@@ -307,7 +307,7 @@ def test_a_gap_leads_to_the_nearest_cell_of_a_larger_component():
 
     mesh = shapes.together([patch(0, 3), patch(4, 1), patch(9, 4), patch(6, 0.5)])
     nested = hierarchy(mesh, [1], labels=range(4), islands="nearest")
-    # 1 goes to 0, as does 3 (to 1, which is nearer), 0 goes to 2: the small ones first.
+    # From the smallest: 3 joins 1, which is nearest, 1 joins 0, and 0 joins 2.
     assert sorted(map(tuple, nested.children.tolist())) == [(0, 4), (1, 3), (2, 5)]
 
 
@@ -329,7 +329,7 @@ def test_cells_left_out_stay_out():
 
 
 def sides_and_edges(mesh):
-    """Two numbers for the faces of a mesh, and the edges between them."""
+    """Return 0 or 1 for each face of a mesh, and the edges between faces that differ."""
     graph = build_face_graph(mesh)
     left = (graph.positions[:, 0] < np.median(graph.positions[:, 0])).astype(int)
     source = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))

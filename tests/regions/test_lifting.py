@@ -1,4 +1,4 @@
-"""Masks of images that vote for labels of regions."""
+"""Masks of images as votes for the labels of regions."""
 
 import warnings
 
@@ -15,13 +15,13 @@ SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2
 
 
 def above(name=""):
-    """A camera whose pixels show a unit of the square each."""
+    """Return a camera from above, each pixel of which shows a unit square."""
     pose = [[1, 0, 0, 2], [0, -1, 0, 2], [0, 0, -1, 10], [0, 0, 0, 1]]
     return sf.PinholeCamera(pose, (10, 10, 2, 2), (4, 4), name)
 
 
 UPPER = np.array([[1, 1, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]])
-"""The pixels of the second face."""
+"""Pixels of the second face."""
 
 
 def test_regions_get_the_label_of_most_of_their_visible_area():
@@ -99,7 +99,7 @@ def test_where_masks_overlap_the_smallest_or_the_largest_counts():
     for overlap, stack, expected in (
         ("smallest", [whole, part], [1, 2]),
         ("smallest", [part, whole], [2, 1]),
-        ("smallest", [part, part, whole], [3, 1]),  # as large: the first
+        ("smallest", [part, part, whole], [3, 1]),  # as large: the first wins
         ("largest", [part, whole], [2, 2]),
         ("largest", [whole, whole, part], [1, 1]),
     ):
@@ -109,7 +109,7 @@ def test_where_masks_overlap_the_smallest_or_the_largest_counts():
 
 
 def box_views(n=12):
-    """A cube on a plate, its sides as regions, and views around it."""
+    """Return a cube on a plate, its sides as regions, and views from around it."""
     mesh = shapes.cube()
     labels = np.arange(mesh.n_faces) // 2
     middle = mesh.vertices.mean(axis=0)
@@ -127,7 +127,7 @@ def test_ids_of_each_image_become_objects_that_are_seen_together():
         names = np.concatenate([[0], rng.permutation(90)[:2] + 1])
         masks.append(names[mask])
     result = sf.lift(mesh, sides, masks, cameras)
-    # Numbered by their lowest regions.
+    # Objects are numbered in the order of their lowest regions.
     assert_array_equal(result.labels, truth)
     assert (result.scores > 0.9).all()
     for mask, found in zip(masks, result.mask_labels, strict=True):
@@ -361,13 +361,13 @@ def test_masks_of_rooms_are_lifted_to_what_they_show(name, data_dir):
     seen = area * result.seen
     assert seen.sum() > 0.6 * area.sum()
     assert seen[result.labels - 1 == truth].sum() > 0.985 * seen.sum()
-    # The same from ids that are fresh in each image: objects are those of the truth.
+    # The same masks with new ids in each image give the objects of the truth.
     rng = np.random.default_rng(0)
     fresh = [np.append(0, 1 + rng.permutation(mask.max()))[mask] for mask in masks]
     objects = sf.lift(mesh, regions, fresh, cameras).labels
     table = np.zeros((objects.max() + 1, truth.max() + 1))
     np.add.at(table, (objects[objects >= 0], truth[objects >= 0]), seen[objects >= 0])
-    # The largest part of each object of the truth, in one object each.
+    # Count the largest part of each true object that is in one object of the result.
     assert len(table) <= len(np.unique(truth)) + 4
     best = np.unique(table.argmax(axis=0)[table.any(axis=0)])
     assert table[best].max(axis=1).sum() > 0.97 * seen.sum()

@@ -1,4 +1,4 @@
-"""Borders as lines: exact chains by hand, and sums that have to agree with the region graph."""
+"""Borders as lines: exact lines of small meshes, and sums that agree with the region graph."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from superfacets import Mesh, MeshError, PolygonMesh, border_lines, find_boundar
 
 
 def chains(lines):
-    """Lines as {regions: [vertices, is closed]}; there is one for each pair of regions."""
+    """Return {regions: (vertices, is closed)}, and check that each pair of regions has one line."""
     pairs = [tuple(pair) for pair in lines.regions.tolist()]
     assert len(set(pairs)) == len(pairs)
     return {
@@ -50,7 +50,7 @@ def test_the_sides_of_a_cube_meet_in_twelve_lines(cube):
     lines = border_lines(cube, labels)
     assert (len(lines), len(lines.junctions)) == (12, 8)
     assert lines.lengths.tolist() == [1] * 12
-    assert len(lines.junctions) - len(lines) + 6 == 2  # Euler
+    assert len(lines.junctions) - len(lines) + 6 == 2  # Euler's formula
     lid = border_lines(cube, np.where(labels == 1, 1, 0))
     assert (len(lid), lid.is_closed.tolist(), lid.regions.tolist()) == (1, [True], [[0, 1]])
     assert lid.lengths.tolist() == [4]
@@ -90,7 +90,7 @@ def test_cells_in_no_region_are_outside():
 
 
 def test_regions_that_touch_at_a_vertex_have_a_junction_there():
-    # A checkerboard: four edges of one pair meet in the middle.
+    # In a checkerboard, four edges of one pair of regions meet in the middle.
     points = [[x, y, 0] for y in range(3) for x in range(3)]
     squares = [[v, v + 1, v + 4, v + 3] for v in (0, 1, 3, 4)]
     lines = border_lines(PolygonMesh.of_faces(points, squares), [0, 1, 1, 0])

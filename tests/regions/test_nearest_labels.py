@@ -1,4 +1,4 @@
-"""Labels carried to points and to other meshes."""
+"""Labels transferred to points and to other meshes."""
 
 import warnings
 
@@ -30,7 +30,7 @@ def test_points_get_the_label_of_the_nearest_face():
         assert sf.transfer(square, [7, 4], sf.PointCloud(points)).tolist() == [7, 4, 7, 7]
     assert sf.transfer(square, [7, 4], points, max_distance=1).tolist() == [7, 4, -1, 7]
     assert sf.transfer(square, [-1, 4], points).tolist() == [-1, 4, -1, -1]
-    assert sf.transfer(square, [7, 4], points[:2]).tolist() == [7, 4]  # not a pair of arrays
+    assert sf.transfer(square, [7, 4], points[:2]).tolist() == [7, 4]  # a list, not an array
     assert sf.transfer(square, [7, 4], points).dtype == np.int32
 
 
@@ -60,7 +60,7 @@ def test_a_finer_mesh_and_back():
 
 
 def test_a_coarse_face_gets_the_label_that_most_of_its_area_has():
-    # A square of 8 x 8 x 2 faces, label 1 where x > 3/8: five eighths of the area.
+    # A square of 8 x 8 x 2 faces with label 1 where x > 3/8, which is five eighths of the area.
     xy = np.stack(np.meshgrid(range(9), range(9), indexing="ij"), axis=-1).reshape(-1, 2) / 8
     quads = [(9 * i + j, 9 * i + 9 + j, 9 * i + 10 + j, 9 * i + 1 + j)
              for i in range(8) for j in range(8)]  # fmt: skip
@@ -69,7 +69,7 @@ def test_a_coarse_face_gets_the_label_that_most_of_its_area_has():
     coarse = sf.PolygonMesh.of_faces(SQUARE, [[0, 1, 2, 3]])
     for split, expected in [(3 / 8, 1), (5 / 8, 0), (0.5, 0)]:  # half and half is a tie
         assert sf.transfer(fine, (x > split).astype(int), coarse).tolist() == [expected]
-    # What is too far is a label like others.
+    # The label for what is too far away counts like any other.
     beyond = sf.PolygonMesh.of_faces(np.multiply(SQUARE, [3, 1, 1]), [[0, 1, 2, 3]])
     with pytest.warns(sf.MismatchWarning):
         assert sf.transfer(fine, np.zeros(64, int), beyond).tolist() == [0]

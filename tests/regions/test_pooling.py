@@ -1,4 +1,4 @@
-"""Values of cells pooled to regions, spread to cells again, and labels snapped to regions."""
+"""Values of cells pooled to regions and spread to cells again, and labels snapped to regions."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ HOWS = ("mean", "sum", "max", "min", "majority")
 
 
 def naive_pool(values, labels, how, measures):
-    """The rule, one region at a time."""
+    """Reference: apply the rule to one region at a time."""
     pooled = []
     for region in range(labels.max() + 1):
         inside = labels == region
@@ -30,7 +30,7 @@ def naive_pool(values, labels, how, measures):
 
 
 def random_regions(rng, n, n_regions):
-    """Labels -1..K-1 of n cells, each of 0..K-1 at least once."""
+    """Return random labels -1..K-1 of n cells, with each of 0..K-1 at least once."""
     labels = rng.integers(-1, n_regions, n)
     labels[rng.permutation(n)[:n_regions]] = range(n_regions)
     return labels
@@ -121,7 +121,7 @@ def test_values_of_vertices_count_by_corners():
     assert_allclose(sf.pool(values, [0, 1], how="sum", cells=mesh), [1.5, 2.5])
     assert sf.pool(values, [0, 0], how="max", cells=mesh).tolist() == [9.0]
     assert sf.pool(values.astype(int), [1, 0], how="min", cells=mesh).tolist() == [0, 0]
-    # Vertices 0 and 2 have two corners each, and so twice the area.
+    # Vertices 0 and 2 are corners of two faces, and so get twice the area of the others.
     assert sf.pool([5, 1, 7, 1], [0, 0], how="majority", cells=mesh).tolist() == [1]
     assert sf.pool([5, 1, 7, 2], [0, 0], how="majority", cells=mesh).tolist() == [5]
     tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]],
@@ -182,7 +182,7 @@ def test_unpool_fills_what_is_in_no_region():
     assert sf.unpool(np.array([1, 2], np.uint8), [1, 0]).dtype == np.uint8
     assert sf.unpool(np.float32([1, 2]), [0, -1], fill=0.1).dtype == np.float32
     assert sf.unpool(["a", "b"], [1, -1], fill="").tolist() == ["b", ""]
-    assert sf.unpool([7, 8, 9], [1, 1]).tolist() == [8, 8]  # region 0 and 2 are elsewhere
+    assert sf.unpool([7, 8, 9], [1, 1]).tolist() == [8, 8]  # regions 0 and 2 have no cells here
     needs = r"fill must be representable as \S+ because some cells are labeled -1, got \S+: choose"
     for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
                          ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
@@ -192,7 +192,7 @@ def test_unpool_fills_what_is_in_no_region():
 
 
 def test_snapping_takes_the_majority_by_area():
-    strip = shapes.strip(4)  # all of one area
+    strip = shapes.strip(4)  # faces of equal area
     assert sf.snap([3, 3, 1, 2], [0, 0, 0, 1], cells=strip).tolist() == [3, 3, 3, 2]
     assert sf.snap([3, 1, 1, 3], [0, 0, 0, 0], cells=strip).tolist() == [1] * 4  # a tie
     house = sf.PolygonMesh.of_faces(

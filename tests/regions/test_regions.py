@@ -1,4 +1,4 @@
-"""Stage 5: regions in one piece, and none too small."""
+"""Stage 5: each region is connected, and none is too small."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ from superfacets.regions.merge import merge_regions
 
 
 def roof(*angles):
-    """A strip of squares in two triangles each, bent by an angle (degrees) after each square."""
+    """Return a strip of squares of two triangles, bent by an angle (degrees) after each square."""
     directions = np.radians(np.cumsum([0, *angles]))
     steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
     low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
@@ -123,7 +123,7 @@ def test_small_islands_stay_or_join_the_nearest_region():
 
 
 def test_islands_of_many_groups_join_the_nearest_of_their_own():
-    """As a search of all pairs finds them: the lowest among equals; -1 goes with any."""
+    """Search all pairs for the nearest, and the lowest of equally near; group -1 fits any."""
     rng = np.random.default_rng(0)
     n, positions = 400, rng.integers(0, 12, (400, 3)).astype(float)
     is_small = rng.uniform(size=n) < 0.5
@@ -242,7 +242,7 @@ def test_faults_in_what_is_to_be_merged_are_found(parameters, error, message):
 
 
 def half_labeled(n=24):
-    """A sheet, labels of its half where x < 0.5, and that half alone with its faces."""
+    """Return a sheet labeled where x < 0.5, and that half as a mesh with labels and indices."""
     mesh = shapes.bumpy_sheet(n)
     faces = np.flatnonzero(mesh.vertices[mesh.faces].mean(axis=1)[:, 0] < 0.5)
     half = Mesh(mesh.vertices, mesh.faces[faces])

@@ -24,7 +24,7 @@ from superfacets.regions.smooth import MAX_CHAIN, MAX_SWEEPS, ROUNDNESS, smooth_
 
 
 def sheet(drawing, height=lambda x, y: 0.0):
-    """A mesh and labels from a drawing: two characters a square, its lower and its upper triangle.
+    """Return a mesh and labels from a drawing: two characters per square, lower triangle first.
 
     The squares are cut from the lower left to the upper right; rows are drawn from the top.
     """
@@ -62,7 +62,7 @@ def test_a_zigzag_is_made_straight():
         00 00 00 11 11
         """,
     )
-    # One tooth of three squares: no face alone can leave it at a profit.
+    # In a tooth of three squares, moving one face alone never shortens the border.
     check_smoothed(
         """
         00 00 00 11 11 11
@@ -104,7 +104,7 @@ CUT_CORNER = """
 
 def test_a_corner_is_cut_on_a_plane_but_not_where_it_is_in_a_crease():
     def walls(x, y):
-        """Two slopes that rise from a floor in the upper left."""
+        """Return the height: flat at the upper left, rising to the right and below."""
         return max(0, x - 2, 2 - y)
 
     check_smoothed(CORNER, CUT_CORNER, max_distance=0.3)
@@ -194,7 +194,7 @@ def test_soup_is_smoothed_where_it_is_welded(weld):
 
 
 def steps_of(costs):
-    """Lengths of arcs, in the unit of the vertices."""
+    """Return the lengths of arcs, in the unit of the vertices."""
     return costs.lengths.astype(float) * (costs.unit * costs.surface.weight_unit)
 
 
@@ -210,12 +210,12 @@ MESHES = {
 
 
 def doubled(mesh):
-    """Each face twice: every edge inside has four faces."""
+    """Return the mesh with each face twice, so that inner edges have four faces."""
     return Mesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[::-1]]))
 
 
 def labelings(mesh):
-    """Regions of `segment`, and labels at random, which are in pieces."""
+    """Yield the regions of `segment`, then random labels, whose regions are in pieces."""
     rng = np.random.default_rng(3)
     k = min(12, mesh.n_faces)
     yield segment(mesh, k, smooth=False).labels
@@ -271,7 +271,7 @@ def test_the_kernel_with_goals_equals_its_twin(stiffness):
 
 
 def test_stiff_regions_keep_their_areas():
-    """Small regions among large ones; without stiffness most of them shrink to a few faces."""
+    """Most of these small regions would shrink to a few faces without stiffness."""
     mesh = shapes.bumpy_sheet(60)
     small = np.random.default_rng(2).choice(mesh.n_faces, 60, replace=False)
     labels = segment(mesh, init=small, max_num_iter=0, smooth=False, alpha=0).labels
@@ -289,7 +289,7 @@ def test_stiffness_is_checked(stiffness):
 
 
 def test_regions_without_area_take_part():
-    """Half of the faces are points; areas that are 0 are not divided by."""
+    """Half of the faces have collapsed to points; smoothing must not divide by their area of 0."""
     mesh = shapes.bumpy_sheet(8)
     flat = Mesh(mesh.vertices * [1.0, 0.0, 0.0], mesh.faces)
     labels = np.arange(mesh.n_faces) * 4 // mesh.n_faces
@@ -298,7 +298,7 @@ def test_regions_without_area_take_part():
 
 @pytest.mark.parametrize(("n", "k", "seed"), [(5, 2, 4), (5, 2, 28), (6, 4, 10), (6, 3, 41)])
 def test_of_moves_that_win_the_same_that_of_the_lowest_cell_is_first(n, k, seed):
-    """Among squares many do; with these labels the result depends on it."""
+    """On squares many moves gain the same; with these labels the result depends on their order."""
     mesh, labels = sheet("\n".join(["00 " * n] * n))
     labels = np.random.default_rng(seed).integers(0, k, len(labels))
     check_twin(mesh, labels, MAX_CHAIN, MAX_SWEEPS)
@@ -332,7 +332,7 @@ def test_labels_do_not_depend_on_place_or_size():
 
 @pytest.mark.parametrize("k", [2, 60, 3000])
 def test_labels_do_not_depend_on_threads(k):
-    """Of 80,000 faces: enough for four threads."""
+    """The 80,000 faces are enough for four threads."""
     mesh = shapes.bumpy_sheet(200)
     labels = segment(mesh, k, alpha=0, smooth=False).labels
     for stiffness in (0.0, 1.5):
@@ -345,7 +345,7 @@ def test_labels_do_not_depend_on_threads(k):
 
 
 def stripes(first):
-    """A sheet of regions side by side, from region `first` to 9, of which 8 is one square wide.
+    """Return a sheet of regions side by side, `first` to 9; region 8 is one square wide.
 
     Holes at the left of region 7 and at one end of region 8 make the borders of region 7 shortest.
     """
@@ -360,7 +360,7 @@ def stripes(first):
 
 
 def test_patches_of_one_color_never_touch():
-    """Region 9 is the first to share a color, that of region 7, so region 8 stays between them."""
+    """Region 9 is the first to share a color, that of region 7: region 8 must keep them apart."""
 
     def do_touch(labels, graph):
         sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
@@ -377,7 +377,7 @@ def test_patches_of_one_color_never_touch():
 
 
 def test_arcs_that_lead_one_way_only_are_followed_in_turn():
-    """Cells of a grid, of which some do not know their neighbor to the left."""
+    """In this grid of cells, some cells have no arc to their neighbor on the left."""
     side = 200
     cells = np.arange(side * side)
     row, column = np.divmod(cells, side)
@@ -462,7 +462,7 @@ def test_faults_are_found(parameters, error, message):
 
 
 def test_thousands_of_faces_on_one_edge_take_no_longer_to_smooth_than_to_join():
-    """Each of 1,500 faces is next to 500 regions: what it wins in each takes minutes for 4,000."""
+    """Each face has neighbors in all 500 regions, so a sum for each of them takes too long."""
     mesh = shapes.fins(1500)
     begin = time.process_time()
     graph = build_face_graph(mesh)

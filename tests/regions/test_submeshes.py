@@ -1,4 +1,4 @@
-"""Regions as meshes of their own: what they hold, and the way back."""
+"""Regions as meshes: their contents, and the way back to the whole mesh."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Labels of vertices: the rule by hand, and one vertex at a time."""
+"""Labels of vertices: small meshes, and the rule applied to one vertex at a time."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
 
 def naive_vertex_labels(n_vertices, cells, measures, labels):
-    """The rule, one vertex at a time."""
+    """Reference: apply the rule to one vertex at a time."""
     found = []
     for vertex in range(n_vertices):
         weights = {}
@@ -31,7 +31,7 @@ def test_the_label_with_the_larger_area_wins_and_the_lower_of_equals():
     #  0---1----- 5 (far to the right): the face 1 5 2 is larger than both others
     mesh = sf.Mesh([*SQUARE, [9, 9, 9], [3, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 5, 2]])
     assert sf.vertex_labels(mesh, [7, 4, 9]).tolist() == [4, 9, 9, 4, -1, 9]
-    # Together the two halves of the square are as large as the third face: a tie at vertex 2.
+    # The two halves of the square together are as large as the third face: a tie at vertex 2.
     assert sf.vertex_labels(mesh, [7, 7, 9]).tolist() == [7, 9, 7, 7, -1, 9]
 
 
@@ -55,7 +55,7 @@ def test_polygons_and_tetrahedra_vote_by_area_and_volume():
     assert sf.vertex_labels(house, [5, 2]).tolist() == [5, 5, 5, 5, 2]
     tets = sf.TetMesh(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2], [5, 5, 5]],
-        [[0, 1, 2, 3], [0, 1, 2, 4]],  # volumes 1/6, and 1/3 turned inside out
+        [[0, 1, 2, 3], [0, 1, 2, 4]],  # volumes 1/6, and 1/3 inside out
     )
     assert sf.vertex_labels(tets, [1, 2]).tolist() == [2, 2, 2, 1, 2, -1]
 
@@ -84,10 +84,10 @@ def test_it_is_the_rule_on_random_labels(seed):
 def test_each_region_has_an_id_while_there_are_vertices():
     sheet = shapes.bumpy_sheet(6)
     labels = np.full(sheet.n_faces, 2**31 - 1)
-    labels[[10, 40]] = 5, 9  # all other faces around their vertices have the largest label
+    labels[[10, 40]] = 5, 9  # all other faces at their vertices have the largest label
     ids = vertex_ids(sheet, labels.astype(np.int32))
     assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
-    # There are vertices for two regions of 20 or more: the first one grows.
+    # There are only enough vertices for two regions of 20 or more: the first one grows.
     assert [np.count_nonzero(ids == region) for region in (5, 9)] == [MIN_IN_FILES, 1]
     assert {*sheet.faces[10]} & {*np.flatnonzero(ids == 5)}
     assert np.flatnonzero(ids == 9)[0] in sheet.faces[40]
@@ -107,7 +107,7 @@ def test_ids_of_polygons_tetrahedra_and_points_are_alike():
 
 
 def grid_of_quads(n):
-    """Vertices and faces of n x n unit squares."""
+    """Return vertices and faces of n x n unit squares."""
     x, y = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
     first = (np.arange(n)[:, np.newaxis] * (n + 1) + np.arange(n)).ravel()
     faces = first[:, np.newaxis] + [0, 1, n + 2, n + 1]

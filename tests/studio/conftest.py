@@ -8,7 +8,7 @@ from superfacets import write_mesh
 
 @pytest.fixture
 def sheet(tmp_path):
-    """A file with a mesh of 1,152 faces."""
+    """Return a file with a mesh of 1,152 faces."""
     path = tmp_path / "sheet.ply"
     write_mesh(path, shapes.bumpy_sheet(24))
     return path
@@ -16,7 +16,7 @@ def sheet(tmp_path):
 
 @pytest.fixture
 def document(sheet):
-    """The work on that mesh, with 20 regions."""
+    """Return a document of that mesh with 20 regions."""
     from superfacets.studio.documents.document import Document
 
     opened = Document.open(sheet, n_segments=20)
@@ -26,7 +26,7 @@ def document(sheet):
 
 @pytest.fixture
 def serve():
-    """Make a client of a studio for a path; keywords are those of `Files.of`."""
+    """Return a function that makes a client for a path; keywords are those of `Files.of`."""
     pytest.importorskip("httpx")
     from studio_client import client_of
 
@@ -43,5 +43,5 @@ def serve():
 
 @pytest.fixture
 def client(serve, sheet):
-    """A client of a studio for the sheet, with 20 regions."""
+    """Return a client of a studio for the sheet, with 20 regions."""
     return serve(sheet, n_segments=20)

@@ -1,4 +1,4 @@
-"""A person who labels a mesh in the studio, and knows where each cell belongs."""
+"""A simulated user who labels a mesh in the studio and knows the true label of each cell."""
 
 import numpy as np
 
@@ -6,22 +6,22 @@ from superfacets.cells.sums import sums_by_label
 from superfacets.studio.labels.classes import INSTANCES
 
 N_OF_STROKE = 3
-"""Cells that a stroke of a split goes over."""
+"""Number of cells in a stroke of a split."""
 
 
 class Labeler:
-    """Does what can be done with a mouse, and counts the strokes.
+    """Labels with the operations of the mouse, and counts the strokes.
 
     A stroke is a press of the button: a click on a region or cell, or one side of a split. Choosing
-    a class, or beginning an object, is a key, which is counted apart.
+    a class, or beginning an object, is a key, which is counted separately.
 
     Parameters
     ----------
     document : Document
     truth : ndarray of int, shape (N,)
-        Class of each cell, 1 and up.
+        Class of each cell, from 1.
     objects : ndarray of int, shape (N,), optional
-        Object of each cell within its class, 1 and up.
+        Object of each cell within its class, from 1.
     """
 
     def __init__(self, document, truth, objects=0):
@@ -30,7 +30,7 @@ class Labeler:
         self.n_strokes = self.n_keys = 0
 
     def label(self, purity):
-        """Paint all regions, and split those first of which less than this is of one object."""
+        """Paint all regions; first split those whose largest object has less than this share."""
         self._split_mixed(purity)
         winners, _ = self._majorities()
         for number in np.unique(winners):
@@ -39,7 +39,7 @@ class Labeler:
                 self._paint(self.document.revision.cells_of(int(region)), number)
 
     def brush(self, n_strokes):
-        """Paint cells that are wrong, the largest first, a stroke each, up to so many in all."""
+        """Paint wrong cells, the largest first, one stroke each, until `n_strokes` in total."""
         wrong = np.flatnonzero(self.document.instances != self.instances).astype(np.uint32)
         wrong = wrong[np.argsort(-self.document.areas[wrong], kind="stable")]
         wrong = np.sort(wrong[: max(0, n_strokes - self.n_strokes)])
@@ -50,11 +50,11 @@ class Labeler:
         self.n_strokes += len(wrong)
 
     def mean_iou(self):
-        """Mean IoU, by area, of all objects of the truth."""
+        """Return the mean IoU, by area, of all objects of the truth."""
         return self._mean_iou(self.document.instances, self.instances)
 
     def mean_class_iou(self):
-        """Mean IoU, by area, of all classes of the truth."""
+        """Return the mean IoU, by area, of all classes of the truth."""
         return self._mean_iou(self.document.state.classes, self.truth)
 
     def _mean_iou(self, found, truth):
@@ -65,7 +65,7 @@ class Labeler:
         return float(np.mean(ious))
 
     def _split_mixed(self, purity):
-        """Split each mixed region by two strokes, along what is the most and the next most."""
+        """Split each mixed region with two strokes, between its two largest objects."""
         _, shares = self._majorities()
         for region in np.flatnonzero(shares < purity):
             cells = self.document.revision.cells_of(int(region))
@@ -74,7 +74,7 @@ class Labeler:
             self.n_strokes += 2
 
     def _strokes_in(self, cells):
-        """A few cells of the two largest parts of a region, those farthest from the other part."""
+        """Return a few cells of each of a region's two largest parts, far from the other part."""
         numbers, truth = np.unique(self.instances[cells], return_inverse=True)
         positions = self.document.segmenter.surface.positions[cells]
         areas = np.bincount(truth, self.document.areas[cells], len(numbers))
@@ -89,7 +89,7 @@ class Labeler:
         return strokes
 
     def _majorities(self):
-        """The object that most of each region is, and its share of the area."""
+        """Return the object with the largest part of each region, and its share of the area."""
         revision, areas = self.document.revision, self.document.areas
         numbers, truth = np.unique(self.instances, return_inverse=True)
         pairs = revision.labels.astype(np.int64) * len(numbers) + truth

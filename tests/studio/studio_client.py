@@ -1,4 +1,4 @@
-"""Clients of the server, in this process and in one of its own, as the front end is one."""
+"""Clients of the server, which runs in this process or another, with the requests of the page."""
 
 import asyncio
 import base64
@@ -28,7 +28,7 @@ def decoded(text, dtype="<u4"):
 
 
 def unpacked(content):
-    """Header and arrays of a binary answer."""
+    """Return header and arrays of a binary answer."""
     assert content[:8] == b"SFSTUDIO"
     begin = 12 + int.from_bytes(content[8:12], "little")
     header = json.loads(content[12:begin])
@@ -37,7 +37,7 @@ def unpacked(content):
 
 
 class Http:
-    """Requests that are answered without a socket, one after the other."""
+    """Requests that are answered without a socket, one after another."""
 
     def __init__(self, app, **options):
         self._transport, self._options = httpx.ASGITransport(app), options
@@ -74,7 +74,7 @@ class Client:
         return self.http.post(f"/api/files/{file}/{name}", json=body)
 
     def done(self, name, file=0, /, **body):
-        """What an operation answers that goes well."""
+        """Return the answer of an operation, and check that it succeeded."""
         answer = self.post(name, file, **body)
         assert answer.status_code == 200, answer.text
         return answer.json()
@@ -100,7 +100,7 @@ class Client:
         return self.done("paint", file, **{"class": class_id}, cells=encoded(cells))
 
     def segment(self, **body):
-        """All lines of a run."""
+        """Return all lines of a run."""
         return [json.loads(line) for line in self.post("segment", **body).text.splitlines()]
 
     def close(self):
@@ -120,7 +120,7 @@ def client_of(path, *, work=None, n_segments=None, classes=()):
 
 
 class Server:
-    """A server in a process of its own."""
+    """A server in another process."""
 
     def __init__(self, path, **options):
         command = [sys.executable, "-c", COMMAND, "studio", str(path), "--no-browser", "-n", "20"]

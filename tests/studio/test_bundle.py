@@ -14,7 +14,7 @@ COMMON = ["package.json", "package-lock.json", "tsconfig.json", "vite.config.js"
 
 
 def _sources(folder, files):
-    """Paths in `frontend/` of the sources of a bundle."""
+    """Return the paths in `frontend/` of the sources of a bundle."""
     if not FRONTEND.is_dir():
         pytest.skip("the sources of the bundles are not part of this distribution")
     found = [*(FRONTEND / "src" / folder).rglob("*"), *(FRONTEND / "src" / "shared").rglob("*")]

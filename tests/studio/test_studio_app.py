@@ -41,7 +41,7 @@ def test_the_mesh_is_as_in_the_file(client, sheet):
     )
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
-    assert header["palette"] == PALETTE.tolist()  # regions look as in pictures
+    assert header["palette"] == PALETTE.tolist()  # regions have the colors of pictures
     assert arrays["areas"].sum() == pytest.approx(client.document().areas.sum())
 
 
@@ -377,7 +377,7 @@ def test_errors_of_the_machine_are_one_line():
 
 
 def stand_in(monkeypatch, code):
-    """Let thumbnails be drawn by this code, which finds the picture's path in sys.argv[2]."""
+    """Draw thumbnails by this code instead, which gets the path of the picture in sys.argv[2]."""
     from superfacets.studio.web.thumbnails import Thumbnails
 
     calls = []
@@ -429,7 +429,7 @@ def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
     begin = time.monotonic()
     timer = threading.Timer(0.5, thumbnails.close)
     timer.start()
-    for _ in range(2):  # the one that is drawn, and one that is asked for afterwards
+    for _ in range(2):  # the running one, and one that is requested later
         with pytest.raises(RenderError, match="drawing failed with status -9"):
             thumbnails.png(sheet)
     assert time.monotonic() - begin < 30

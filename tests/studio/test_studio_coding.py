@@ -1,4 +1,4 @@
-"""How cells and arrays are written in the studio."""
+"""The encoding of cells and arrays in the studio."""
 
 import base64
 import zlib

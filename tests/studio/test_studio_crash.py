@@ -1,4 +1,4 @@
-"""The server is killed at random moments: what it had acknowledged is there, and nothing else."""
+"""The server is killed at random moments: it keeps all acknowledged operations, and no others."""
 
 import random
 import signal
@@ -18,18 +18,18 @@ N_ROUNDS = 4
 
 
 class Worker:
-    """Paints, undoes and redoes at random, and knows what must have come of it."""
+    """Paints, undoes and redoes at random, and knows the expected state."""
 
     def __init__(self, n_cells, seed):
         self.random = random.Random(seed)
         self.state = np.zeros(n_cells, np.uint16)
-        self.next = self.state  # after the operation that is under way
+        self.next = self.state  # after the pending operation
         self.done, self.undone = [], []
         self.n_acknowledged = 0
         self.first_acknowledged = threading.Event()
 
     def work(self, http):
-        """Send operations until the server is gone."""
+        """Send operations until the server does not answer."""
         try:
             while True:
                 self.step(http)
@@ -55,7 +55,7 @@ class Worker:
         self.settle(name, source, target, changed=changed)
 
     def settle(self, name, source, target, *, changed):
-        """Take over the operation that was under way."""
+        """Record that the pending operation succeeded."""
         if name == "paint" and changed:
             self.done.append(self.state)
             self.undone.clear()
@@ -67,7 +67,7 @@ class Worker:
         self.first_acknowledged.set()
 
     def check(self, found):
-        """What is found is the state that was acknowledged, or that of the next operation."""
+        """Check for the state last acknowledged, or that after the pending operation."""
         assert np.array_equal(found, self.state) or np.array_equal(found, self.next)
 
 
@@ -83,12 +83,12 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
             addresses.add(server.address)
             found = server.classes()
             worker.check(found)
-            # What can be undone is not known to the client where an operation was under way.
+            # After an interrupted operation, the client does not know what can be undone.
             worker.state = worker.next = found.copy()
             worker.done, worker.undone = [], []
             thread = threading.Thread(target=worker.work, args=(server.http,))
             thread.start()
-            worker.first_acknowledged.wait(60)  # a slow machine needs long for the first operation
+            worker.first_acknowledged.wait(60)  # on a slow machine, the first operation takes long
             time.sleep(worker.random.uniform(0.05, 0.5))
             server.kill()
             thread.join()
@@ -96,9 +96,9 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
             server.close()
         total += worker.n_acknowledged
         assert total, round_number
-    assert len(addresses) == 1  # an open page goes on
+    assert len(addresses) == 1  # an open page continues to work
     journal = path.with_name("sheet.ply.studio.jsonl")
-    cut = journal.read_bytes()[:-9]  # and in the middle of a line
+    cut = journal.read_bytes()[:-9]  # cut in the middle of a line
     journal.write_bytes(cut)
     server = Server(path)
     try:

@@ -128,7 +128,7 @@ def test_a_split_region_is_whole_again_after_an_undo(document):
 
 @pytest.fixture
 def foreign(document, monkeypatch):
-    """A document with a split and a stroke, opened by a version that finds other regions."""
+    """Return a document with a split and a stroke, opened by a version that makes other regions."""
     region = document.revision.cells_of(2)
     document.split(2, document.revision.number, region[:1], region[-1:])
     document.paint(region, 1)
@@ -215,7 +215,7 @@ def test_an_input_that_changed_under_the_work_is_refused(document):
     ):
         Document.open(other, work)
     assert work.stat().st_size == size
-    write_mesh(document.path, shapes.bumpy_sheet(24))  # the old one
+    write_mesh(document.path, shapes.bumpy_sheet(24))  # the old mesh
     again = Document.open(document.path)
     assert again.state.classes[1] == 1
     again.close()
@@ -231,7 +231,7 @@ def test_an_input_that_changes_while_it_is_open_stops_the_work(document):
     document.path.unlink()
     with pytest.raises(ChangedError):
         document.paint(cells(1), 1)
-    document.path.write_bytes(data)  # as it was
+    document.path.write_bytes(data)  # as before
     document.paint(cells(1), 1)
 
 

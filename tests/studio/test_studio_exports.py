@@ -1,4 +1,4 @@
-"""What the studio writes, and what it reads of other tools and of itself."""
+"""Exports of the studio, and imports of them and of files of other tools."""
 
 import base64
 import csv
@@ -21,7 +21,7 @@ from superfacets.studio.labels.imports import read_import
 
 @pytest.fixture
 def painted(document):
-    """Two regions of class 1, and one of class 2."""
+    """Return a document with two regions of class 1 and one of class 2."""
     for region, number in ((3, 1), (4, 1), (5, 2)):
         document.paint(document.revision.cells_of(region), number)
     document.set_classes(
@@ -126,7 +126,7 @@ def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
     export(painted, "regions", "bin", replace=True)
     assert path.stat().st_size == 8 * painted.cells.n_vertices
     export(painted, "cells", "npy")
-    export(painted, "cells", "npy")  # of our own
+    export(painted, "cells", "npy")  # an export of the studio
 
 
 def test_exports_are_sent_and_written(client, sheet):
@@ -266,7 +266,7 @@ def test_json_of_another_shape_is_one_line(name, data, message):
 
 @pytest.fixture
 def textured(tmp_path):
-    """The work on a wall with an image, of which the left half has class 1."""
+    """Return the document of a wall with an image, whose left half has class 1."""
     from superfacets.studio.documents.document import Document
 
     mesh, pairs = grid(6, 6, 1, 1)

@@ -27,7 +27,7 @@ from superfacets.studio.labels.classes import (
 
 @pytest.fixture
 def folder(tmp_path):
-    """Five meshes, one of them in a folder of its own."""
+    """Return a folder of five meshes, one of them in a subfolder."""
     (tmp_path / "sub").mkdir()
     for name in ("a.ply", "b.ply", "c.ply", "d.ply", "sub/e.ply"):
         write_mesh(tmp_path / name, shapes.bumpy_sheet(8))

@@ -1,4 +1,4 @@
-"""The work file of the studio: what is in it survives whatever happens to the process."""
+"""The work file of the studio: its content survives any failure of the process."""
 
 import contextlib
 import copy
@@ -137,7 +137,7 @@ def test_a_second_studio_is_refused_as_long_as_the_first_is_there(document, shee
 
 @pytest.fixture
 def full_disk(monkeypatch):
-    """Let the disk take ten more bytes, and no more."""
+    """Limit the space on the disk to ten bytes."""
     write, room = os.write, []
 
     def limited(file, data):
@@ -269,7 +269,7 @@ def test_a_line_that_is_no_json_is_damaged_though_its_sum_is_right(document, she
 
 
 def _places(value, path=()):
-    """Where there is a value in JSON, and in values there."""
+    """Yield the path to each value in JSON, at every depth."""
     inside = enumerate(value) if isinstance(value, list) else ()
     for key, child in value.items() if isinstance(value, dict) else inside:
         yield (*path, key)
@@ -346,12 +346,12 @@ def test_a_paint_that_changes_nothing_makes_no_sense(document, sheet):
 def test_the_summary_is_the_first_and_the_last_line(document, tmp_path):
     path = document.journal.path
     assert summary(path)[1]["format"] == "superfacets studio"
-    for number in range(40):  # more than is read at once
+    for number in range(40):  # more than one read returns
         document.paint(np.arange(number, 1000, 7, dtype=np.uint32), 1 + number % 6)
     classes = np.random.default_rng(0).integers(1, 7, 1152)
     document.paint(np.arange(1152, dtype=np.uint32), classes)
     many = [{"id": number, "name": "n" * 100} for number in range(1, 60)]
-    document.set_classes(many)  # a line longer than what is looked at first
+    document.set_classes(many)  # a line longer than the first block read
     with path.open("ab") as file:
         file.write(b"{torn")
     first, last = summary(path)

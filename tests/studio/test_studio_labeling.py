@@ -1,4 +1,4 @@
-"""A benchmark model is labeled into the segments that people gave it."""
+"""A simulated user labels a benchmark model as people have segmented it."""
 
 import shutil
 
@@ -12,10 +12,10 @@ from superfacets.studio.labels.classes import default_classes
 from superfacets.study.princeton import Benchmark
 
 NUMBERS = (182, 181)
-"""A hand, and another one for where the first is not there."""
+"""A segment of one person, and that of another person used where the first is missing."""
 
 PURITY = 0.9
-"""Regions less of which is of one class are split first."""
+"""Regions whose largest class has a smaller share are split first."""
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def model(data_dir):
 
 @pytest.fixture(params=["first", "most", "fewest"])
 def labeler(model, request, tmp_path):
-    """Work on the model, with the segments of one person as the truth."""
+    """Return a labeler of the model, with the segments of one person as the truth."""
     loaded, path = model
     by_number = sorted(loaded.ground_truths, key=lambda truth: len(np.unique(truth)))
     chosen = {"first": loaded.ground_truths[0], "most": by_number[-1], "fewest": by_number[0]}
@@ -55,7 +55,7 @@ def test_regions_take_at_most_a_tenth_of_the_strokes_of_single_faces(labeler):
 
 
 def test_the_model_that_the_documentation_is_about_ends_exactly(labeler):
-    """All 13 people's segments of model 181 take 419 to 1,357 strokes for its 14,480 faces."""
+    """Segments of all 13 people for model 181 take 419 to 1,357 strokes for 14,480 faces."""
     document = labeler.document
     if document.path.name != "181.off":
         pytest.skip("this is model 182")

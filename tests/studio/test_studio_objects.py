@@ -1,4 +1,4 @@
-"""Objects: two chairs of one class, through the journal, exports and imports."""
+"""Objects of one class in the journal, in exports and in imports."""
 
 import csv
 import io
@@ -32,7 +32,7 @@ def reopened(document):
 
 @pytest.fixture
 def furnished(document):
-    """Two chairs, a table, a wall, and a region of chairs without an object."""
+    """Return two labeled chairs, a table, a wall, and a region of chairs without an object."""
     document.set_classes(CLASSES)
     for region, number, place in ((3, 1, 1), (4, 1, 2), (5, 2, 1), (6, 3, 0), (7, 1, 0)):
         document.paint(document.revision.cells_of(region), number, objects=place)
@@ -55,7 +55,7 @@ def test_objects_come_back_after_a_restart_and_are_undone(furnished):
 
 
 def test_a_work_file_of_the_first_version_opens(document):
-    """Classes alone, as work files had them before there were objects."""
+    """Work files of the first version have classes, but no objects."""
     document.paint(document.revision.cells_of(2), 4)
     document.paint(np.arange(3, dtype=np.uint32), [1, 2, 3])
     document.close()
@@ -106,7 +106,7 @@ def test_pieces_of_an_object_become_objects(furnished):
     assert new == [3]
     sizes = [furnished.areas[furnished.instances == number].sum() for number in (1001, 1003)]
     assert sizes[0] >= sizes[1] > 0
-    assert furnished.split_object(1, 0) == [4]  # those without an object
+    assert furnished.split_object(1, 0) == [4]  # cells without an object
     with pytest.raises(ValueError, match="chair 1 has only one piece"):
         furnished.split_object(1, 1)
     with pytest.raises(ValueError, match="there is no object 9 of class 1"):
@@ -172,7 +172,7 @@ def test_a_review_is_marked_in_the_list_of_files(client):
     assert client.done("review", reviewed=True)["is_reviewed"]
     assert client.http.get("/api/files").json()[0]["reviewed"] is True
     client.close()
-    assert client.http.get("/api/files").json()[0]["reviewed"] is True  # from the work file
+    assert client.http.get("/api/files").json()[0]["reviewed"] is True  # read from the work file
 
 
 def test_changes_after_a_review_are_marked_until_it_is_reviewed_again(client):
@@ -184,18 +184,18 @@ def test_changes_after_a_review_are_marked_until_it_is_reviewed_again(client):
     assert client.done("paint", **{"class": 1}, object=1, cells=_coded_cells([2]))["is_changed"]
     assert listed()
     client.close()
-    assert listed()  # from the work file
+    assert listed()  # read from the work file
     assert not client.done("review", reviewed=True)["is_changed"]
     assert not listed()
     assert client.done("name-object", **{"class": 1}, object=1, name="a")["is_changed"]
     assert not client.done("review", reviewed=True)["is_changed"]
-    assert client.done("undo")["is_changed"]  # to a review from before the name
+    assert client.done("undo")["is_changed"]  # back to a review without a name
     assert not client.done("redo")["is_changed"]
     assert not client.done("review", reviewed=False)["is_changed"]
     assert not client.done("paint", **{"class": 1}, cells=_coded_cells([3]))["is_changed"]
 
 
-# Exports, each read back by other code than ours.
+# Exports, each read back by independent code.
 
 
 def test_instances_of_vertices_are_class_times_1000_plus_object(furnished):
@@ -340,12 +340,12 @@ def test_damaged_files_of_objects_are_told(content, message):
         read_import({"a.objects.json": json.dumps(content).encode()}, mesh, ())
 
 
-# Two people.
+# Comparison of two works.
 
 
 @pytest.fixture
 def two(tmp_path):
-    """A mesh of 128 equal faces, and two works on it: ``(mesh, mine, theirs)``."""
+    """Return a mesh of 128 equal faces and two works on it: ``(mesh, mine, theirs)``."""
     path = tmp_path / "grid.ply"
     write_mesh(path, _flat(8))
     works = []
@@ -366,7 +366,7 @@ def two(tmp_path):
 
 
 def _flat(n):
-    """A square of 2 n^2 equal triangles."""
+    """Return a square of 2 n^2 equal triangles."""
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0))
     corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
     a, b, c, d = corner, corner + 1, corner + n + 2, corner + n + 1
@@ -384,7 +384,7 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
     document.compare("theirs", theirs.read_bytes())
     found = document.agreement()
     chair = next(row for row in found["classes"] if row["name"] == "chair")
-    # Faces 8 to 80 are labeled by both. Faces that only one has labeled change no IoU.
+    # Faces 8 to 80 are labeled in both works. Faces labeled in only one do not affect the IoU.
     assert chair["iou"] == 1.0
     assert {row["object"]: row["iou"] for row in chair["objects"]} == {1: 1.0, 2: 1.0}
     assert found["share"] == 1.0
@@ -406,7 +406,7 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
 
 
 def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
-    """The larger half is my object; the other one, and an object of another class, are new."""
+    """The larger half becomes my object; the other, and an object of another class, are new."""
     path = tmp_path / "flat.ply"
     write_mesh(path, _flat(8))
     theirs = Document.open(path, tmp_path / "theirs.studio.jsonl")
@@ -483,7 +483,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
     seq = document.history.seq
     with pytest.raises(ValueError, match="a class has at most 9 objects"):
         document.apply_import(read_import(files, document.cells, document.class_list))
-    assert document.history.seq == seq  # new classes neither
+    assert document.history.seq == seq  # nor are classes added
     document.close()
 
 

@@ -1,4 +1,4 @@
-"""Who is answered by the studio, and with what."""
+"""Which requests the studio answers, and how."""
 
 import os
 import shutil
@@ -178,7 +178,7 @@ def test_an_address_is_kept_for_its_owner_as_long_as_the_server_runs(tmp_path):
     with keep(path, address):
         path.write_text("of another server")
     assert path.exists()
-    with keep(tmp_path / "none" / "file", address):  # it cannot be written
+    with keep(tmp_path / "none" / "file", address):  # the folder does not exist
         pass
 
 
@@ -193,7 +193,7 @@ def test_an_address_that_others_may_have_written_is_not_trusted(tmp_path, monkey
     inode = path.stat().st_ino
     path.write_text(f'{{"port":8765,"token":"{TOKEN}","inode":{inode}}}')
     assert stored_address(path) == Address(8765, TOKEN)
-    copy = shutil.copy2(path, tmp_path / "copy")  # as from an archive that somebody has sent
+    copy = shutil.copy2(path, tmp_path / "copy")  # as from an archive that somebody sent
     assert stored_address(copy) is None
     path.chmod(0o604)
     assert stored_address(path) is None

@@ -1,4 +1,4 @@
-"""Regions for sliders."""
+"""Regions for the positions of sliders."""
 
 import threading
 

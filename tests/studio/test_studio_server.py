@@ -1,4 +1,4 @@
-"""Clients that keep the server waiting, and too many of them."""
+"""Clients that keep the server waiting, and too many clients."""
 
 import contextlib
 import signal
@@ -21,7 +21,7 @@ HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 
 @pytest.fixture
 def port(sheet, monkeypatch):
-    """The port of a studio in a thread of this process, whose patience is short."""
+    """Yield the port of a studio in a thread of this process, whose timeout is short."""
     monkeypatch.setattr("superfacets.studio.web.server.SECONDS", 0.3)
     monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
     opened, address = open_again(None, None)
@@ -50,14 +50,14 @@ def head(port, method="GET", name="state", **headers):
 
 
 def status(port):
-    """What a client is answered that does all it has to do."""
+    """Return the status of the answer to a well-behaved client."""
     return httpx.get(
         f"http://127.0.0.1:{port}/api/files", headers={"X-Token": TOKEN}, timeout=WAIT
     ).status_code
 
 
 def is_closed(client):
-    """Wait until the server has closed a connection, and take what it has sent before."""
+    """Wait until the server closes the connection, and discard what it sends before."""
     with contextlib.suppress(ConnectionError):
         while client.recv(1 << 20):
             pass
@@ -65,7 +65,7 @@ def is_closed(client):
 
 
 def trickle(client, data):
-    """Send a byte now and then, until the server has closed the connection."""
+    """Send data now and then until the server closes the connection; return whether it does."""
     end = time.monotonic() + WAIT
     with contextlib.suppress(ConnectionError):
         while time.monotonic() < end:

@@ -1,4 +1,4 @@
-"""A region cut in two by strokes."""
+"""Regions divided in two by strokes."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from superfacets.studio.regions.splitting import split_cells
 
 
 def sheet(height, n=20):
-    """A square of side 1 with this height over x, of 2 n^2 triangles."""
+    """Return a square of side 1 with 2 n^2 triangles, whose height depends on x."""
     places = np.linspace(0, 1, n + 1)
     x, y = np.meshgrid(places, places, indexing="ij")
     vertices = np.stack([x, y, height(x)], axis=-1).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Objects of files that are suggested, and accepted or rejected one by one."""
+"""Objects that files suggest, accepted or rejected one by one."""
 
 import base64
 import json
@@ -25,7 +25,7 @@ CLASSES = {10: "chair", 11: "class 2", 12: "object", 13: "wall"}
 
 @pytest.fixture
 def groups(tmp_path):
-    """Files with four suggestions: cells 0 to 99 have label 10, the next hundred 11, and so on."""
+    """Write four suggestions: label 10 for cells 0 to 99, 11 for the next hundred, and so on."""
     labels = np.full(1152, -1, np.int32)
     labels[:400] = np.repeat([10, 11, 12, 13], 100)
     np.save(tmp_path / "lifted.npy", labels)
@@ -38,7 +38,7 @@ def groups(tmp_path):
 
 @pytest.fixture
 def suggested(document, groups):
-    """A document with these suggestions."""
+    """Return a document with these suggestions."""
     assert document.suggest(read_import(groups, document.cells, document.class_list)) == 4
     return document
 
@@ -48,7 +48,7 @@ def ids_by_class(document):
 
 
 def reopened(document):
-    """The same work, read from the disk."""
+    """Return the same work, read from the disk."""
     document.close()
     return Document.open(document.path)
 
@@ -180,14 +180,14 @@ def test_files_without_objects_and_with_wrong_scores(document, groups):
 
 
 def strips(n):
-    """A row of n triangles, each with an edge in common with the next."""
+    """Return a row of n triangles, each of which shares an edge with the next."""
     x = np.arange(n + 2.0)
     points = np.stack([x / 2, x % 2, 0 * x], axis=1)
     return Mesh(points, [[i, i + 1, i + 2] for i in range(n)])
 
 
 def test_each_piece_of_a_class_is_suggested_but_stuff_is_one(tmp_path):
-    """Two chairs (class 3) beside each other, but apart; a wall (class 1) in two pieces."""
+    """Two chairs (class 3) are not connected, and a wall (class 1) is in two pieces."""
     write_mesh(tmp_path / "row.ply", strips(12))
     classes = ({"id": 1, "name": "wall", "color": "#ff0000", "key": "", "stuff": True},)
     document = Document.open(tmp_path / "row.ply", None, 2, classes)

@@ -9,7 +9,7 @@ from superfacets.study.baselines import felzenszwalb_segments
 
 
 def share_in_matching_segments(first, second):
-    """The share of items that are in the largest overlap of their segment with another one."""
+    """Return the lower share of items in the largest overlaps, over both directions."""
     overlaps = np.zeros((first.max() + 1, second.max() + 1), int)
     np.add.at(overlaps, (first, second), 1)
     return min(overlaps.max(axis=axis).sum() for axis in (0, 1)) / len(first)

@@ -1,4 +1,4 @@
-"""METIS on the weighted face graph: shapes with a known best cut, components, and odd meshes."""
+"""METIS on the weighted face graph: shapes with a known best cut, components, odd meshes."""
 
 import sys
 
@@ -19,7 +19,7 @@ from superfacets.study.baselines.metis import (
 
 
 def valley(n):
-    """Two flat squares of 2 n^2 faces that meet at a right angle, concave, in the line x = 0."""
+    """Return two squares of 2 n^2 faces that meet in the line x = 0 at a concave right angle."""
     x, y = np.meshgrid(np.arange(-n, n + 1.0), np.arange(n + 1.0), indexing="ij")
     vertices = np.stack([np.minimum(x, 0), y, np.maximum(x, 0)], axis=-1).reshape(-1, 3)
     corner = (np.arange(2 * n)[:, None] * (n + 1) + np.arange(n)).ravel()

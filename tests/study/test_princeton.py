@@ -1,4 +1,4 @@
-"""The Princeton benchmark's layout, whole and damaged."""
+"""The folders and files of the Princeton benchmark, complete and damaged."""
 
 import pytest
 import shapes
@@ -9,7 +9,7 @@ from superfacets.study.princeton import CATEGORIES, Benchmark, category_of
 
 @pytest.fixture
 def folder(tmp_path):
-    """Models 3 and 281: two faces each, with two ground truths."""
+    """Return a folder with models 3 and 281: two faces and two ground truths each."""
     (tmp_path / "off").mkdir()
     square = shapes.strip(2)
     rows = [*square.vertices.tolist(), *([3, *face] for face in square.faces.tolist())]

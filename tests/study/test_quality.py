@@ -1,4 +1,4 @@
-"""The study of regions' quality measures what it says, on a benchmark of two small models."""
+"""The study of the quality of regions measures correctly, on a benchmark of two small models."""
 
 import csv
 import sys
@@ -27,7 +27,7 @@ from superfacets.study.quality.tables import dominators, means
 
 @pytest.fixture(scope="module")
 def subject():
-    """A cube of 192 faces whose six sides are the true segments, as one of two people sees it."""
+    """Return a cube of 192 faces; its sides are the segments of one of two people."""
     vertices, faces = split_in_four(*split_in_four(cube().vertices, cube().faces))
     vectors = np.cross(*np.diff(vertices[faces], axis=1).transpose(1, 0, 2))
     axis = np.abs(vectors).argmax(axis=1)
@@ -37,7 +37,7 @@ def subject():
 
 @pytest.fixture(scope="module")
 def folder(subject, tmp_path_factory):
-    """Models 3 and 7, and 9 that nobody has cut."""
+    """Return a folder with models 3 and 7, and model 9 without segments."""
     root = tmp_path_factory.mktemp("psb")
     (root / "off").mkdir()
     mesh = subject.mesh
@@ -88,7 +88,7 @@ def test_decimating_keeps_the_true_segments_in_place(subject):
 def test_creases_of_a_cube_are_its_edges_and_convex(subject):
     valleys, ridges = creases(subject.mesh)
     assert len(valleys.lengths) == 0
-    assert ridges.lengths.sum() == pytest.approx(2 * 12)  # each both ways around
+    assert ridges.lengths.sum() == pytest.approx(2 * 12)  # each in both directions
     sides, _ = subject.truths
     assert ridges.share_between(sides) == 1.0
     assert ridges.share_between(np.zeros(192, dtype=np.int32)) == 0.0
@@ -220,7 +220,7 @@ def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """Run the command in this process; returns exit status, stdout and stderr."""
+    """Run the command in this process; return exit status, stdout and stderr."""
 
     def _run(*arguments):
         monkeypatch.setattr(sys, "argv", ["superfacets", "quality", *map(str, arguments)])

@@ -1,4 +1,4 @@
-"""The paper's comparison on a benchmark of four small meshes: records, resuming, what is named."""
+"""The comparison of the paper on a benchmark of four small meshes: records, resuming, options."""
 
 import csv
 import json
@@ -38,9 +38,9 @@ FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--j
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """Run the command in this process; returns exit status, stdout and stderr.
+    """Run the command in this process; return exit status, stdout and stderr.
 
-    Plots take most of the time: they are empty files, but where a test wants them.
+    Plots take most of the time, so they are empty files unless a test requests them.
     """
 
     pytest.importorskip("matplotlib")
@@ -65,7 +65,7 @@ def write_off(path, mesh):
 
 
 def write_truth(path, mesh, cut):
-    """Two parts, cut at a value of x."""
+    """Write two parts, cut at a value of x."""
     path.parent.mkdir(parents=True, exist_ok=True)
     parts = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > cut).astype(int)
     path.write_text("".join(f"{part}\n" for part in parts))
@@ -73,7 +73,7 @@ def write_truth(path, mesh, cut):
 
 @pytest.fixture
 def benchmark(tmp_path):
-    """Four models of three categories, with two ground truths each."""
+    """Return the folder of four models of three categories, with two ground truths each."""
     root = tmp_path / "psb"
     for number, n in MODELS.items():
         mesh = shapes.bumpy_sheet(n, seed=number)
@@ -89,7 +89,7 @@ def rows_of(folder):
 
 
 def numbers_of(folder):
-    """All records, without what differs between two runs: the times."""
+    """Return all records without their times, which differ between two runs."""
     records = {}
     for path in sorted((folder / "records").rglob("*.json")):
         record = json.loads(path.read_text())["record"]
@@ -520,7 +520,7 @@ def test_labels_survive_their_packing():
 
 
 def record_of(task):
-    """Do a task here, and return the records of its items."""
+    """Run a task in this process, and return the records of its items."""
     assert _TaskJob(task).run() == {}
     return [read_item(item) for item in task.items]
 

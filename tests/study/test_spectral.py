@@ -34,7 +34,7 @@ def path_lengths(graph, sources, n_threads=1):
 
 
 def near_path_lengths(graph, reach, n_threads=1):
-    """Dense, with infinity where there is none."""
+    """Return the lengths as a dense matrix, with infinity where there is no path."""
     offsets, columns, values = _core.path_lengths_within(
         graph.ordered(1), reach, graph.unit, n_threads
     )
@@ -46,19 +46,19 @@ def near_path_lengths(graph, reach, n_threads=1):
 
 
 def scipy_path_lengths(graph):
-    """Of rounded weights; the shortest of parallel arcs."""
+    """Return path lengths by SciPy, from rounded weights and the shortest of parallel arcs."""
     matrix = np.full((graph.n_cells, graph.n_cells), np.inf)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     np.minimum.at(matrix, (sources, graph.neighbors), graph.lengths)
     is_arc = np.isfinite(matrix)
-    rows, columns = np.nonzero(is_arc)  # as int32, the only indices that SciPy 1.11 takes there
+    rows, columns = np.nonzero(is_arc)  # int32: SciPy 1.11 takes no other indices here
     places = rows.astype(np.int32), columns.astype(np.int32)
     arcs = csr_array((matrix[is_arc], places), shape=matrix.shape)
     return (dijkstra(arcs) * graph.unit).astype(np.float32)
 
 
 def halted_lengths(graph, source, reach):
-    """Path lengths from a cell to those within reach, if cells out of reach are not expanded."""
+    """Return path lengths from a cell to those within reach, not expanding cells out of reach."""
     gaps = np.linalg.norm(graph.positions - graph.positions[source], axis=1)
     best = {}
     queue = [(0, source)]
@@ -98,7 +98,7 @@ def test_path_lengths_are_those_of_scipy(seed):
 
 
 def test_path_lengths_are_right_where_a_few_weights_are_huge(sheet_graph):
-    """Buckets are given up for a heap then."""
+    """With such weights, the search uses a heap instead of buckets."""
     weights = np.array(sheet_graph.weights)
     weights[np.random.default_rng(0).uniform(size=len(weights)) < 0.01] *= 1e6
     graph = CellGraph(
@@ -140,7 +140,7 @@ def test_path_lengths_from_no_cell_are_an_empty_array(sheet_graph):
 
 @pytest.mark.parametrize("n", [300, 700])
 def test_leading_eigenvectors_are_right_where_eigenvalues_are_shared(n):
-    """Of 20 vectors in 700 dimensions from a Krylov space, in 300 from all."""
+    """In 700 dimensions, the 20 vectors come from a Krylov space; in 300, from all vectors."""
     rng = np.random.default_rng(1)
     values = np.repeat(1 / (1 + np.arange(n // 5)), 5)[:n]  # each five times
     basis = np.linalg.qr(rng.standard_normal((n, n)))[0]
@@ -192,7 +192,7 @@ def test_k_regions_come_out_and_own_their_centers(sheet, reach, k):
 
 @every_reach
 def test_regions_are_compact(sheet, reach):
-    """Faces are nearer to their own center than to that of most others."""
+    """For most faces, at most two centers are nearer than that of their region."""
     result = normalized_cuts(sheet, 30, reach=reach)
     positions = build_face_graph(sheet).positions
     gaps = np.linalg.norm(positions[:, None] - positions[result.centers], axis=2)
@@ -201,7 +201,7 @@ def test_regions_are_compact(sheet, reach):
 
 
 def test_an_embedding_serves_every_number_of_regions():
-    mesh = shapes.bumpy_sheet(8)  # all eigenvectors come at once, whatever their number
+    mesh = shapes.bumpy_sheet(8)  # all eigenvectors are computed, for any number of them
     embedding = affinity_embedding(mesh, 30)
     assert embedding.n_vectors == 30
     for k in (1, 7, 30):

@@ -11,7 +11,7 @@ from superfacets.study.superpoints import ORIGINAL, Room, study
 
 @pytest.fixture
 def room(tmp_path):
-    """A sheet of two objects, left and right, and a speck; one vertex is of no face."""
+    """Return a sheet of two objects, left and right, and a speck; one vertex is not in any face."""
     mesh = shapes.bumpy_sheet(16)
     vertices = np.r_[mesh.vertices, [[9, 9, 9]]]
     middle = np.median(mesh.vertices[:, 0])
@@ -56,7 +56,7 @@ def test_other_files_are_refused(tmp_path):
 
 @pytest.fixture
 def plain_room(room):
-    """The same room without the segments of ScanNet."""
+    """Return the same room without the segments of ScanNet."""
     with np.load(room) as file:
         arrays = {name: file[name] for name in ("vertices", "faces", "instances")}
     np.savez(room, **arrays)

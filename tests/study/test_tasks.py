@@ -49,7 +49,7 @@ class Exit:
 
 @dataclass(frozen=True)
 class Nap:
-    """Says which process it is in, and sleeps."""
+    """Records the process it runs in, and sleeps."""
 
     path: Path
     memory: int = 0
@@ -120,7 +120,7 @@ def is_alive(pid):
 
 @dataclass(frozen=True)
 class Divisions:
-    """1 over each number; the worker dies of "death"."""
+    """Computes 1 over each number; the number "death" kills the worker."""
 
     items: tuple[WorkItem, ...]
     cannot: str = ""

@@ -1,4 +1,4 @@
-"""Variational Shape Approximation: analytic shapes, its twin, invariances, and bad arguments."""
+"""Variational Shape Approximation: known shapes, a reference, invariances, bad arguments."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def sheet():
 
 
 def grid(n):
-    """A square of n x n quads in the plane z = 0, with sides of length n, centered."""
+    """Return a square of n x n quads in the plane z = 0, with sides of length n, centered."""
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
     vertices = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3) - [n / 2, n / 2, 0]
     corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
@@ -30,7 +30,7 @@ def grid(n):
 
 
 def subdivided_cube(n):
-    """A cube of n x n quads a side: faces 2 n^2 s and following make side s."""
+    """Return a cube of n x n quads per side: 2 n^2 faces from face 2 n^2 s on make side s."""
     top = grid(n)
     lifted = top.vertices + [0, 0, n / 2]
     sides = []
@@ -42,7 +42,7 @@ def subdivided_cube(n):
 
 
 def ball(n):
-    """A cube blown up to a sphere, a closed surface without ties."""
+    """Return a cube projected onto a sphere, a closed surface without ties."""
     cube = subdivided_cube(n)
     noise = np.random.default_rng(0).uniform(0.99, 1.01, (len(np.unique(cube.vertices, axis=0)), 1))
     _, names = np.unique(cube.vertices, axis=0, return_inverse=True)
@@ -51,7 +51,7 @@ def ball(n):
 
 
 def random_triangles(seed):
-    """Triangles between random vertices: non-manifold, degenerate, in several components."""
+    """Return triangles between random vertices: non-manifold, degenerate, in several components."""
     rng = np.random.default_rng(seed)
     n_vertices = int(rng.integers(4, 40))
     faces = rng.integers(0, n_vertices, (int(rng.integers(1, 90)), 3))
@@ -63,24 +63,26 @@ def random_triangles(seed):
 
 
 def same_regions(one, two):
-    """Whether two labelings are the same up to names."""
+    """Return whether two labelings differ only in their numbers."""
     pairs = np.unique(np.stack([one, two]), axis=1).shape[1]
     return pairs == one.max() + 1 == two.max() + 1
 
 
 def draw(mesh, k, seed):
-    """The seeds of ``rng=seed``."""
+    """Return the seeds of ``rng=seed``."""
     return np.random.default_rng(seed).choice(mesh.n_faces, k, replace=False).tolist()
 
 
-# Shapes whose answer is known
+# Shapes with a known result
 
 
 @every_metric
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_six_regions_grown_one_by_one_are_the_sides_of_a_cube(metric, n):
-    """With ``"l2"`` this is no law: a whole cube extends alike in all directions, and rounding
-    decides where the first plane lies. Of n = 1 to 12 only 5 and 10 end elsewhere."""
+    """With ``"l2"`` this is not true for every n: of n = 1 to 12, it fails for 5 and 10.
+
+    A cube extends alike in all directions, so rounding decides where the first plane lies.
+    """
     mesh = subdivided_cube(n)
     sides = np.repeat(np.arange(6), 2 * n * n)
     result = variational_shape_approximation(mesh, 6, metric=metric, init="incremental")
@@ -90,7 +92,7 @@ def test_six_regions_grown_one_by_one_are_the_sides_of_a_cube(metric, n):
 
 @every_metric
 def test_random_seeds_find_the_sides_of_a_cube_at_times(metric):
-    """Where they do not, two share a side: a local minimum, and the loop stays there."""
+    """In the other runs, two seeds share a side: the loop stays in a local minimum."""
     mesh = subdivided_cube(4)
     sides = np.repeat(np.arange(6), 32)
     found = 0
@@ -123,7 +125,7 @@ def test_a_plane_is_cut_into_k_pieces(metric, init, k):
 
 @every_metric
 def test_on_a_plane_a_face_goes_to_the_seed_of_fewest_steps(metric):
-    """All errors are 0 there, and who comes first is served first: no region starves another."""
+    """All errors are 0 on a plane, so faces are labeled in the order in which they were queued."""
     mesh = grid(16)
     result = variational_shape_approximation(mesh, 4, metric=metric, rng=1, max_num_iter=1)
     graph = build_face_graph(mesh)
@@ -135,7 +137,7 @@ def test_on_a_plane_a_face_goes_to_the_seed_of_fewest_steps(metric):
 
 @every_metric
 def test_the_crease_of_a_roof_is_a_border(metric):
-    """Where there is a seed on either side. Both on one side of it, they share that side."""
+    """This needs a seed on both sides. With both on one side, they share that side."""
     mesh = grid(10)
     x, y, _ = mesh.vertices.T
     roof = Mesh(np.stack([x, y, -0.5 * np.abs(x)], axis=1), mesh.faces)
@@ -151,7 +153,7 @@ def test_the_crease_of_a_roof_is_a_border(metric):
 def test_regions_on_a_cylinder_are_strips_along_it(metric, init):
     mesh = grid(24)
     x, y, _ = mesh.vertices.T
-    turn = np.pi * x / 24  # half a turn, of a radius that keeps quads square
+    turn = np.pi * x / 24  # half a turn, with a radius that keeps quads square
     cylinder = Mesh(np.stack([np.sin(turn), y * np.pi / 24, np.cos(turn)], axis=1), mesh.faces)
     result = variational_shape_approximation(cylinder, 6, metric=metric, init=init)
     centroids = build_face_graph(cylinder).positions
@@ -161,7 +163,7 @@ def test_regions_on_a_cylinder_are_strips_along_it(metric, init):
         assert np.ptp(centroids[members, 1]) > 2 * np.ptp(angle[members])
 
 
-# What holds on every mesh
+# Properties of every mesh
 
 
 @every_variant
@@ -201,7 +203,7 @@ def test_fitting_never_raises_the_error(sheet, metric):
                 vsa_reference._own_errors(surface, state.labels, of).sum()
                 for of in (state.proxies, proxies)
             )
-            # A normal that is given up costs what rounding has left of it.
+            # Where a region loses its normal, the error is what rounding leaves.
             assert after <= before * (1 + 1e-9) + 1e-9
             state = vsa_reference.flood(surface, state.seeds, proxies)
 
@@ -224,7 +226,7 @@ def test_no_other_proxy_near_by_has_less_error(sheet, metric):
 
 
 def test_the_l2_error_is_the_integral_of_the_squared_distance():
-    """Of a triangle that stands on the plane z = 0: its height is 2 at one corner."""
+    """A triangle stands on the plane z = 0: its height is 2 at one corner."""
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 2]], [[0, 1, 2]])
     surface = vsa_reference.Surface(mesh, "l2")
     plane = vsa_reference.Proxy(np.array([5.0, 5.0, 0.0]), np.array([0.0, 0.0, 1.0]))
@@ -281,7 +283,7 @@ def test_awkward_meshes_are_cut_into_connected_regions(metric, init, make):
 
 @every_variant
 def test_faces_without_a_normal_are_labeled_and_change_nothing(metric, init):
-    """A cube with a needle of no width in each of its edges: a face of no area, shared by two."""
+    """Each edge of a cube has a needle of no width: a face of no area that two sides share."""
     cube = subdivided_cube(2)
     flat = cube.faces[:, [0, 1, 1]]  # on the first side of each face
     mesh = Mesh(cube.vertices, np.concatenate([cube.faces, flat]))
@@ -301,7 +303,7 @@ def test_a_closed_surface_has_no_mean_normal_and_is_cut_all_the_same(metric, ini
     assert areas.max() < 4 * np.pi / 4
 
 
-# The twin
+# The reference implementation
 
 
 def check_twin(mesh, metric, k, rng, max_num_iter=12, weld=True):
@@ -392,7 +394,7 @@ def test_regions_of_a_mesh_without_ties_do_not_turn_with_it(sheet, metric, init)
 
 @every_metric
 def test_regions_grown_one_by_one_do_not_depend_on_the_order_of_faces(sheet, metric):
-    """Where there are no ties; random seeds are drawn by index, and are other faces then."""
+    """The mesh has no ties. Random seeds are drawn by index, so they would be other faces."""
     order = np.random.default_rng(5).permutation(sheet.n_faces)
     permuted = Mesh(sheet.vertices, sheet.faces[order])
     options = {"metric": metric, "init": "incremental", "max_num_iter": 4}
@@ -430,7 +432,7 @@ def test_rng_draws_the_seeds(sheet):
     assert np.array_equal(labels(7), labels(np.random.default_rng(7)))
     assert not np.array_equal(labels(7), labels(8))
     generator = np.random.default_rng(7)
-    assert not np.array_equal(labels(generator), labels(generator))  # it has moved on
+    assert not np.array_equal(labels(generator), labels(generator))  # the generator has advanced
     first = variational_shape_approximation(sheet, 30, rng=7, max_num_iter=1)
     assert first.centers.tolist() == draw(sheet, 30, 7)
 
@@ -442,7 +444,7 @@ def test_regions_grown_one_by_one_draw_nothing(sheet):
     assert np.array_equal(one.labels, two.labels)
 
 
-# The loop, and what comes back
+# The loop, and its result
 
 
 def test_max_num_iter_ends_the_loop(sheet):

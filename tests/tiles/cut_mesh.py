@@ -1,4 +1,4 @@
-"""Tiles of a mesh in memory: the expected result of reading one in pieces."""
+"""Tiles of a mesh in memory: the expected result for a mesh that is read in pieces."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from superfacets.workers.scratch import Scratch
 from superfacets.workers.threads import in_turn
 
 run_serially = Run(in_turn)
-"""Do one job after the other, here."""
+"""Run one job after another, in this process."""
 
 
 def cut_mesh(
     mesh: FaceMesh, scratch: Scratch, n_tiles: int, *, weld: bool, n_threads: int | None = None
 ) -> TileStore:
-    """Write a mesh as at most so many tiles; what is read from files is cut in the same way."""
+    """Write a mesh as at most `n_tiles` tiles; meshes read from files are cut in the same way."""
     threads = checked_threads(n_threads)
     positions, measures = measure_faces(mesh, threads)
     order = _core.OrderedGraph(

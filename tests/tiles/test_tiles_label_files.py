@@ -1,4 +1,4 @@
-"""Labels as a file for each file of a folder."""
+"""Labels in one file for each file of a folder."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def sheet():
 
 @pytest.fixture
 def city(sheet, tmp_path):
-    """A folder with the faces of a sheet in three files, and something else."""
+    """Return a folder with the faces of a sheet in three files, and a file of another kind."""
     folder = tmp_path / "city"
     folder.mkdir()
     names = ["c.obj", "b.2.ply", "a.off"]
@@ -38,7 +38,7 @@ def city(sheet, tmp_path):
 
 
 def check(out, result, wanted):
-    """Each file has its part of the labels, and the result has all."""
+    """Check that each file has its part of the labels, and that the result has all."""
     assert np.array_equal(result.labels, wanted)
     assert named(out) == ["a.npy", "b.2.npy", "c.npy"]
     parts = [np.load(out / name) for name in named(out)]
@@ -117,7 +117,7 @@ def test_a_run_that_fails_leaves_what_was_there(city, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "b.2.npy").write_text("old")
-    for path in (city / "a.off", city / "c.obj"):  # only PLY files need no tables on the disk
+    for path in (city / "a.off", city / "c.obj"):  # PLY files need no tables on the disk
         write_mesh(path.with_suffix(".ply"), read_mesh(path))
         path.unlink()
     # The 200 labels of the first file fit into 1,000 bytes; the 500 of the second do not.

@@ -1,4 +1,4 @@
-"""Tiles made of files in pieces are those that are cut of the mesh in memory, byte by byte."""
+"""Tiles of files that are read in pieces equal those cut from the mesh in memory, byte by byte."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_vertices_in_few_blocks_of_many_are_found(bear, tmp_path, monkeypatch):
 
 
 def wrong(mesh, face, vertex):
-    """The arrays of a mesh, with a wrong index."""
+    """Return the arrays of a mesh, with a wrong index."""
     faces = np.array(mesh.faces)
     faces[face, 1] = vertex
     return np.array(mesh.vertices), faces

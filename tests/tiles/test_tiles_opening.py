@@ -1,4 +1,4 @@
-"""Meshes of every kind of file, and of folders and arrays, read in pieces."""
+"""All kinds of files, folders and arrays of meshes, read in pieces."""
 
 import os
 
@@ -21,7 +21,7 @@ def scratch(tmp_path):
 
 
 def mesh_of(pieces, step=7):
-    """The mesh of pieces, read a few rows at a time."""
+    """Return the mesh of pieces, read a few rows at a time."""
     n_vertices, n_faces = pieces.points.n_rows, pieces.n_cells
     vertices = [pieces.points.read(at, min(at + step, n_vertices))
                 for at in range(0, n_vertices, step)]  # fmt: skip
@@ -199,7 +199,7 @@ def test_a_ply_that_is_cut_or_damaged_is_named(bear, scratch, tmp_path):
 
 @pytest.fixture
 def cloud():
-    """Points with normals, in numbers that float32 holds."""
+    """Return points with normals, all exact in float32."""
     points = np.random.default_rng(0).random((500, 3)).astype(np.float32)
     return PointCloud(points, (points - 0.5).astype(np.float32))
 
@@ -233,7 +233,7 @@ def test_files_of_points(cloud, scratch, tmp_path, name):
 
 
 def ply_of_points(path, columns, ending="<", body=None):
-    """Write a binary PLY file with a vertex element of these columns, behind another element."""
+    """Write a binary PLY file with a vertex element of these columns, after another element."""
     kind = {"f": "float", "d": "double"}
     table = np.rec.fromarrays([array for _, array in columns], names=[n for n, _ in columns])
     order = "little" if ending == "<" else "big"
@@ -266,9 +266,9 @@ def test_plys_that_cannot_be_read_in_pieces_are_read_whole(cloud, scratch, tmp_p
     ply_of_points(path, [*columns, ("f", cloud.points[:, 0]), ("w", cloud.points[:, 0])])
     content = path.read_bytes()
     path.write_bytes(content.replace(b"property double w", b"property double f"))
-    check_cloud(path, scratch, sf.read_cloud(path))  # two columns of one name
+    check_cloud(path, scratch, sf.read_cloud(path))  # two columns have the same name
     path.write_bytes(content.replace(b"property float f", b"property list uchar int f"))
-    with pytest.raises(MeshError, match=r"a\.ply: "):  # the list before the points eats into them
+    with pytest.raises(MeshError, match=r"a\.ply: "):  # the list before the points uses their bytes
         open_pieces(path, scratch, for_workers=False)
     path.write_bytes(content[:-5])
     with pytest.raises(MeshError, match=r"a\.ply: .* truncated"):

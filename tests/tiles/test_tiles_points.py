@@ -1,4 +1,4 @@
-"""Labels of tiles are those of the cloud in memory, point for point."""
+"""Labels of tiles equal those of the cloud in memory, point for point."""
 
 import re
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 
 
 def sampled(n_points, seed=0):
-    """Points of a ball with bumps, in an order that says nothing of where they are."""
+    """Return points of a ball with bumps, in random order."""
     generator = np.random.default_rng(seed)
     points = generator.normal(size=(n_points, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -28,12 +28,12 @@ def sampled(n_points, seed=0):
 
 @pytest.fixture(scope="module")
 def ball():
-    """9,000 points: 3 tiles of 4,096."""
+    """Return 9,000 points: 3 tiles of 4,096."""
     return sampled(9_000)
 
 
 def with_copies(points, seed=0):
-    """The points, some of them two or three times, in any order."""
+    """Return the points in random order, some of them two or three times."""
     generator = np.random.default_rng(seed)
     chosen = generator.integers(0, len(points), len(points) // 2)
     return generator.permutation(np.concatenate([points, points[chosen]]))

@@ -1,4 +1,4 @@
-"""Arrays on disk: whole or not there, and removed with the run, whatever ends it."""
+"""Arrays on disk: complete or absent, and removed with the run, however it ends."""
 
 import errno
 import os
@@ -37,7 +37,7 @@ def test_ranges_of_rows_are_those_of_the_array(folder, dtype, shape):
 
 
 def test_arrays_are_read_without_ast(folder, monkeypatch):
-    """In CPython 3.11 `ast` fails where threads use it at the same time."""
+    """In CPython 3.11, `ast` fails if threads use it at the same time."""
 
     def fail(text):
         raise SystemError("AST constructor recursion depth mismatch")
@@ -70,7 +70,7 @@ def test_arrays_stay_in_memory_while_there_is_room(tmp_path):
         assert on_disk(made) == ["b.npy"]
         made.remove("a")
         assert not made.has("a")
-        made.save("b", np.arange(5, 15))  # now there is room for it
+        made.save("b", np.arange(5, 15))  # now there is space for it
         assert on_disk(made) == []
         made.save("b", np.arange(100))
         assert on_disk(made) == ["b.npy"]
@@ -80,7 +80,7 @@ def test_arrays_stay_in_memory_while_there_is_room(tmp_path):
         assert made.load("c/d", 3, 5).tolist() == [3, 4]
         made.remove_folder("c")
         assert not made.has("c/d")
-        made.save("e", np.arange(10))  # in the room of that
+        made.save("e", np.arange(10))  # in the space of that
         assert on_disk(made) == ["b.npy"]
 
 
@@ -103,7 +103,7 @@ def test_arrays_in_memory_cannot_be_changed(tmp_path):
             with pytest.raises(ValueError, match="read-only"):
                 changed[0] = 1
         assert made.load("part").tolist() == list(range(0, 20, 2))
-        assert made.load("part").base.nbytes == 80  # not the whole of which it was a part
+        assert made.load("part").base.nbytes == 80  # not the whole array it was a part of
 
 
 def test_a_file_that_cannot_be_written_is_named_and_leaves_nothing(folder):
@@ -192,12 +192,12 @@ def test_what_a_killed_run_left_is_removed_by_the_next_and_nothing_else(tmp_path
     for name in others:
         (tmp_path / name).mkdir()
     unlocked = tmp_path / ".superfacets-tiles-0123456789ab"
-    unlocked.mkdir()  # no run has ever held it
+    unlocked.mkdir()  # no run has ever locked it
     command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     left = process.stdout.readline().strip()
     with scratch_folder(tmp_path):
-        assert Path(left).exists()  # that run is still at work
+        assert Path(left).exists()  # that run is still active
     process.kill()
     process.communicate()
     deadline = time.monotonic() + 10

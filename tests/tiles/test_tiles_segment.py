@@ -1,4 +1,4 @@
-"""Labels of tiles are those of the mesh in memory, face for face."""
+"""Labels of tiles equal those of the mesh in memory, face for face."""
 
 import os
 import subprocess
@@ -37,7 +37,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def bear():
-    """19,568 faces in an order that says nothing of where they are: 2 tiles and 5."""
+    """Return 19,568 faces in random order: 2 and 5 tiles."""
     mesh = sf.sample_mesh(12_000)
     order = np.random.default_rng(0).permutation(mesh.n_faces)
     return Mesh(mesh.vertices, mesh.faces[order])
@@ -45,14 +45,14 @@ def bear():
 
 @pytest.fixture(scope="module")
 def torn(bear):
-    """The same with many holes, and islands between them."""
+    """Return the same bear with many holes, and islands between them."""
     kept = np.random.default_rng(0).random(bear.n_faces) < 0.93
     return Mesh(bear.vertices, bear.faces[kept])
 
 
 @pytest.fixture(scope="module")
 def sheet():
-    """A wavy sheet of quads, some of them cut into two triangles."""
+    """Return a wavy sheet of quads, some of them divided into two triangles."""
     n = 150
     x, y = np.meshgrid(np.arange(n), np.arange(n))
     vertices = np.stack([x, y, np.sin(0.3 * x) * np.cos(0.2 * y)], axis=-1).reshape(-1, 3)
@@ -64,9 +64,9 @@ def sheet():
 
 
 def steps(seed):
-    """A sheet of quads with folds both ways, of which some are ridges.
+    """Return a sheet of quads with folds in both directions, some of which are ridges.
 
-    Whether a fold is one depends on what is around its ends, and on the next folds there.
+    Whether a fold is a ridge depends on the surface at its ends, and on the next folds there.
     """
     n = 120
     x, y = np.meshgrid(np.arange(n), np.arange(n))
@@ -128,7 +128,7 @@ def test_the_size_of_regions_from_which_labels_spread_from_coarse_cells(bear, tm
 
 
 def test_loose_pieces_join_over_the_borders_of_tiles(tmp_path, monkeypatch):
-    """With noise, labels spread from coarse cells are in pieces, some of them at these borders."""
+    """With noise, labels spread from coarse cells are in pieces, some of them at tile borders."""
     counts = []
     join = tiled_graph.TiledGraph.join_loose_pieces
 
@@ -277,7 +277,7 @@ def test_ridges_of_parts(tmp_path):
 
 @pytest.mark.parametrize("n_segments", [20, 300])
 def test_coarse_cells_end_at_rims_of_parts(n_segments, tmp_path):
-    """With 300 regions, all faces are in memory, and pieces of regions that got loose are not."""
+    """With 300 regions, all faces are in memory, and loose pieces of regions are not."""
     block = drilled_block()
     arrays = (block.vertices * (1, 1, 0.1), block.faces)
     for _ in range(3):
@@ -304,7 +304,7 @@ def test_ridges_that_depend_on_faces_two_steps_away(tmp_path, seed):
 
 
 def hollow(is_inside_out=False, times=3):
-    """A bowl of 18,432 faces, neither all hollow nor solid."""
+    """Return a bowl of 18,432 faces, neither fully hollow nor solid."""
     mesh = bowl(24, 0.6)
     arrays = (mesh.vertices, mesh.faces[:, ::-1] if is_inside_out else mesh.faces)
     for _ in range(times):
@@ -428,7 +428,7 @@ def test_stages_and_tiles_are_told(bear, tmp_path):
     assert ("weights", 5, 5) in tiles
     passes = [(n_done, n) for stage, n_done, n in tiles if stage == "classify"]
     assert (1, 1) not in passes
-    visits = [done for done in passes if done[0] > 5]  # of paths that go from tile to tile
+    visits = [done for done in passes if done[0] > 5]  # of paths from tile to tile
     assert visits[0][0] == 6
     assert [n_done for n_done, _ in visits] == list(range(6, 6 + len(visits)))
     assert all(n_done <= n for n_done, n in visits)

@@ -1,4 +1,4 @@
-"""Several tiles at a time on threads of one process: the same labels, and nothing left behind."""
+"""Several tiles at a time on threads of one process: equal labels, and no files left."""
 
 import os
 import signal
@@ -52,7 +52,7 @@ def test_tiles_at_the_same_time_fit_into_memory(monkeypatch, tmp_path, memory, l
 
 
 class Slow:
-    """Work that notes what is done, and takes its time."""
+    """Work that is slow and records what is done."""
 
     def __init__(self):
         self.n_begun = self.n_done = 0

@@ -1,4 +1,4 @@
-"""Tiles on workers: the same labels, whatever is killed, and clear errors where it must end."""
+"""Tiles on workers: equal labels although workers are killed, and clear errors where runs fail."""
 
 import errno
 import os
@@ -63,7 +63,7 @@ def test_a_killed_worker_loses_nothing(mesh, labels, tmp_path):
     killed = []
 
     def kill(*_):
-        if len(killed) < 4 and (processes := worker_processes()):  # or all were killed just now
+        if len(killed) < 4 and (processes := worker_processes()):  # or all were killed before
             processes[0].kill()
             killed.append(processes[0].pid)
 
@@ -115,7 +115,7 @@ def test_workers_that_end_for_good_end_the_run(mesh, tmp_path, monkeypatch):
 
 
 def end_here(store, piece):
-    """As a tile that needs more memory than there is."""
+    """End the process, like a tile that needs too much memory."""
     os.kill(os.getpid(), signal.SIGKILL)
 
 

@@ -1,4 +1,4 @@
-"""The check that most tests of tiles make."""
+"""The check that most tests of tiles use."""
 
 import contextlib
 
@@ -14,9 +14,9 @@ def in_memory(cells, n_segments, **options):
 
 
 def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
-    """Compare the result of each size of tiles with the result in memory; return the latter.
+    """Compare the result for each tile size with the result in memory, and return the latter.
 
-    With the first size, some arrays are cached in memory; with others, all are on the disk.
+    With the first size, some arrays are cached in memory; with the others, all are on the disk.
     """
     wanted = in_memory(cells, n_segments, **options)
     for tile_size in tile_sizes:
@@ -42,7 +42,7 @@ def check_number_of_tiles(cells, n_segments, tmp_path, n_tiles, tile_size=4096, 
 
 @contextlib.contextmanager
 def largest_file(n_bytes):
-    """Let the system refuse to write more than `n_bytes` to any file, much like a full disk."""
+    """Refuse to write more than `n_bytes` to any file, much like a full disk."""
     resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))

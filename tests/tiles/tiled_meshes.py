@@ -6,13 +6,13 @@ from superfacets import PolygonMesh, write_mesh
 
 
 def as_ply(folder, mesh):
-    """The path of a binary PLY file that holds a mesh."""
+    """Return the path of a binary PLY file with a mesh."""
     write_mesh(folder / "mesh.ply", mesh)
     return folder / "mesh.ply"
 
 
 def random_polygons(n_faces, seed=0):
-    """A row of flat polygons of 3 to 6 corners that share sides, and vertices by position."""
+    """Return a row of flat polygons of 3 to 6 corners that share sides, but not vertex indices."""
     generator = np.random.default_rng(seed)
     sizes = generator.integers(3, 7, n_faces)
     offsets = np.append(0, np.cumsum(sizes))

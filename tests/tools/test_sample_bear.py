@@ -1,4 +1,4 @@
-"""What makes the sample mesh: a closed surface on known solids, with creases where they meet."""
+"""The generator of the sample mesh makes a closed surface, with creases where solids meet."""
 
 import math
 
@@ -32,7 +32,7 @@ def default_bear():
 
 @pytest.fixture
 def make_solids(monkeypatch):
-    """Puts other solids in the place of the bear's."""
+    """Return a function that replaces the solids of the bear."""
 
     def replace(*solids):
         monkeypatch.setattr(creature, "SOLIDS", solids)
@@ -48,12 +48,12 @@ def ball(x, radius):
 
 
 def directed_sides(faces):
-    """Both ends of each side of each face, (3 F, 2), in the order of faces and sides."""
+    """Return both ends of each side of each face, (3 F, 2), in the order of faces and sides."""
     return np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
 
 
 def twins(faces):
-    """For each directed side the index of the one that runs the other way."""
+    """Return for each directed side the index of the opposite one."""
     sides = directed_sides(faces)
     key, opposite = sides @ [2**32, 1], sides @ [1, 2**32]
     order = np.argsort(key)
@@ -61,7 +61,7 @@ def twins(faces):
 
 
 def pieces(n, ones, others):
-    """Number of connected components of a graph on n nodes."""
+    """Return the number of connected components of a graph of n nodes."""
     root = np.arange(n)
     while True:
         least = root.copy()
@@ -85,7 +85,7 @@ def signed_volume(mesh):
 
 
 def smallest_angles(mesh):
-    """Smallest angle of each face, degrees."""
+    """Return the smallest angle of each face, in degrees."""
     corners = mesh.vertices[mesh.faces]
     ahead = np.roll(corners, -1, axis=1) - corners
     ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)
@@ -101,7 +101,7 @@ def test_every_edge_has_two_faces_that_run_through_it_in_opposite_directions(bea
 
 
 def test_the_faces_around_each_vertex_form_one_fan(bear):
-    """Corners of faces at a vertex are linked across the edges at it: one chain a vertex."""
+    """Linked across their edges, the corners of faces at a vertex form one chain per vertex."""
     twin = twins(bear.faces)
     start = np.arange(3 * bear.n_faces)
     end = np.roll(start.reshape(-1, 3), -1, axis=1).ravel()
@@ -163,7 +163,7 @@ def test_parts_meet_in_concave_creases_and_are_smooth_elsewhere(default_bear):
     assert bends[across].min() > 35
     centroids = default_bear.vertices[default_bear.faces].mean(axis=1)
     heights = np.einsum("ei,ei->e", normal[face], centroids[neighbor] - centroids[face])
-    assert heights[across].min() > 0  # the neighbor rises above the plane of the face: concave
+    assert heights[across].min() > 0  # the neighbor is above the plane of the face: concave
 
 
 def test_every_part_is_one_piece(default_bear):
@@ -202,7 +202,7 @@ def test_a_ball_is_round(make_solids):
 
 
 def test_two_balls_meet_in_a_sharp_circle(make_solids):
-    """Balls of radius 1, 1 apart, meet at x = 1/2, at the distance sqrt(3)/2 from the axis."""
+    """Balls of radius 1, 1 apart, meet at x = 1/2, at a distance of sqrt(3)/2 from the axis."""
     make_solids(ball(0.0, 1.0), ball(1.0, 1.0))
     mesh = made(20_000)
     np.testing.assert_array_equal(parts_in(mesh), mesh.vertices[mesh.faces, 0].mean(1) > 0.5)
@@ -212,7 +212,7 @@ def test_two_balls_meet_in_a_sharp_circle(make_solids):
     assert len(crease) > 50
     np.testing.assert_allclose(crease[:, 0], 0.5, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(crease[:, 1:], axis=1), math.sqrt(3) / 2, rtol=1e-9)
-    both = 2 * 4 / 3 * math.pi - 5 / 12 * math.pi  # two balls less their lens
+    both = 2 * 4 / 3 * math.pi - 5 / 12 * math.pi  # two balls minus their lens
     assert signed_volume(mesh) == pytest.approx(both, rel=2e-3)
 
 

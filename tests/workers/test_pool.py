@@ -1,4 +1,4 @@
-"""Worker processes of this machine: how they begin, what they send, and how they end."""
+"""Worker processes of this machine: start, messages and end."""
 
 import os
 import random
@@ -23,12 +23,12 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="there is no fork ser
 
 @pytest.fixture(params=[pytest.param(True, marks=linux), False], ids=["forked", "spawned"])
 def either(request, monkeypatch):
-    """Workers that are forked from a server, and workers that are not."""
+    """Return workers that are forked from a server, and workers that are not."""
     monkeypatch.setattr(start, "HAS_SERVER", request.param)
 
 
 def run(team, function, *arguments, **options):
-    """The endings of calls of a function, in the order of the arguments."""
+    """Return the outcomes of calls of a function, in the order of the arguments."""
     endings = dict(team.run([(function, (argument,)) for argument in arguments], **options))
     assert sorted(endings) == list(range(len(arguments)))
     return [endings[place] for place in range(len(arguments))]
@@ -76,7 +76,7 @@ def test_workers_that_are_killed_at_any_time_lose_no_call(seed):
 
 
 class OddError(Exception):
-    """Cannot be made again from its arguments."""
+    """An error that cannot be created again from its arguments."""
 
     def __init__(self, one, two):
         super().__init__(f"{one} and {two}")
@@ -169,7 +169,7 @@ def test_the_server_is_started_ahead_where_a_second_core_can_run_it(monkeypatch)
     psutil = pytest.importorskip("psutil")
     for process in servers():
         process.kill()
-        # Not `wait`, which would hide its end from the module that has started it.
+        # Not `wait`, which would hide the end of the process from the module that started it.
         while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
             time.sleep(0.01)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0})
@@ -178,7 +178,7 @@ def test_the_server_is_started_ahead_where_a_second_core_can_run_it(monkeypatch)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
     start.prepare()
     deadline = time.monotonic() + 60
-    while not servers() and time.monotonic() < deadline:  # it has yet to become its own program
+    while not servers() and time.monotonic() < deadline:  # it must still become its own program
         time.sleep(0.01)
     (prepared,) = servers()
     with open_pool(1) as team:

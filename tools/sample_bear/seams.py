@@ -62,7 +62,7 @@ def _vote(
 
 
 def _lowest_around(quads: IndexArray, n_vertices: int) -> npt.NDArray[np.bool_]:
-    """Return whether each quad comes before all other quads at its four corners in `quads`."""
+    """Return whether each of `quads` precedes all other `quads` that share a corner with it."""
     first = np.full(n_vertices, len(quads))
     rank = np.arange(len(quads))
     np.minimum.at(first, quads.ravel(), np.repeat(rank, 4))

@@ -212,8 +212,8 @@ def _faces_of_polydata(source: Any) -> Any:
     """Return the faces of a PyVista PolyData.
 
     The result is an array (F, n) if all faces have n corners, and a list of arrays otherwise. A
-    PolyData stores its faces in one flat array. In this array, each face is its number of corners,
-    followed by its vertices.
+    PolyData stores its faces in one flat array: for each face, the number of its corners, followed
+    by its vertices.
     """
     if getattr(source, "n_strips", 0):
         raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")

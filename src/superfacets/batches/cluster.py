@@ -133,7 +133,7 @@ def _check_sees(client: Any, folder: str) -> None:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the number of threads of the worker that runs this, and its memory limit in bytes."""
+    """Return the number of threads of the calling worker, and its memory limit in bytes."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 

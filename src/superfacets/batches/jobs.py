@@ -51,7 +51,7 @@ def cells_of(path: str) -> int:
 
 
 def memory_of(path: str) -> int:
-    """Return an upper bound of the memory in bytes that a process needs to segment a file."""
+    """Estimate the memory, in bytes, that a process needs to segment a file; usually too high."""
     return BASE + PER_BYTE * _size_of(path) + PER_CELL * cells_of(path)
 
 

@@ -104,7 +104,7 @@ def levels_command(
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
         n_threads, is_kept = checked_threads(options["n_threads"]), constraints.get("mask")
         table: Any = features_of(features, cells, attributes, n_threads, is_kept)
-        with warnings.catch_warnings():  # of the finest regions, which are then merged
+        with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(

@@ -117,7 +117,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """Return the message of a usage error; for an option of another tool, name our option."""
+    """Return the message of a usage error; if another tool has the option, suggest ours."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES

@@ -141,7 +141,7 @@ class Job:
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str, *, as_json: bool, is_quiet: bool
     ) -> None:
-        """Print the facts as JSON if `as_json`, otherwise a line per output, and the text."""
+        """Print `facts` if `as_json`, else a line per output and `text`, unless `is_quiet`."""
         if as_json:
             self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
         elif not is_quiet:
@@ -149,7 +149,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """Return a text that says which elements a label file labels; it is empty for other files."""
+    """Return a text such as " (a label per face)" for a label file, and "" for other files."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -193,7 +193,7 @@ class OneRun:
             print_notes([*notes, *lacking, *numbers])
 
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:
-        """Print the facts as JSON with ``--json``, otherwise a line per output, and the text."""
+        """Print `facts` with ``--json``, else a line per output and `text`, unless ``--quiet``."""
         text = f"{self.job.name}: {text}"
         self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self.is_quiet)
 

@@ -42,7 +42,7 @@ ALIGNMENT = 8
 def write_glb(file: IO[bytes], content: Content) -> None:
     """Write GLB. Polygons are triangulated, and unused vertices are skipped.
 
-    Coordinates are float32. If float32 is not exact, the origin of the coordinates is moved to the
+    Coordinates are float32. If float32 cannot represent them exactly, their origin is moved to the
     center of the bounding box. The triangles of each material form a separate primitive.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture

@@ -48,7 +48,7 @@ CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
 
 UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
-"""Endings of files that store given labels of vertices unchanged. All other files store labels of
+"""Endings of files that store given labels of vertices unchanged. Other label files store labels of
 cells, even if labels of vertices are given."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")

@@ -18,7 +18,7 @@ STEM_SIZE = 40
 temporary file. The number is limited because file systems limit names to 255 bytes."""
 
 OLD = 24 * 3600.0
-"""Age, in seconds, from which temporary files are removed. Writing a file takes less time."""
+"""Minimum age, in seconds, of temporary files that are removed. Writing a file takes less time."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 

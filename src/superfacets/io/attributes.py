@@ -56,7 +56,7 @@ class LasDimension(NamedTuple):
         return values
 
     def encoded(self, values: Array) -> Array | None:
-        """Return the numbers to store, or None if decoding them would not give `values`."""
+        """Return the numbers to store; None if the shape is wrong or decoding them gives others."""
         if values.shape[1:] != ((self.n_numbers,) if self.n_numbers > 1 else ()):
             return None
         dtype = np.dtype(self.kind)
@@ -215,7 +215,7 @@ class MeshAttributes:
 
 
 def _have_region_colors(stored: Mapping[str, Array]) -> bool:
-    """Return whether labels from `write_ply` are stored, which are written twice, with colors."""
+    """Return whether colors are of regions: `write_ply` stores labels as `label` and `quality`."""
     labels, quality = stored.get("label"), stored.get("quality")
     if labels is None or quality is None:
         return False
@@ -223,7 +223,7 @@ def _have_region_colors(stored: Mapping[str, Array]) -> bool:
 
 
 def _bytes_of(colors: Array) -> Bytes | None:
-    """Scale colors to 0 to 255; return None if all colors are black."""
+    """Scale colors to the range 0 to 255; return None if all colors are black."""
     colors = np.nan_to_num(colors)
     most = float(colors.max(initial=0.0))
     if most <= 0.0:

@@ -124,7 +124,7 @@ class Benchmark:
         OSError
             If the mesh file does not exist or cannot be read.
         ValueError
-            If the benchmark has no model with this number.
+            If `number` is not in 1 to 260 or 281 to 400.
         """
         category = category_of(number)
         mesh = as_triangles(read_mesh(self.path_of(number)))

@@ -59,7 +59,7 @@ class Task(Protocol):
 
     @property
     def items(self) -> tuple[WorkItem, ...]:
-        """Pieces of the task, in the order of processing."""
+        """Items of the task, in the order of processing."""
 
     @property
     def memory(self) -> int:
@@ -105,7 +105,7 @@ def outcome_of(item: WorkItem, lost: Mapping[Path, str]) -> Record | None:
 
 @dataclass(frozen=True)
 class _TaskJob:
-    """Job that runs a task, and writes its records. The result is like that of `run_tasks`."""
+    """Job that runs a task, and writes its records. Its result is as for `run_tasks`."""
 
     task: Task
     deadline: float | None = None  # in seconds of `time.monotonic`, which is equal in all processes

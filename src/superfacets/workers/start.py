@@ -60,7 +60,7 @@ def start_context() -> ForkServerContext | SpawnContext:
 
 @contextlib.contextmanager
 def own_settings() -> Iterator[None]:
-    """Give processes that start in the `with` block `_ENVIRONMENT`, and block Ctrl-C in them.
+    """Set `_ENVIRONMENT` in processes that start in the `with` block, and block Ctrl-C in them.
 
     In this process, Ctrl-C is delayed until the end of the block. Started processes do not import
     the main script, which may lack ``if __name__ == "__main__":``.

@@ -1,4 +1,4 @@
-"""A studio that answers, and a browser that looks at it."""
+"""Fixtures: a running studio, and a browser that shows its page."""
 
 import pytest
 
@@ -14,7 +14,7 @@ SIZE = {"width": 700, "height": 460}
 
 @pytest.fixture(scope="module")
 def context(browser):
-    """What pages of one module share."""
+    """Return the browser context that all pages of a module share."""
     opened = browser.new_context(viewport=SIZE, reduced_motion="reduce")
     opened.set_default_timeout(WAIT_MS)
     yield opened
@@ -23,7 +23,7 @@ def context(browser):
 
 @pytest.fixture(scope="module")
 def shared(context, tmp_path_factory):
-    """A server and a page that tests take from each other: to open one takes a while."""
+    """Return a server and page that tests share, since opening a page is slow."""
     path = tmp_path_factory.mktemp("shared") / "bear.ply"
     write_mesh(path, sample_mesh(5_000))
     server = Server(path, 40)
@@ -35,7 +35,7 @@ def shared(context, tmp_path_factory):
 
 @pytest.fixture
 def errors(context):
-    """Errors of scripts: none is allowed."""
+    """Collect errors of scripts, and fail the test if there are any."""
     found = []
 
     def note(error):
@@ -49,7 +49,7 @@ def errors(context):
 
 @pytest.fixture
 def studio(shared, errors):
-    """The server and its page, as if both had just been started."""
+    """Return the shared server and page, reset as if both had just been started."""
     server, tab = shared
     if tab.page.url == "about:blank":
         tab.page.goto(server.address)
@@ -59,7 +59,7 @@ def studio(shared, errors):
 
 @pytest.fixture
 def serve():
-    """Starts a studio on a path; all are ended after the test."""
+    """Return a function that starts a studio on a path; all studios end after the test."""
     servers = []
 
     def start(path, n_segments, kind=Server):
@@ -73,7 +73,7 @@ def serve():
 
 @pytest.fixture
 def open_tab(context, errors):
-    """Opens an address."""
+    """Return a function that opens an address in a new tab."""
     pages = []
 
     def open_page(address):
@@ -88,13 +88,13 @@ def open_tab(context, errors):
 
 @pytest.fixture
 def bear(tmp_path):
-    """A file with a small bear."""
+    """Return a file with a small bear."""
     write_mesh(tmp_path / "bear.ply", sample_mesh(5_000))
     return tmp_path / "bear.ply"
 
 
 @pytest.fixture
 def command(serve, open_tab, bear):
-    """A server that can be killed, and its page."""
+    """Return a server process that can be killed, and its page."""
     server = serve(bear, 40, Command)
     return server, open_tab(server.address)

@@ -1,4 +1,4 @@
-"""A studio that runs, and its page as tests drive it."""
+"""A running studio, and functions that drive its page in tests."""
 
 import json
 import queue
@@ -15,7 +15,8 @@ from superfacets.studio.web.server import serve
 
 START_SECONDS = 60
 WAIT_MS = 60_000
-"""Other work may be running: a wait ends as soon as what it is for is there."""
+"""Timeout of waits, long because other processes may be running; most waits are
+short."""
 
 READY = """window.studio && studio.ready && studio.isIdle
     && document.querySelector("#canvas").width === document.querySelector("#view").clientWidth"""
@@ -38,7 +39,7 @@ class Server:
         self.address = started.get(timeout=START_SECONDS)
 
     def request(self, path, **options):
-        """Bytes that the server answers with."""
+        """Return the bytes of the server's answer."""
         origin, token = self.address.split("/?token=")
         headers = {"X-Token": token, "Content-Type": "application/json"}
         request = urllib.request.Request(f"{origin}/api/{path}", headers=headers, **options)
@@ -49,7 +50,7 @@ class Server:
         return np.frombuffer(self.request("files/0/paint"), "<u4").astype(np.uint16)
 
     def instances(self):
-        """Class * 1000 + object of each cell."""
+        """Return class * 1000 + object of each cell."""
         paint = np.frombuffer(self.request("files/0/paint"), "<u4")
         return (paint & 0xFFFF) * 1000 + (paint >> 16)
 
@@ -62,7 +63,7 @@ class Server:
 
 
 class Command(Server):
-    """The command in a process of its own. A second start answers at the same address."""
+    """The command, in another process. It can be restarted at the same address."""
 
     def __init__(self, path, n_segments):
         self.arguments = ["studio", str(path), "--no-browser", "-n", str(n_segments)]
@@ -80,7 +81,7 @@ class Command(Server):
         self.address = next(word for word in words if word.startswith("http://"))
 
     def kill(self):
-        """No chance to save anything."""
+        """Kill the process, so that it cannot save anything."""
         self.process.kill()
         self.process.wait()
         self.process.stdout.close()
@@ -91,7 +92,7 @@ class Command(Server):
 
 
 class Tab:
-    """A page of the browser, as the tests need it."""
+    """A page of the browser, with what tests do to it."""
 
     def __init__(self, page):
         self.page = page
@@ -99,7 +100,7 @@ class Tab:
         self.evaluate = page.evaluate
 
     def until(self, condition):
-        """Wait for an expression of JavaScript to be true."""
+        """Wait until an expression of JavaScript is true."""
         self.page.wait_for_function(f"() => {condition}", timeout=WAIT_MS)
 
     def ready(self):
@@ -109,11 +110,11 @@ class Tab:
         return self
 
     def settled(self):
-        """Wait until nothing is under way: the page shows what the server has."""
+        """Wait until no request is pending: the page then shows the state of the server."""
         self.until("studio.isIdle")
 
     def begin_anew(self):
-        """Take all work back, and look at the mesh as at first."""
+        """Undo all work, and reset the view."""
         self.page.emulate_media(color_scheme="light")
         self.evaluate("""async () => {
             const { workbench } = studio;
@@ -153,7 +154,7 @@ class Tab:
         return np.array(self.evaluate("studio.labels().map((_, cell) => studio.classOf(cell))"))
 
     def spots(self, n):
-        """Regions that are well seen, with a place well inside each: (region, x, y); None: all."""
+        """Return (region, x, y), a place well inside each clearly visible region; None: all."""
         found = self.evaluate(
             """n => {
                 const { clientWidth, clientHeight } = document.querySelector("#canvas");
@@ -188,7 +189,7 @@ class Tab:
         self.page.mouse.click(*self._on_page(x, y))
 
     def drag(self, *places):
-        """Press at the first place, move over the others, let go."""
+        """Press at the first place, move over the others, and release."""
         self.page.mouse.move(*self._on_page(*places[0]))
         self.page.mouse.down()
         for place in places[1:]:
@@ -197,18 +198,18 @@ class Tab:
         self.page.mouse.up()
 
     def away(self):
-        """The pointer to where nothing is, so that nothing is highlighted."""
+        """Move the pointer off the mesh, so that nothing is highlighted."""
         self.page.mouse.move(*self._on_page(3, 3))
         self.page.mouse.move(*self._on_page(2, 2))
         self.until("studio.workbench.hoveredCell === -1")
 
     def hue_at(self, x, y):
-        """The color at a place, whatever the light: its share of red, green and blue."""
+        """Return the shares of red, green and blue at a place, which do not depend on the light."""
         color = np.array(self.evaluate("([x, y]) => studio.pixelAt(x, y)", [x, y]), float)
         return color / color.sum()
 
 
 def hue(color):
-    """The same of a color such as #ff0000."""
+    """Return the shares of red, green and blue of a color such as #ff0000."""
     parts = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)], float)
     return parts / parts.sum()

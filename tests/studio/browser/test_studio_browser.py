@@ -1,4 +1,4 @@
-"""The studio in a real browser: what one does is seen, saved, and survives what happens."""
+"""The studio in a real browser: actions are shown, saved, and survive crashes and reloads."""
 
 import numpy as np
 from scipy import spatial
@@ -15,7 +15,7 @@ def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
     assert before.max() + 1 == tab.evaluate("studio.nRegions") == 40
     slider = tab.locator("#n_segments")
     slider.focus()
-    for _ in range(5):  # the regions of each are there before the next
+    for _ in range(5):  # the regions of each come before the next
         tab.press("ArrowRight")
         tab.settled()
     wanted = int(tab.locator("output[for=n_segments]").text_content())
@@ -337,13 +337,13 @@ def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(stud
     tab.press("2")
     tab.page.mouse.move(*tab._on_page(x, y))
     tab.until(f"studio.regionAt({x}, {y}) === {region} && studio.workbench.hoveredCell >= 0")
-    tab.press("f")  # the neighbors have a class: they are a fence
+    tab.press("f")  # the neighbors have a class, so the fill ends there
     tab.wait_for_status(
         f"1 similar region: class 2 #1. Unlabeled regions: {n - len(ring)} before,"
         f" {n - len(ring) - 1} now. {n - 1} more are similar: {len(ring)} labeled already,"
         f" {n - 1 - len(ring)} not connected to this region by similar regions."
     )
-    assert "raise" not in tab.status  # the tolerance is the largest already
+    assert "raise" not in tab.status  # the tolerance is at its maximum
     assert set(tab.labels()[tab.classes() == 2]) == {region}
     assert "class 2" in tab.locator("#tip").text_content()
     tab.press("Control+z")
@@ -410,7 +410,7 @@ def test_n_and_s_never_lead_to_hidden_regions(studio):
             (region) => session.regions.cellsOf(region).some(isLeft));
     }""")
     assert 3 < len(left) < n
-    partly = left[0]  # its first cell is hidden, the others are not
+    partly = left[0]  # its first cell is hidden, others are not
     tab.evaluate(f"""() => {{
         const {{ workbench }} = studio;
         workbench.hide(workbench.session.regions.cellsOf({partly}).subarray(0, 1), "A cell");
@@ -491,7 +491,7 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
 
 
 def _cells_of_all_kinds(folder):
-    """A file of each kind of cells, and how many these are."""
+    """Return a file of each kind of cells, with their number."""
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     corners += [[x, y, 1] for x, y, _ in corners]
     quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
@@ -645,7 +645,7 @@ def test_two_tabs_show_the_same(studio, open_tab):
     _, x, y = tab.spots(1)[0]
     tab.click(x, y)
     tab.settled()
-    other.evaluate("dispatchEvent(new Event('focus'))")  # as if one went there
+    other.evaluate("dispatchEvent(new Event('focus'))")  # as if the user went to that tab
     other.until("studio.workbench.session.state.can_undo && studio.isIdle")
     np.testing.assert_array_equal(other.classes(), tab.classes())
     other.press("2", "n", "Enter", "Control+z", "Control+z")
@@ -671,7 +671,7 @@ def test_errors_are_one_line_and_the_page_goes_on(studio):
     assert server.classes().any()
 
 
-# Each text that is seen, with its color and that of what is behind it.
+# Each visible text, with its color and its background color.
 TEXTS = """() => [...document.querySelectorAll("body *")].flatMap(e => {
     if (!e.checkVisibility() || e.closest("svg")) return [];
     if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) return [];

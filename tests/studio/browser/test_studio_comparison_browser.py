@@ -10,7 +10,7 @@ from superfacets.studio.documents.document import Document
 
 @pytest.fixture
 def compared(serve, open_tab, bear, tmp_path):
-    """A page with two labeled regions, of which the other work has the second one otherwise."""
+    """Return a page with two labeled regions, one of which has another label in the other work."""
     server = serve(bear, 40)
     tab = open_tab(server.address)
     spots = tab.spots(2)
@@ -28,19 +28,19 @@ def compared(serve, open_tab, bear, tmp_path):
 
 
 def shown(tab):
-    """What the table says, once it is up to date."""
+    """Return the text of the table once it is up to date."""
     tab.until("document.querySelector('#comparison').ariaBusy === 'false' && studio.isIdle")
     return tab.locator("#comparison p").text_content()
 
 
 def said(server):
-    """What a fresh comparison of the server gives."""
+    """Return the sentence for the result of a new comparison by the server."""
     found = json.loads(server.request("files/0/compare", data=b"{}"))["agreement"]
     return f"agree on {100 * found['share']:.1f} % of this part"
 
 
 def hatched(tab):
-    """Cells that are drawn as different."""
+    """Return the cells that are drawn as different."""
     return tab.evaluate("""() => {
         const { cells } = studio.workbench.drawing;
         return studio.labels().flatMap((_, cell) => (cells.marksOf(cell) & 16 ? [cell] : []));
@@ -57,7 +57,7 @@ def test_the_table_follows_taken_labels_undo_and_strokes(compared):
     assert "agree on 100.0 %" in shown(tab)
     tab.press("Control+z")
     tab.wait_for_status("Undone")
-    tab.press("d")  # at once: it compares again before it looks for a difference
+    tab.press("d")  # immediately: the page compares again before it searches
     tab.wait_for_status(f"Region {second}")
     assert shown(tab) == first
     assert hatched(tab) == np.flatnonzero(tab.labels() == second).tolist()
@@ -101,7 +101,7 @@ def test_the_tip_tells_both_labels_of_the_cell_under_the_pointer(compared):
 
 @pytest.fixture
 def differing(serve, open_tab, bear, tmp_path):
-    """A page with four labeled regions, all of another class in the other work; largest first."""
+    """Return a page with four regions, largest first, all of another class in the other work."""
     tab = open_tab(serve(bear, 40).address)
     spots, labels = tab.spots(4), tab.labels()
     for _, x, y in spots:

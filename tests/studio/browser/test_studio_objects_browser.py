@@ -1,4 +1,4 @@
-"""Two objects of one class, told apart in a real browser by mouse and keyboard alone."""
+"""Objects of one class, distinguished in a real browser by mouse and keyboard alone."""
 
 import json
 import re
@@ -15,7 +15,7 @@ CHAIR, FLOOR = 1000, 2000
 
 
 def box(center, size, n):
-    """A box whose sides have 2 n^2 triangles each."""
+    """Return a box whose sides have 2 n^2 triangles each."""
     u, v = (np.ravel(part) for part in np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0)))
     a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
     halves = ([a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1])
@@ -31,7 +31,7 @@ def box(center, size, n):
 
 @pytest.fixture
 def made_room(tmp_path):
-    """A floor with two chairs on it, and the object of each face: 0 is the floor."""
+    """Return a floor with two chairs on it, and the object of each face, where 0 is the floor."""
     parts = [
         box((0, -0.15, 0), (6, 0.3, 3), 6), box((-1.5, 0.75, 0), (1, 1.4, 1), 4),
         box((1.5, 0.75, 0), (1, 1.4, 1), 4),
@@ -45,7 +45,7 @@ def made_room(tmp_path):
 
 @pytest.fixture
 def real_room(data_dir, tmp_path):
-    """Two large cupboards of one class of a scanned room, and what is beside them."""
+    """Return a part of a scanned room: two large cupboards of one class, and their surroundings."""
     path = data_dir / "rooms" / "storage_d1.npz"
     if not path.exists():
         pytest.skip(f"there is no {path.name} in {path.parent}")
@@ -69,7 +69,7 @@ def room(request):
 
 
 class Annotator:
-    """Labels two chairs and the floor with mouse and keys, and knows which regions are of which."""
+    """A simulated user who labels two chairs and the floor, and knows the object of each region."""
 
     def __init__(self, tab, truth):
         self.tab, self.labels = tab, tab.labels()
@@ -78,13 +78,13 @@ class Annotator:
         self.instance_of_region = np.array([FLOOR, CHAIR + 1, CHAIR + 2])[table.argmax(axis=1)]
 
     def label(self):
-        """Click what is seen, class by class; S goes to the regions behind, one by one."""
+        """Click visible regions, class by class; press S to go to the hidden ones, one by one."""
         tab = self.tab
         seen = tab.spots(None)
         for number, keys in ((FLOOR, "2"), (CHAIR + 1, "1"), (CHAIR + 2, "o")):
             tab.press(keys)
             if number == FLOOR:
-                tab.page.get_by_label("Make class 2 a surface").click()  # no longer
+                tab.page.get_by_label("Make class 2 a surface").click()  # not a surface any more
                 tab.settled()
             for region, x, y in seen:
                 if self.instance_of_region[region] == number:
@@ -97,7 +97,7 @@ class Annotator:
         tab.settled()
 
     def choose(self, instance):
-        """Choose a class by its key, or an object in its list."""
+        """Choose a class by its key, or an object in the list of objects."""
         number, place = divmod(int(instance), 1000)
         if place:
             self.tab.locator(f"input[name=object][value='{place << 16 | number}']").click()
@@ -148,7 +148,7 @@ def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_p
 
 
 def check_vertices(path, written, expected):
-    """Vertices inside of an object, whose faces are all of it, have its number."""
+    """Check that vertices whose faces are all in one object have the number of that object."""
     faces = sf.read_mesh(path).faces
     lowest, highest = np.full(len(written), 10**6), np.full(len(written), -1)
     np.minimum.at(lowest, faces.ravel(), np.repeat(expected, 3))
@@ -160,7 +160,7 @@ def check_vertices(path, written, expected):
 
 
 def merge(tab, path, folder, expected):
-    """Somebody else took a part of the first chair for the second: take theirs by keys."""
+    """Accept, by keys, another work in which part of the first chair belongs to the second."""
     work = folder / "theirs.studio.jsonl"
     document = Document.open(path, work)
     for number in (1001, 1002):
@@ -183,7 +183,7 @@ def merge(tab, path, folder, expected):
 
 
 def test_sections_locks_and_schemes(studio):
-    """What is cut off is not seen; locked cells keep their class; the background turns."""
+    """Clipped cells are hidden, locked cells keep their class, and the background can change."""
     _, tab = studio
     (first, *a), (second, *b) = tab.spots(2)
     tab.press("1")
@@ -209,7 +209,7 @@ def test_sections_locks_and_schemes(studio):
     tab.page.mouse.up()
     assert seen(tab) != high
     tab.press("c")
-    assert len(seen(tab)) > 0.95 * n_seen  # a smooth picture shows some more cells
+    assert len(seen(tab)) > 0.95 * n_seen  # a smooth picture shows slightly more cells
     before = tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)")
     tab.drag((4, 60), (80, 90))
     assert tab.evaluate("JSON.stringify(studio.workbench.drawing.camera.eye)") != before
@@ -259,7 +259,7 @@ def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
 
 
 def lab(color):
-    """CIELAB coordinates of a color such as rgb(1,2,3) or #010203."""
+    """Return the CIELAB coordinates of a color such as rgb(1,2,3) or #010203."""
     numbers = re.findall(r"\d+", color) if color.startswith("rgb") else bytes.fromhex(color[1:])
     part = np.array([int(number) for number in numbers]) / 255
     light = np.where(part > 0.04045, ((part + 0.055) / 1.055) ** 2.4, part / 12.92)
@@ -270,7 +270,7 @@ def lab(color):
 
 @pytest.mark.parametrize("n", [6, 20])
 def test_objects_never_look_like_another_class(n, bear, serve, open_tab, tmp_path):
-    """The default classes, or 20 named ones of which the last is "other"."""
+    """Check the default classes, and 20 named ones of which the last is "other"."""
     server = serve(bear, 40)
     tab = open_tab(server.address)
     if n > 6:

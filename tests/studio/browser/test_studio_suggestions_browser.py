@@ -1,4 +1,4 @@
-"""Suggested objects in a real browser: seen, accepted and rejected by mouse and keyboard alone."""
+"""Suggested objects in a real browser: shown, accepted and rejected by mouse and keyboard alone."""
 
 import json
 import re
@@ -14,7 +14,7 @@ SCORES = (0.9, 0.6, 0.75, 0.3)
 
 @pytest.fixture
 def suggest(tmp_path):
-    """Imports the best seen regions as suggestions of these labels; returns their spots."""
+    """Import the most visible regions as suggestions of these labels, and return their places."""
 
     def given(tab, labels):
         spots, of_cells = tab.spots(len(labels)), tab.labels()
@@ -36,7 +36,7 @@ def suggest(tmp_path):
 
 
 def instances_of(server, tab, spots):
-    """Class * 1000 + object of each of these regions."""
+    """Return class * 1000 + object of each of these regions."""
     labels, found = tab.labels(), server.instances()
     values = [np.unique(found[labels == region]) for region, *_ in spots]
     assert all(len(value) == 1 for value in values)
@@ -62,7 +62,7 @@ def test_keys_accept_and_reject_what_is_chosen_or_under_the_pointer(studio, sugg
 
     n_cells = np.count_nonzero(tab.labels() == spots[0][0])
     assert sizes(tab)[0] == f"chair{n_cells} · 0.90"
-    tab.press("j", "a")  # the best one, and on to the next
+    tab.press("j", "a")  # accept the best one, and go to the next
     tab.wait_for_status(
         "Suggestion accepted: chair. 3 left. The next one is chosen: no class yet, score 0.75."
     )
@@ -183,7 +183,7 @@ def test_suggestions_survive_a_killed_server(command, suggest):
 
 
 def test_the_key_w_looks_through_walls_seen_from_behind(serve, open_tab, tmp_path):
-    """Two parallel walls face each other: seen from outside, the near one hides the far one."""
+    """Two parallel walls face each other: from outside, the near one hides the far one."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], float)
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     mesh = Mesh(np.concatenate([square, square + [0, 1, 0]]), [*faces[:, ::-1], *(faces + 4)])

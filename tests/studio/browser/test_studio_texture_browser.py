@@ -1,4 +1,4 @@
-"""The studio draws textures, blends them with regions, and says why it does not."""
+"""The studio draws textures, blends them with regions, and gives the reason if it cannot."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ COLORS = ["#ff0000", "#00c800", "#0000ff", "#c8c800"]
 
 
 def write_wall(folder):
-    """A wall with an image of four quarters."""
+    """Write a wall with an image of four quarters."""
     quarters = np.array([[int(color[i : i + 2], 16) for i in (1, 3, 5)] for color in COLORS])
     pixels = np.kron(quarters.reshape(2, 2, 3), np.ones((64, 64, 1))).astype(np.uint8)
     save_png(folder / "quarters.png", pixels)

@@ -1,4 +1,4 @@
-"""Names, keys and messages, as somebody uses them who labels a first room."""
+"""Names, keys and messages, used as by someone who labels a first room."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 
 @pytest.fixture
 def desk(studio):
-    """A window in which whole names are seen."""
+    """Return a tab whose window is wide enough for whole names."""
     _, tab = studio
     tab.page.set_viewport_size({"width": 1000, "height": 560})
     tab.ready()
@@ -23,7 +23,7 @@ def names(server):
 
 def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk):
     server, tab = desk
-    tab.press("s")  # a region is chosen on the mesh
+    tab.press("s")  # a region of the mesh is selected
     name_of(tab, "class 1").click()  # in the middle of the word
     tab.page.keyboard.type("floor")
     tab.press("Enter")
@@ -41,7 +41,7 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk)
     tab.press("Tab")
     tab.settled()
     assert names(server)[:3] == ["floor", "chair", "desk"]
-    focused = "document.activeElement.ariaLabel"  # also after the list is made anew
+    focused = "document.activeElement.ariaLabel"  # also after the list is rebuilt
     tab.until(f"{focused}?.startsWith('Make desk a surface')")
     assert not server.classes().any()
 

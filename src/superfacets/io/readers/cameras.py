@@ -58,7 +58,7 @@ def read_cameras(
     list of PinholeCamera
         Cameras in the order of the file. Cameras of a folder of poses are sorted by the length of
         the name, then by name, so that 9 comes before 10. The name of a camera is the file name of
-        its image, without the folder.
+        its image, or the name of its pose file without ``.txt``.
 
     Raises
     ------

@@ -39,7 +39,7 @@ _FLAT = math.log(2.0)
 smaller, the splat has no normal direction."""
 
 _UNIT = 0.01
-"""Vectors in unnamed columns are normals if their lengths differ from 1 by less than this."""
+"""Unnamed columns are normals if all lengths differ from 1 by less than about this number."""
 
 _MAX_COLUMNS = 12
 """Maximum number of columns of a cloud in .npy. Wider arrays are height grids or features."""
@@ -148,7 +148,7 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
 def _narrowed(column: Floats) -> Array:
     """Convert whole numbers to uint8 if they fit, so that they can be colors, or else to int32.
 
-    A column with other numbers is returned unchanged.
+    A column with fractions, or with numbers that do not fit in int32, is returned unchanged.
     """
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column

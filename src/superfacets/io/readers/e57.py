@@ -101,7 +101,7 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Return the scanner position: (3,) for one scan, (N, 3) for several; None if unknown."""
+    """Return the scanner position: (3,) for one scan, else per point, (N, 3); None if unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
     # Merged clouds often have an identity pose, although the scanner was not at the origin.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
@@ -184,7 +184,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
-    """Scale colors to [0, 1], or return None if their limits are equal or infinite."""
+    """Scale colors to [0, 1], or return None if their limits are infinite or not ascending."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):
         low, high = _limits_of(pye57, header, name)
@@ -195,7 +195,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Return the limits of a color field: those of the scan, or if it has none, of the type."""
+    """Return the limits of a color field from the header of the scan, or else from its type."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

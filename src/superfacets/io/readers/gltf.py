@@ -80,7 +80,7 @@ def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
 
 
 def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
-    """Raise a MeshError if the scene has no triangles, or too many copies for the file size."""
+    """Raise a MeshError if a scene has no triangles, too many, or too many for the file size."""
     n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
     if n_faces == 0:
         raise MeshError("the default scene of the glTF file has no triangles")
@@ -246,7 +246,7 @@ def _keep_rows(
 
 
 def positions_of(primitive: dict[str, Any], index: int) -> int:
-    """Return the accessor index of the positions of a primitive; `index` is the mesh."""
+    """Return the accessor index of the positions of a primitive of mesh `index`."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:
@@ -262,7 +262,7 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
 
 
 def _read_positions(gltf: Gltf, index: int) -> Floats:
-    """Return positions, (V, 3). Normalized integers (KHR_mesh_quantization) become -1 to 1."""
+    """Return positions, (V, 3). Normalized integers (KHR_mesh_quantization) give -1 to 1."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:

@@ -139,7 +139,7 @@ def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
-    """Return the integer >= 0 at `key`, or raise a MeshError if the value is something else."""
+    """Return the integer >= 0 at `key`, or `default`; raise a MeshError for other values."""
     value = item.get(key, default)
     if type(value) is not int or value < 0:
         raise MeshError(f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}")
@@ -235,7 +235,10 @@ def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Return the content of each buffer: the binary chunk, or the bytes at a URI."""
+    """Return the content of each buffer: the binary chunk, the bytes at a URI, or no bytes.
+
+    A buffer without bytes is the fallback of a buffer with meshopt compression.
+    """
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")

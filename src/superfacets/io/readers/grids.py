@@ -43,7 +43,10 @@ class Grid:
     values: Array | None  # (C,) cell data with the requested name, or None
 
     def tets(self) -> Array:
-        """Return the corners of tetrahedra, (N, 4). Other volume cells raise a MeshError."""
+        """Return the corners of tetrahedra, (N, 4).
+
+        Raises a MeshError if there are other volume cells, or if there are no tetrahedra.
+        """
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
         if others:

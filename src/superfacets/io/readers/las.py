@@ -256,7 +256,7 @@ def _add_extra_columns(
 
 
 def _is_rounded(stored: Array) -> bool:
-    """Return whether there are integers above 2**53, which float64 may not represent exactly."""
+    """Return whether an integer is beyond ±2**53, where float64 does not represent all integers."""
     is_long = stored.dtype.kind in "iu" and stored.itemsize == 8
     return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
 
@@ -363,7 +363,7 @@ def _chunks(
         )
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
-    if any(size > n_bytes for _, size in chunks):  # otherwise the sum of sizes may overflow
+    if any(size > n_bytes for _, size in chunks):  # so that the sum of sizes cannot overflow
         raise MeshError(f"a chunk declares more than the {counted(n_bytes, 'byte')} of all chunks")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points

@@ -54,7 +54,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format; return section readers by name, which return False to skip."""
+        """Parse the format; return a reader for each section, which returns False to skip it."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -124,7 +124,7 @@ class _MshReader(Cursor):
         if len(wrong):
             line = rows.number(int(wrong[0]))
             raise MeshError(f"line {line}: the element has too many or too few numbers")
-        values = np.append(values, 0)  # index -1 is used for missing tags, whose value is 0
+        values = np.append(values, 0)  # read by index -1, which stands for a missing tag
         tags = [values[np.where(n_tags > i, starts + 3 + i, -1)] for i in range(2)]
         nodes = values[runs(starts + 3 + n_tags, n_nodes)]
         self._elements.append((values[starts], types, *tags, nodes))

@@ -25,7 +25,7 @@ _SIZES = {b"\1\0": 2, b"\2\0": 4, b"\3\0": 4}
 
 _AS_JSON = {ord("'"): '"', ord("("): "[", ord(")"): "]"}
 _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
-"""Matches text that JSON does not allow: commas before brackets, and the suffix L of integers."""
+"""Matches text that JSON does not allow: a comma before a closing bracket, and L after digits."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
@@ -76,7 +76,10 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 
 
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Parse the header, the text of a Python dict, as JSON, because `ast` is not thread-safe."""
+    """Convert the header, which is the text of a Python dict, to JSON, and parse the JSON.
+
+    `ast.literal_eval` is not used, because it is not thread-safe.
+    """
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
     fields = json.loads(_NOT_JSON.sub("", plain))
     if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:

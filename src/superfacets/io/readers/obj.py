@@ -52,7 +52,7 @@ def without_continuations(data: Content) -> Content:
 @dataclass(frozen=True, eq=False)
 class _Block:
     vertices: Floats  # (V, 3) positions in the `v` lines
-    corners: Array  # (C,) vertex index of each corner, counted from 0; negative if invalid
+    corners: Array  # (C,) vertex index of each corner, counted from 0; may be out of range
     lengths: Ints  # (F,) number of corners of each `f` line
 
 

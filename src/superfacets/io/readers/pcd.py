@@ -214,7 +214,7 @@ def _check_points(n_found: int, header: _Header) -> None:
 
 
 def _flat(values: Array) -> Array:
-    """Copy a table; a table with one column becomes one-dimensional."""
+    """Return a table in contiguous memory; a table with one column becomes one-dimensional."""
     return np.ascontiguousarray(values[:, 0] if values.shape[1] == 1 else values)
 
 

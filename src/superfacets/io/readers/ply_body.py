@@ -33,9 +33,9 @@ def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Return the columns of all elements, in the order of the header.
 
     Declared sizes are compared with the size of the file before memory is allocated. Only
-    whitespace may follow the last element. If all rows of an element have lists of the same length,
-    as in a triangle mesh, the element is read as one array. Otherwise its rows are visited one by
-    one.
+    whitespace, or zero bytes in a binary file, may follow the last element. If all rows of an
+    element have lists of the same length, as in a triangle mesh, the element is read as one array.
+    In a binary file, the rows of any other element are visited one by one.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 

@@ -172,9 +172,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     -------
     PointCloud
         The points; for a mesh in a PLY file, its vertices. Points without a position are skipped:
-        points that an E57 file declares invalid, and points of a PCD file that have a coordinate
-        that is NaN or infinite. Labels of the cloud are in the
-        order of the remaining points.
+        points that an E57 file declares invalid, and points of a PCD file with a NaN or infinite
+        coordinate. Labels of the cloud are in the order of the remaining points.
 
     Raises
     ------

@@ -19,7 +19,8 @@ from .vtk_xml import XmlFile
 def read_tets(data: Content, ending: str) -> TriangleArrays:
     """Return vertices, (V, 3), and tetrahedra, (N, 4), in the order of the file.
 
-    Points, lines and faces are skipped. Raises a MeshError if there are other volume cells.
+    Points, lines and faces are skipped. Raises a MeshError if there are other volume cells, or no
+    tetrahedra.
     """
     grid = _read(data, ending, "")
     return grid.vertices, grid.tets()

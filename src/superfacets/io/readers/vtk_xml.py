@@ -27,7 +27,7 @@ NUMBER_TYPES = {
 """NumPy type codes, keyed by VTK type names."""
 
 _NONE = np.empty(0, np.uint8)
-"""Empty array; concatenating it with other integers does not change their type."""
+"""Empty array; arrays of integers that are concatenated with it remain integers."""
 
 _UNNAMED = "without a name"
 

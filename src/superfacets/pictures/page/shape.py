@@ -111,9 +111,7 @@ class _Outline:
     mesh: FaceMesh
     graph: FaceGraph
     cells: npt.NDArray[np.uint32] | None  # (F,) cell of each face; None if faces are cells
-    places: npt.NDArray[
-        np.uint32
-    ]  # (V,) index into `DrawnSurface.points` of each vertex of the mesh
+    places: npt.NDArray[np.uint32]  # (V,) index of each vertex in `DrawnSurface.points`
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
         """Return the edges that are borders in at least one of the labelings, (B, 4).

@@ -37,7 +37,7 @@ class State:
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
-    is_changed: bool = False  # whether labels or classes may have changed since the review
+    is_changed: bool = False  # whether labels, classes or names may differ from the reviewed ones
     suggestions: Suggestions = ()  # suggested objects that wait for a decision
 
     @property

@@ -538,7 +538,7 @@ def merged_work(
     """Compare two work files of a mesh, and return the same dict as `agreement`.
 
     If `output` is given, a copy of my work file is written there. In this copy, cells without a
-    class get their label from `theirs`. With `prefer_theirs`, cells with different labels do so,
+    class get their label from `theirs`. With `prefer_theirs`, cells whose labels differ get it,
     too.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.

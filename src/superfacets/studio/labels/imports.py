@@ -56,10 +56,10 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
 
     `files` maps file names to contents. `known` is the current list of classes.
 
-    ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell. An ``.sstk.json`` file may
-    contain several segmentations; the first is read, because it is the finest. A ``.segs.json``
-    file contains one label per vertex, and a cell gets the most frequent label of its corners. Each
-    label is the number of a class; 0 or less means no class.
+    ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell or vertex, and ``.segs.json``
+    files one label per vertex. From labels of vertices, a cell gets the most frequent label of its
+    corners. An ``.sstk.json`` file may contain several segmentations; the first is read, because it
+    is the finest. Each label is the number of a class; 0 or less means no class.
 
     If an ``.aggregation.json`` file is also given, labels are not class numbers: each group of
     labels becomes an object, whose class has the name of the group, ignoring case. Cells in no
@@ -141,7 +141,7 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Return the most frequent label at the corners of each cell, or the lowest of several."""
+    """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
     return labels_of_corners(cells, of_vertices)

@@ -87,7 +87,7 @@ def suggestions_of(
 
 
 def _pieces(imported: Imported, surface: Surface) -> Longs:
-    """Return a number of the connected component of each imported cell within its class.
+    """Return the number of the connected component of its class that contains each imported cell.
 
     The number is 0 for all cells of classes without objects.
     """

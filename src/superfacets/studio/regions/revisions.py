@@ -45,7 +45,7 @@ def _check_exists(region: int, n_regions: int) -> None:
 
 
 class GoneError(LookupError):
-    """Error raised if a revision is no longer stored or current; clients then request the state."""
+    """Error raised if a revision is not stored or not current; clients then request the state."""
 
 
 @dataclass

@@ -29,7 +29,7 @@ IMBALANCE = 0.5
 
 LARGEST_CELL = 0.25
 """Before METIS is called, areas of faces are limited to this fraction of the mean area of a part.
-Otherwise, METIS leaves parts empty and prints warnings if a face is larger than a part."""
+Without this limit, METIS leaves parts empty and prints warnings if a face is larger than a part."""
 
 SEED = 0
 

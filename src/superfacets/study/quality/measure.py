@@ -156,9 +156,10 @@ class Case(NamedTuple):
         return f"model {self.source.name}, {self.scale}, {self.variant}, k = {self.k}"
 
     def item(self, folder: Path) -> WorkItem:
-        """Return the item of this case. Its record is ``folder/SCALE/MODEL/VARIANT_k-K.json``.
+        """Return the work item of this case: the case, and path and key of its record.
 
-        Characters of SCALE and VARIANT that are not letters or digits are replaced by "-".
+        The path is ``folder/SCALE/MODEL/VARIANT_k-K.json``. Characters of SCALE and VARIANT other
+        than letters and digits are replaced by "-".
         """
         scale, variant = (
             "".join(letter if letter.isalnum() else "-" for letter in name)

@@ -54,7 +54,10 @@ class Run:
         }
 
     def item(self, folder: Path, most_segments: int) -> WorkItem:
-        """Return the item of this run. Its record is ``folder/METHOD/MESH/alpha-A_k-K.json``."""
+        """Return the work item of this run: the run, and path and key of its record.
+
+        The path is ``folder/METHOD/MESH/alpha-A_k-K.json``.
+        """
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
         return WorkItem(self, path, self.key(most_segments))

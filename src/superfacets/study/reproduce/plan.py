@@ -65,7 +65,7 @@ class Plan:
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Distinct runs in the order of execution: meshes of the user, then models by size rank."""
+    """Distinct runs, in order: meshes of the user, then models by rank in their category."""
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]  # one message per file that is missing or not used
 

@@ -126,8 +126,8 @@ class Comparison:
 def compare(results: Results, figure: str) -> Comparison:
     """Return the curves of a figure, and the models for which all curves have results.
 
-    Curves are added one after another, those with the most models first. A curve is left out if it
-    has no model in common with the curves added before.
+    Curves are added one after another, the curves with the most models first. A curve is left out
+    if it has no model in common with the curves added before.
     """
     choice = results.plan.choice
     curves = [Curve(*pair) for pair in choice.curves_in(figure)]
