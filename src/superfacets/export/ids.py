@@ -12,7 +12,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Ints, Longs
+from .._types import Array, Ints, Longs
 from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import region_graph
@@ -92,14 +92,23 @@ class IdWriter:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
-            ranks, names = ranked_labels(self.labels)
-            graph = region_graph(self.cells, ranks).to_pyg()
-            write_arrays(file, graph | {"region": names.astype(np.int64)})
+            write_arrays(file, self._graph)
         elif ending in CORTEX_OUTPUTS and self.of_vertices is None:
             self._write_cortex(file, ending)
         else:
             labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self._labels_in(ending)
             _write(file, ending, path, labels, self.options)
+
+    @property
+    def _graph(self) -> dict[str, Array]:
+        """Arrays of the graph of regions; for a mesh, with the node of each vertex."""
+        assert self.labels is not None
+        ranks, names = ranked_labels(self.labels)
+        arrays = region_graph(self.cells, ranks).to_pyg() | {"region": names.astype(np.int64)}
+        if not kind_of(self.cells).are_points:
+            nodes = np.minimum(np.searchsorted(names, self._vertex_ids), len(names) - 1)
+            arrays["vertex_super_index"] = np.where(names[nodes] == self._vertex_ids, nodes, -1)
+        return arrays
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
         from ..pictures.colors import face_colors

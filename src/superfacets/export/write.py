@@ -76,7 +76,9 @@ def write_mesh(
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
           Their table of colors and names has one entry for no region, and then one per region;
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
-          ``.npz`` (the arrays of `RegionGraph.to_pyg`, and ``region``: the label of each node).
+          ``.npz`` (the arrays of `RegionGraph.to_pyg`; ``region``, the label of each node; and for
+          a mesh ``vertex_super_index``, the node of each vertex with the same region as in
+          ``.segs.json``, or -1).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
