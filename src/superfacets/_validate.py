@@ -616,9 +616,7 @@ def checked_partial_labels(
     return array, len(counts)
 
 
-def checked_regions(
-    labels: Any, n_cells: int, n_vertices: int | None = None
-) -> tuple[Ints, int]:
+def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
     array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
