@@ -70,7 +70,8 @@ def group_segments(
         File ``.segs.json`` with the segment of each vertex.
     objects : array_like of int, shape (K,)
         Object of each of the K segments, in ascending order of their ids, or -1 for no object.
-        Numbers may have gaps. For example, ``lift(...).region_labels``.
+        Numbers may have gaps. An example is ``lift(...).region_labels``. In files written by this
+        package, a vertex without a face is a segment of its own, and has the highest ids.
     output : path-like
         New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
         `segments`.
