@@ -58,6 +58,7 @@ from .export.write import write_mesh as write_mesh
 from .export.write import write_regions as write_regions
 from .interop import segmentator as segmentator
 from .interop.aggregation import RegroupedObject as RegroupedObject
+from .interop.aggregation import group_segments as group_segments
 from .interop.aggregation import regroup_segments as regroup_segments
 from .interop.attach import attach_labels as attach_labels
 from .interop.masks import read_masks as read_masks

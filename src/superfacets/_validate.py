@@ -610,24 +610,26 @@ def checked_partial_labels(
     if not counts.all():
         raise ValueError(
             f"{name} must be consecutive integers from 0, but no cell has label"
-            f" {int(np.argmin(counts))}"
+            f" {int(np.argmin(counts))}: renumber them with"
+            f" np.unique({name}, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
         )
     return array, len(counts)
 
 
-def checked_regions(
-    labels: Any, n_cells: int, n_vertices: int | None = None, advice: str = TO_FACES
-) -> tuple[Ints, int]:
+def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices, advice=advice)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
         raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions
 
 
-def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
-    """Return labels of cells as int32; they may be any integers >= 0, or -1 for no label."""
-    return _checked_classes(_row_of_labels(labels, n_cells, name), name)
+def checked_classes(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Ints:
+    """Return labels of cells as int32; they may be any integers >= 0, or -1 for no label.
+
+    `n_vertices` is the same as in `check_length`.
+    """
+    return _checked_classes(_row_of_labels(labels, n_cells, name, n_vertices), name)
 
 
 def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:

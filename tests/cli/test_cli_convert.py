@@ -8,6 +8,7 @@ import shapes
 from command_line import can_render, files_in
 from numpy.testing import assert_array_equal
 
+import superfacets as sf
 from superfacets import (
     PointCloud,
     read_attributes,
@@ -272,17 +273,50 @@ def test_files_are_named_as_their_readers_look_for_them(run, tmp_path, monkeypat
     ]
 
 
+def test_a_graph_beside_segments_has_the_node_of_each_vertex(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_mesh("a.ply", shapes.bumpy_sheet(24))
+    assert run("segment", "a.ply", "-n", 9, "-o", "a.segs.json", "-o", "a.npz")[0] == 0
+    segments = sf.read_labels("a.segs.json")
+    assert np.load("a.npz")["vertex_super_index"].tolist() == segments.tolist()
+    sf.write_labels("b.segs.json", segments * 3 + 5)
+    assert run("convert", "a.ply", "b.segs.json", "-o", "b.npz")[0] == 0
+    with np.load("b.npz") as file:
+        assert file["vertex_super_index"].tolist() == segments.tolist()
+        assert len(file["x"]) == 9
+
+
+def test_groups_name_the_segments_that_are_written_with_them(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, n in (("office.ply", 9), ("s_vh_clean_2.ply", 9), ("tiny.ply", 32)):
+        sheet = shapes.bumpy_sheet(24 if n == 9 else 4)  # tiny: 32 faces, 25 vertices
+        write_mesh(name, sheet)
+        formats = ("--to", "segs.json", "--to", "aggregation.json")
+        assert run("segment", name, "-n", n, "-o", "out/", *formats)[0] == 0
+        scene = name.removesuffix(".ply").removesuffix("_vh_clean_2")
+        groups = tmp_path / "out" / f"{scene}.aggregation.json"
+        segments = groups.with_name(f"{name.removesuffix('.ply')}.0.010000.segs.json")
+        assert json.loads(groups.read_text())["segmentsFile"] == f"scannet.{segments.name}"
+        moved = sf.regroup_segments(groups, segments, f"{scene}.aggregation.json")
+        assert {(found.n_lost, found.n_gained) for found in moved} == {(0, 0)}
+        assert sum(found.n_vertices for found in moved) == sheet.n_vertices
+
+
 def test_regions_below_the_minimum_of_vertices_are_a_note(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sheet = shapes.bumpy_sheet(24)
     write_mesh("a.ply", sheet)
     err = run("segment", "a.ply", "-n", 4, "-o", "a.segs.json", "-o", "a.npy")[2]
     assert "fewer than 20" not in err
+    assert "minimum of 20" not in err
     err = run("segment", "a.ply", "-n", 40, "-o", "a.segs.json")[2]
     sizes = np.bincount(read_labels("a.segs.json"))
     n_small = np.count_nonzero(sizes < 20)
     assert 1 < n_small < len(sizes) == 40
     assert f"note: {n_small} regions with fewer than 20 vertices in .segs.json: no " in err
+    n_filled = np.count_nonzero(sizes == 20)
+    assert n_filled > 8
+    assert f"note: {n_filled} of 40 regions in .segs.json have the minimum of 20 vertices" in err
     # Given vertex labels are written unchanged, so the minimum number of vertices does not apply.
     assert run("convert", "a.ply", "a.segs.json", "-o", "b.segs.json")[2] == ""
     write_mesh("cloud.ply", PointCloud(sheet.vertices))

@@ -102,7 +102,9 @@ def test_superpoints_rates_label_files_of_rooms(run, tmp_path):
     row = next(line for line in table.splitlines() if f"{tmp_path / 'mine'} " in line)
     assert (status, row.replace(" ", "").split("|")[3:5]) == (0, ["2", "0.000"])
     write_mesh(tmp_path / "mine" / "a_n1.ply", mesh, np.zeros(mesh.n_faces, int))
-    assert run("superpoints", tmp_path, "--labels", tmp_path / "mine")[1] == table
+    output = ("-o", tmp_path / "rooms.csv")
+    assert run("superpoints", tmp_path, "--labels", tmp_path / "mine", *output)[1] == table
+    assert (tmp_path / "rooms.csv").read_text().startswith("room,method,n_superpoints,error,")
     assert "without felzenszwalb and --labels, one per 200" in " ".join(
         run("superpoints", "--help")[1].split()
     )

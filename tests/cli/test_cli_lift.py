@@ -102,6 +102,69 @@ def test_the_studio_imports_objects(run, folder, option, names, objects):
     assert [entry["name"] for entry in found.class_list] == names
 
 
+@pytest.fixture
+def segments(folder):
+    """Segments of the vertices of the cube, with gaps in their ids, as a file."""
+    sf.write_mesh("fine.ply", sf.subdivide(shapes.cube(), max_edge=0.2).mesh)
+    mesh = sf.read_mesh("fine.ply")
+    heights = np.digitize(mesh.vertices[:, 2], [0.3, 0.7])
+    ids = 5 * (heights + 3 * (mesh.vertices[:, 0] > 0.5)) + 2
+    ids[:40] = np.where(mesh.vertices[:40, 2] > 0.5, 90, ids[:40])
+    sf.write_labels("fine.0.010000.segs.json", ids)
+    return ids
+
+
+def test_objects_of_segments_are_groups_of_these_segments(run, folder, segments):
+    lift = ("lift", "fine.ply", "fine.0.010000.segs.json", *LIFT[3:], "--consistent-ids")
+    assert run(*lift, "-o", "a.aggregation.json", "-o", "a.ply")[0] == 0
+    document = json.loads((folder / "a.aggregation.json").read_text())
+    assert document["segmentsFile"] == "scannet.fine.0.010000.segs.json"
+    groups = {group["label"]: group["segments"] for group in document["segGroups"]}
+    mesh = sf.read_mesh("fine.ply")
+    of_faces = sf.face_labels(mesh, segments)
+    lifted = sf.read_labels("a.ply")
+    for label, own in groups.items():
+        assert np.array_equal(np.isin(of_faces, own), lifted == int(label))
+    assert sum(map(len, groups.values())) == len(np.unique(of_faces[lifted >= 0]))
+    moved = sf.regroup_segments(
+        "a.aggregation.json", "fine.0.010000.segs.json", "b.aggregation.json"
+    )
+    assert {(found.n_lost, found.n_gained) for found in moved} == {(0, 0)}
+
+    files = ("fine.0.010000.segs.json", "a.aggregation.json")
+    content = {name: (folder / name).read_bytes() for name in files}
+    assert np.array_equal(read_import(content, mesh, ()).cells, np.flatnonzero(lifted >= 0))
+
+
+def test_segments_are_written_again_with_their_groups(run, folder, segments):
+    for path in (folder / "masks").glob("*.png"):  # leaves segments without a label
+        mask = np.asarray(Image.open(path)).copy()
+        Image.fromarray(np.where(mask == 1, mask, 0).astype(np.uint8)).save(path)
+    lift = ("lift", "fine.ply", "fine.0.010000.segs.json", *LIFT[3:], "--consistent-ids")
+    outputs = ("b.segs.json", "b.aggregation.json", "b.npz", "b.annot", "b_sp_label.npy")
+    assert run(*lift, *(text for name in outputs for text in ("-o", name)))[0] == 0
+    assert sf.read_labels("b.segs.json").tolist() == segments.tolist()
+    ranks = np.unique(segments, return_inverse=True)[1]
+    assert np.load("b_sp_label.npy").tolist() == ranks.tolist()
+    document = json.loads((folder / "b.aggregation.json").read_text())
+    assert document["segmentsFile"] == "scannet.b.segs.json"
+    (group,) = document["segGroups"]
+    is_in = np.isin(segments, group["segments"])
+    assert 0 < is_in.sum() < len(segments)
+    with np.load("b.npz") as file:  # the nodes are objects
+        assert file["region"].tolist() == [1]
+        assert file["vertex_super_index"].tolist() == (is_in - 1).tolist()
+
+
+def test_without_segments_ids_of_vertices_are_refused_before_the_work(run, folder):
+    before = files_in(folder)
+    for ending in (".segs.json", ".bin"):
+        status, out, err = run("lift", *LIFT[1:3], "no masks", LIFT[4], "-o", f"a{ending}")
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert f"{ending} files cannot store regions without a label: give LABELS as a" in err
+    assert files_in(folder) == before
+
+
 def test_masks_that_show_no_region_much_give_no_labels(run, folder):
     for path in (folder / "masks").iterdir():
         mask = np.zeros((48, 64), np.uint8)

@@ -1,11 +1,14 @@
 """The command `render`."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapes
 from command_line import can_render
 
 from superfacets import MeshAttributes, Plot, write_labels, write_mesh
+from superfacets.cli.render import _titles
 
 
 def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
@@ -113,6 +116,15 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
     status, _, err = run(*picture, "--numbers")
     assert status == 2
     assert err.endswith("numbers are the labels of regions: give labels too\n")
+
+
+def test_titles_tell_label_files_apart():
+    paths = ["a/x/scan.segs.json", "b/x/scan.segs.json", "b/y/other.npy", "scan.npy"]
+    titles = ["a/x/scan.segs", "b/x/scan.segs", "b/y/other", "scan"]
+    assert _titles([Path(path) for path in paths]) == titles
+    assert _titles([Path(path) for path in paths[2:]]) == ["other", "scan"]
+    assert _titles([Path("a/scan.npy"), Path("a/scan.ply")]) == ["a/scan.npy", "a/scan.ply"]
+    assert _titles([Path("a/scan.npy")] * 2) == ["scan"] * 2
 
 
 def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):

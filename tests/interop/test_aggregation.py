@@ -11,7 +11,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import MeshError, regroup_segments
+from superfacets import MeshError, group_segments, regroup_segments
 
 
 def write_json(path, document):
@@ -46,6 +46,38 @@ def test_objects_go_to_the_segments_that_most_of_their_vertices_are_in(scene):
     assert [group["segments"] for group in written["segGroups"]] == [[0], [1, 2]]
     assert written["segmentsFile"] == "scannet.new.segs.json"
     assert written["appId"] == "Aggregator.v2"
+
+
+def test_segments_are_grouped_into_objects(tmp_path):
+    segments, output = tmp_path / "room.segs.json", tmp_path / "room.aggregation.json"
+    sf.write_labels(segments, [4, 4, 9, 2, 7])
+    group_segments(segments, [8, -1, 3, 8], output, classes=["desk", "chair"], scores=[0.5, 1])
+    written = json.loads(output.read_text())
+    assert written["segmentsFile"] == "scannet.room.segs.json"
+    assert [list(group.values()) for group in written["segGroups"]] == [
+        [0, 0, [7], "desk", 0.5],
+        [1, 1, [2, 9], "chair", 1.0],
+    ]
+    group_segments(segments, [-1] * 4, output)
+    assert json.loads(output.read_text())["segGroups"] == []
+
+
+def test_what_does_not_fit_segments_writes_no_groups(scene):
+    segments = new_segments(scene, [0, 2, 2])
+    output = scene / "own.aggregation.json"
+    for objects, words, options in (
+        ([0], r"objects must have one value per segment \(2\), got 1 value", {}),
+        (0, "objects must have one value per segment", {}),
+        ([0, -2], r"objects\[1\] must be -1 to", {}),
+        ([0, 1], r"classes must have one value per region \(2\), got 1", {"classes": ["a"]}),
+    ):
+        with pytest.raises(ValueError, match=words):
+            group_segments(segments, objects, output, **options)
+    with pytest.raises(MeshError, match=r"expected the ending \.segs\.json"):
+        group_segments(scene / "new.npy", [0, 1], output)
+    with pytest.raises(FileExistsError):
+        group_segments(segments, [0, 1], scene / "s.aggregation.json")
+    assert not output.exists()
 
 
 def test_finer_segments_lose_nothing(scene):

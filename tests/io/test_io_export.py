@@ -24,6 +24,7 @@ from superfacets import (
     read_cloud,
     read_labels,
     read_mesh,
+    vertex_labels,
     write_graphs,
     write_labels,
     write_mesh,
@@ -243,6 +244,17 @@ class TestPyTorchGeometric:
         assert data["region"].dtype == np.int64
         assert sorted(data["edge_index"].T.tolist()) == [[0, 2], [2, 0]]
         assert len(data["edge_attr"]) == 2
+        ids = vertex_labels(sheet, labels, method="creases", min_vertices=20)
+        nodes = data["vertex_super_index"]
+        assert np.append(data["region"], -1)[nodes].tolist() == ids.tolist()
+        lone = Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces)
+        write_mesh(tmp_path / "a.npz", lone, labels)
+        with np.load(tmp_path / "a.npz") as file:
+            assert file["vertex_super_index"].tolist() == [*nodes.tolist(), -1]
+        cloud = PointCloud(sheet.vertices)
+        write_mesh(tmp_path / "b.npz", cloud, np.arange(25) // 5)
+        with np.load(tmp_path / "b.npz") as file:  # a point is a cell
+            assert "vertex_super_index" not in file
 
     def test_nothing_is_no_graph(self, square, tmp_path):
         with pytest.raises(

@@ -164,17 +164,29 @@ def test_labels_of_vertices_are_checked():
         sf.face_labels(mesh, [0, -2, 1, 0, 0])
 
 
-def test_region_graph_of_labels_of_vertices_names_the_cloud_of_vertices():
-    mesh = shapes.bumpy_sheet(12)
-    of_vertices = sf.vertex_labels(mesh, sf.segment(mesh, 9).labels, method="creases")
-    with pytest.raises(ValueError, match=r"per vertex, pass .* in place of the mesh, or") as caught:
+def test_region_graph_of_labels_of_vertices_names_labels_of_faces():
+    mesh = shapes.bumpy_sheet(24)
+    regions = sf.segment(mesh, 9).labels
+    of_vertices = sf.vertex_labels(mesh, regions, method="creases", min_vertices=20)
+    with pytest.raises(
+        ValueError, match=r"got 625 values. For one label per vertex, con"
+    ) as caught:
         sf.region_graph(mesh, of_vertices)
-    call = str(caught.value).partition("pass ")[2].partition(" in place")[0]
-    graph = sf.region_graph(eval(call, {"superfacets": sf, "mesh": mesh}), of_vertices)
-    assert graph.labels.tolist() == of_vertices.tolist()
+    call = str(caught.value).rpartition(" with ")[2]
+    names = {"superfacets": sf, "mesh": mesh, "labels": of_vertices}
+    graph = sf.region_graph(mesh, eval(call, names))
     ends = of_vertices[np.concatenate([np.roll(mesh.faces, i, 1)[:, :2] for i in range(3)])]
     expected = {tuple(pair) for pair in np.sort(ends).tolist() if pair[0] != pair[1]}
-    assert expected <= {tuple(pair) for pair in graph.edge_index.T.tolist()}
+    assert {tuple(pair) for pair in graph.edge_index.T.tolist()} <= expected
+    assert graph.areas.sum() == pytest.approx(sf.region_graph(mesh, regions).areas.sum())
+
+
+@pytest.mark.parametrize("call", [lambda *given: sf.lift(given[0], given[1], [], []),
+                                  lambda *given: sf.project_labels(*given, [])])  # fmt: skip
+def test_images_of_labels_of_vertices_name_labels_of_faces(call):
+    mesh = shapes.bumpy_sheet(4)
+    with pytest.raises(ValueError, match=r"For one label per vertex, .* superfacets.face_labels"):
+        call(mesh, np.zeros(mesh.n_vertices, int))
 
 
 def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():

@@ -1,5 +1,7 @@
 """The comparison of superpoints on rooms."""
 
+import csv
+
 import numpy as np
 import pytest
 import shapes
@@ -80,7 +82,7 @@ def test_label_files_of_other_methods_are_rated(plain_room, tmp_path):
     assert methods_in(table) == [str(folder), "default", "SCANS"]
     assert table.splitlines()[2].replace(" ", "").split("|")[3:6] == ["2", "0.000", "0.000"]
     write_labels(folder / "sheet_n1.npy", truth)
-    with pytest.raises(MeshError, match=r"must contain one label file of the room sheet_n1, .* 2$"):
+    with pytest.raises(MeshError, match=r"room sheet_n1, .*s\.json, sheet_n1\.npy: keep one$"):
         study([plain_room], [folder])
     (folder / "sheet_n1.0.010000.segs.json").unlink()
     write_labels(folder / "sheet_n1.npy", truth[1:])
@@ -88,6 +90,36 @@ def test_label_files_of_other_methods_are_rated(plain_room, tmp_path):
         ValueError, match=r"mine must have one value per vertex \(290\), got 289 values"
     ):
         study([plain_room], [folder])
+
+
+def test_a_missing_label_file_is_named(plain_room, tmp_path):
+    with pytest.raises(MeshError) as caught:
+        study([plain_room], [tmp_path / "mine"])
+    assert str(caught.value) == (
+        f"{tmp_path / 'mine' / 'sheet_n1.segs.json'} does not exist: add the labels of this room,"
+        f" or remove the room {plain_room}"
+    )
+
+
+def test_scores_of_each_room_are_a_csv_file(room, tmp_path):
+    other = room.with_name("other_n1.npz")
+    with np.load(room) as file:
+        np.savez(other, **{**file, "felzenszwalb": np.zeros_like(file["felzenszwalb"])})
+    table = study([room, other], output=tmp_path / "a.csv")
+    assert table == study([room, other])
+    with (tmp_path / "a.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    names = [ORIGINAL, "default", "SCANS"]
+    assert [(row["room"], row["method"]) for row in rows] == [
+        *(("other_n1", name) for name in names), *(("sheet_n1", name) for name in names),
+    ]  # fmt: skip
+    read = Room.read(other)
+    score = read.score(read.given[ORIGINAL])
+    assert [float(rows[0][name]) for name in score._fields] == list(score)
+    mean = np.mean([float(row["error"]) for row in rows if row["method"] == "SCANS"])
+    assert table.splitlines()[-1].split("|")[4].strip() == f"{100 * mean:.3f}"
+    with pytest.raises(ValueError, match=r"expected the ending \.csv"):
+        study([room], output=room)
 
 
 def test_unannotated_vertices_are_left_out_of_the_error(room):

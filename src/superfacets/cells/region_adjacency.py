@@ -15,7 +15,6 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from .._validate import (
-    TO_FACES,
     checked_choice,
     checked_region_centers,
     checked_regions,
@@ -35,9 +34,6 @@ of its largest variance."""
 _NO_NORMAL = 1e-12
 """The sum of the area vectors of a region is treated as 0 if its length is at most this fraction of
 the area of the region."""
-
-_AS_CLOUD = f"pass superfacets.PointCloud(mesh.vertices) in place of the mesh, or {TO_FACES}"
-"""Advice in messages if there is one label per vertex of a mesh."""
 
 
 def column_names(dimension: int) -> tuple[str, ...]:
@@ -382,8 +378,9 @@ def region_graph(
     cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region. For
-        labels of vertices (superpoints), pass ``PointCloud(mesh.vertices, normals)`` as the cells.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
+        Convert labels of vertices (superpoints) with `face_labels`. A point cloud of the vertices
+        connects regions on opposite sides of a thin object.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
@@ -424,7 +421,7 @@ def region_graph(
     """
     known = as_known(cells)
     n_vertices = getattr(cells, "n_vertices", None)
-    array, n_regions = checked_regions(labels, known.n_cells, n_vertices, _AS_CLOUD)
+    array, n_regions = checked_regions(labels, known.n_cells, n_vertices)
     surface = as_surface(known, weld=weld, n_threads=n_threads, is_kept=array >= 0)
     given = None if centers is None else checked_region_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)

@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import Any, get_args
 
 import click
+import numpy as np
 
-from .._types import Ints
+from .._types import Array, Ints
 from .._validate import counted, ranked_labels
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import positive_total
 from ..errors import ViewWarning
+from ..export.ids import VERTEX_OUTPUTS
+from ..export.scannet import GROUPS, SEGMENTS, Segments
 from ..export.write import check_fit
 from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
@@ -21,7 +24,7 @@ from ..mesh.base import Cells
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from ..regions.lifting import LiftedLabels, lift
-from .inputs import labels_for, read_input
+from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, FLAG, Real, drop_attributes_option, format_option, option, options
 from .outputs import OneRun, one_output_options
@@ -62,17 +65,25 @@ def lift_command(
     each image, a .txt with the 4 x 4 camera-to-world matrix). Images must have no lens distortion.
     If masks cover at least half of the visible area of a region, the region gets the label whose
     masks cover most of this area.
+
+    If LABELS is a .segs.json, an .aggregation.json of the objects lists its segments, and formats
+    with one id per vertex store these segments.
     """
     run = OneRun(source, (labels, cameras), given)
+    has_segments = labels.name.endswith(SEGMENTS)
+    if (refusing := sorted(run.job.endings & {*VERTEX_OUTPUTS})) and not has_segments:
+        raise click.UsageError(
+            f"{refusing[0]} files cannot store regions without a label: give LABELS as a"
+            f" {SEGMENTS} file, whose segments are then written, or use another format"
+        )
     notes: list[str] = []
 
-    def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels]:
+    def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
         file = read_input(str(source), format)
         cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         check_fit(cells, None, run.job.endings, run.form)
-        regions, _ = ranked_labels(
-            labels_for(cells, labels, run.labels_named, is_quiet=run.is_quiet)
-        )
+        of_file = given_labels(cells, labels, run.labels_named)
+        regions, names = ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
@@ -80,13 +91,16 @@ def lift_command(
             cells, regions, ids, views, notes, consistent_ids=is_consistent, agreement=agreement,
             n_threads=run.n_threads,
         )  # fmt: skip
-        return cells, attributes, result
+        own = _segments(of_file, names, result) if has_segments else {}
+        return cells, attributes, result, own
 
-    cells, attributes, result = run_in_background(compute)
+    cells, attributes, result, own = run_in_background(compute)
     found = result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
     scores = tuple(result.label_scores.tolist())
-    run.write(cells, result.labels, attributes, notes, classes=names, scores=scores)
+    if own and GROUPS in run.job.endings:
+        notes.append(f"the groups in {GROUPS} contain segments of {labels.name}")
+    run.write(cells, result.labels, attributes, notes, own, classes=names, scores=scores)
     _report(run, cells, result)
 
 
@@ -104,6 +118,20 @@ def _lifted(
         more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
         notes.append(f"masks without a camera are left out: {lacking[0]}{more}")
     return result
+
+
+def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[str, Any]:
+    """Return the keyword arguments of `write_outputs` for given segments of vertices.
+
+    `names` is the segment of each region in `result`. Segments without a face have no region.
+    """
+    ranks, segments = ranked_labels(given.labels)
+    objects = np.full(len(segments), -1, np.int32)
+    objects[np.searchsorted(segments, names)] = result.region_labels
+    of_vertices = np.append(objects, np.int32(-1))[ranks]
+    return {
+        "of_vertices": of_vertices, "segments": Segments(given.labels, objects, given.path)
+    }  # fmt: skip
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:

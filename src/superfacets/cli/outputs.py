@@ -182,11 +182,16 @@ class OneRun:
 
     def write(
         self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
-        notes: Iterable[str] = (), **form: Any,
+        notes: Iterable[str] = (), of_vertices: Mapping[str, Any] | None = None, **form: Any,
     ) -> None:  # fmt: skip
-        """Write the outputs; print `notes`, and notes on data that the outputs do not store."""
+        """Write the outputs; print `notes`, and notes on data that the outputs do not store.
+
+        `of_vertices` are arguments of `write_outputs` for labels of vertices.
+        """
         options = replace(self.form, **form)
-        sizes = self.job.write(cells, labels, attributes=attributes, options=options)
+        sizes = self.job.write(
+            cells, labels, attributes=attributes, options=options, **(of_vertices or {})
+        )
         if not self.is_quiet:
             lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
             numbers = notes_on_numbers(labels, self.job.endings, sizes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -169,9 +170,18 @@ def _series_of(
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
-        return first, others, [path.stem for path in paths] if compare else None
+        return first, others, _titles(paths) if compare else None
     shown = source.labels(cells.n_cells, name)
     if shown is None:
         note = "has no labels, so no regions are drawn: give labels with --labels"
         print_note(f"{source.text} {note}")
     return shown, [], None
+
+
+def _titles(paths: Sequence[Path]) -> list[str]:
+    """Return the stem of each path, with as many of its last folders as make titles differ."""
+    for n_parts in range(1, 1 + max(len(path.parts) for path in paths)):
+        titles = [Path(*path.with_suffix("").parts[-n_parts:]).as_posix() for path in paths]
+        if len({*titles}) == len({*paths}):
+            return titles
+    return [str(path) for path in paths]

@@ -23,6 +23,10 @@ from ..mesh.base import Cells
 from ..pipeline import BARRIERS_NOTE, SCANS, fewer_note
 from ..regions.vertices import MIN_IN_FILES
 
+MAX_FILLED = 0.2
+"""Maximum fraction of regions that have the minimum number of vertices without a note. In scanned
+rooms with a larger fraction, more vertices were in wrong objects than with fewer regions."""
+
 
 def notes_of(
     outcome: Outcome,
@@ -55,7 +59,11 @@ def notes_of(
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
-    return notes + notes_on_written(mesh, outcome.attributes, endings, sizes)
+    return [
+        *notes,
+        *notes_on_written(mesh, outcome.attributes, endings, sizes),
+        *_notes_on_filled(sizes, endings),
+    ]
 
 
 def notes_on_result(result: Segmentation) -> list[str]:
@@ -179,6 +187,19 @@ def notes_on_written(
         has_polygons = corners is not None and corners.size != 3
         notes += notes_on_texture(attributes.texture, endings, has_polygons=has_polygons)
     return notes
+
+
+def _notes_on_filled(sizes: Longs, endings: Collection[str]) -> list[str]:
+    """Return a note if many regions were enlarged to the minimum; `sizes` as above."""
+    n_filled = int(np.count_nonzero(sizes == MIN_IN_FILES))
+    if n_filled <= MAX_FILLED * len(sizes):
+        return []
+    files = " and ".join(sorted({*endings} & {*VERTEX_OUTPUTS}))
+    return [
+        f"{n_filled} of {counted(len(sizes), 'region')} in {files} have the minimum of"
+        f" {MIN_IN_FILES} vertices, because small regions take vertices from neighbors; this makes"
+        " borders less accurate: try a smaller -n, or --min-size 0.1"
+    ]
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs) -> list[str]:

@@ -10,7 +10,7 @@ import click
 from .._validate import checked_threads, counted
 from . import options as opts
 from .failures import print_notes
-from .options import COUNT, numbers, option, options
+from .options import COUNT, FILE, numbers, option, options
 
 if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
@@ -100,8 +100,9 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
            "Folder with a file of vertex labels for each room: DIR/ROOM.segs.json or, if there is"
            " none, one file of another format. Adds a row to the table; may be given several"
            " times.", multiple=True),
+    option("-o --output OUT", FILE, "CSV file for the scores of each room and method."),
 )  # fmt: skip
-def superpoints_command(rooms: Path, folders: tuple[Path, ...]) -> None:
+def superpoints_command(rooms: Path, folders: tuple[Path, ...], output: Path | None) -> None:
     """Compare superpoints with the segments of other methods.
 
     ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces and instances
@@ -114,7 +115,7 @@ def superpoints_command(rooms: Path, folders: tuple[Path, ...]) -> None:
     """
     from ..study.superpoints import study
 
-    click.echo(study(rooms.glob("*.npz"), folders))
+    click.echo(study(rooms.glob("*.npz"), folders, output))
 
 
 def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ...]:

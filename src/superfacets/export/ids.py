@@ -12,7 +12,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Ints, Longs
+from .._types import Array, Ints, Longs
 from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import region_graph
@@ -23,8 +23,10 @@ from .cells import FormatOptions
 from .cortex import write_cortex
 from .pyg import GRAPH_OUTPUTS, write_arrays
 from .scannet import (
+    Segments,
     check_ids,
     check_torch,
+    name_in_groups,
     scene_of,
     write_aggregation,
     write_npy,
@@ -62,6 +64,8 @@ class IdWriter:
     labels: Ints | None
     options: FormatOptions
     of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
+    segments: Segments | None = None  # given segments, to write in place of the labels of vertices
+    segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
@@ -84,6 +88,8 @@ class IdWriter:
         cells.
         """
         assert self.labels is not None
+        if self.segments is not None and ending in VERTEX_OUTPUTS:
+            return self.segments.ids
         if self.of_vertices is not None and ending in UNCONVERTED:
             return self.of_vertices
         return self.labels
@@ -92,14 +98,41 @@ class IdWriter:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
-            ranks, names = ranked_labels(self.labels)
-            graph = region_graph(self.cells, ranks).to_pyg()
-            write_arrays(file, graph | {"region": names.astype(np.int64)})
+            write_arrays(file, self._graph)
         elif ending in CORTEX_OUTPUTS and self.of_vertices is None:
             self._write_cortex(file, ending)
+        elif ending == ".aggregation.json":
+            self._write_groups(file, scene_of(path, ending))
         else:
-            labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self._labels_in(ending)
-            _write(file, ending, path, labels, self.options)
+            has_ids = ending in VERTEX_OUTPUTS and self.segments is None
+            _write(file, ending, path, self._vertex_ids if has_ids else self._labels_in(ending))
+
+    @property
+    def _graph(self) -> dict[str, Array]:
+        """Arrays of the graph of regions; for a mesh, with the node of each vertex."""
+        assert self.labels is not None
+        ranks, names = ranked_labels(self.labels)
+        arrays = region_graph(self.cells, ranks).to_pyg() | {"region": names.astype(np.int64)}
+        if not kind_of(self.cells).are_points:
+            nodes = np.minimum(np.searchsorted(names, self._vertex_ids), len(names) - 1)
+            arrays["vertex_super_index"] = np.where(names[nodes] == self._vertex_ids, nodes, -1)
+        return arrays
+
+    def _write_groups(self, file: IO[bytes], scene: str) -> None:
+        segments_file = self.segments_file
+        if self.segments is not None:
+            segments, objects = ranked_labels(self.segments.ids)[1], self.segments.objects
+            segments_file = segments_file or self.segments.file
+        else:
+            labels = self._labels_in(".aggregation.json")
+            segments = objects = np.unique(labels[labels >= 0])
+            if segments_file is not None:  # a region without a vertex is not in this file
+                segments = objects = np.intersect1d(segments, self._vertex_ids)
+        name = None if segments_file is None else name_in_groups(segments_file)
+        write_aggregation(
+            file, segments, objects, scene, classes=self.options.classes,
+            scores=self.options.scores, segments_file=name,
+        )  # fmt: skip
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
         from ..pictures.colors import face_colors
@@ -141,7 +174,7 @@ def write_given_labels(
         return lambda file, ending, path: write_sstk(file, levels)
     checked = checked_labels(labels)
     _check_labels(checked, ending)
-    return lambda file, ending, path: _write(file, ending, path, checked, FormatOptions())
+    return lambda file, ending, path: _write(file, ending, path, checked)
 
 
 def _write(
@@ -149,12 +182,12 @@ def _write(
     ending: str,
     path: Path | None,
     labels: npt.NDArray[np.integer[Any]],
-    options: FormatOptions,
 ) -> None:
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":
-        write_aggregation(file, labels, scene_of(path, ending), options.classes, options.scores)
+        segments = np.unique(labels[labels >= 0])
+        write_aggregation(file, segments, segments, scene_of(path, ending))
     elif ending == ".sstk.json":
         write_sstk(file, [labels])
     elif ending == ".pth":

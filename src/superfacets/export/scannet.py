@@ -6,6 +6,7 @@ import importlib.util
 import json
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
@@ -13,7 +14,7 @@ import numpy as np
 import numpy.lib.format as npy_format
 import numpy.typing as npt
 
-from .._types import Array, Longs
+from .._types import Array, Ints, Longs
 from ..errors import MeshError, MissingExtraError
 from ..io.atomic import StrPath
 from .text import write_list
@@ -102,23 +103,42 @@ def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) ->
     file.write(b"}")
 
 
-def write_aggregation(
-    file: IO[bytes], ids: npt.NDArray[np.integer], scene: str,
-    classes: Sequence[str] | None, scores: Sequence[float] | None = None,
-) -> None:  # fmt: skip
-    """Write an ``.aggregation.json`` file with one group per segment.
+@dataclass(frozen=True)
+class Segments:
+    """Segments of a mesh, and the object of each segment. A segment is the vertices with one id."""
 
-    A segment is the set of vertices with one id. Classes and scores are in ascending order of ids.
+    ids: Ints  # (V,) id of each vertex, or -1 for no segment
+    objects: Ints  # (K,) object of each segment, in ascending order of ids; -1 for no object
+    file: Path  # the ``.segs.json`` file that contains `ids`
+
+
+def write_aggregation(
+    file: IO[bytes], segments: npt.NDArray[np.integer], objects: npt.NDArray[np.integer],
+    scene: str, *, classes: Sequence[str] | None = None, scores: Sequence[float] | None = None,
+    segments_file: str | None = None,
+) -> None:  # fmt: skip
+    """Write an ``.aggregation.json`` file with one group of segments per object.
+
+    `segments` are ids in ascending order, and `objects` is the object of each segment, or -1 for
+    no object. Classes and scores are in ascending order of objects.
     """
-    check_ids(ids)
-    segments = np.unique(ids[ids >= 0]).tolist()
-    names = [NO_CLASS] * len(segments) if classes is None else classes
+    check_ids(segments)
+    order = np.argsort(objects, kind="stable")
+    order = order[np.searchsorted(objects[order], 0) :]
+    starts = np.flatnonzero(np.diff(objects[order])) + 1
+    members = [each.tolist() for each in np.split(segments[order], starts)] if len(order) else []
+    names = [NO_CLASS] * len(members) if classes is None else classes
     groups: list[dict[str, Any]] = [
-        {"segments": [one], "label": name} for one, name in zip(segments, names, strict=True)
+        {"segments": own, "label": name} for own, name in zip(members, names, strict=True)
     ]
     for group, score in zip(groups, scores or (), strict=False):
         group["score"] = round(score, 6)
-    write_groups(file, groups, scene)
+    write_groups(file, groups, scene, segments_file)
+
+
+def name_in_groups(segments: Path) -> str:
+    """Return the ``segmentsFile`` of groups of the segments in a file, with ScanNet's prefix."""
+    return f"scannet.{segments.name}"
 
 
 def write_groups(
@@ -140,7 +160,7 @@ def write_groups(
 
 def check_ids(ids: npt.NDArray[np.integer]) -> None:
     """Raise a MeshError if an id is 2**24 or more."""
-    highest = int(ids.max())
+    highest = int(ids.max(initial=0))
     if highest >= MAX_ID:
         raise MeshError(f"labels must be below 2**24 in this format, got {highest}: renumber them")
 

@@ -23,7 +23,7 @@ from ..regions.submeshes import Splitter
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
-from .scannet import check_truth_stays
+from .scannet import SEGMENTS, Segments, check_truth_stays
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
 """Endings of files with data derived from a mesh and its labels, such as labels of vertices."""
@@ -76,7 +76,9 @@ def write_mesh(
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
           Their table of colors and names has one entry for no region, and then one per region;
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
-          ``.npz`` (the arrays of `RegionGraph.to_pyg`, and ``region``: the label of each node).
+          ``.npz`` (the arrays of `RegionGraph.to_pyg`; ``region``, the label of each node; and for
+          a mesh ``vertex_super_index``, the node of each vertex with the same region as in
+          ``.segs.json``, or -1).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
@@ -327,6 +329,7 @@ def write_outputs(
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
     of_vertices: Ints | None = None,
+    segments: Segments | None = None,
 ) -> Longs:
     """Write several files in the formats of their endings: either all files, or none.
 
@@ -337,7 +340,8 @@ def write_outputs(
     If files that contain only labels belong to another mesh, such as the mesh before subdivision,
     pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one label per vertex
     store `of_vertices` if it is given, and otherwise labels of vertices computed from labels of
-    cells.
+    cells. If `segments` are given, they are written to formats in `VERTEX_OUTPUTS`, and groups of
+    them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `paths`, if there is one.
 
     If ids of vertices were computed for a format in `VERTEX_OUTPUTS`, the result is the number of
     vertices of each region, in ascending order of the labels, and otherwise an empty array. Raises
@@ -350,10 +354,12 @@ def write_outputs(
         check_truth_stays(paths)
     cells = as_cells(mesh)
     cell_labels = None if labels is None else _labels_of(cells, labels)
-    ids = IdWriter(cells, cell_labels, options, of_vertices)
+    named = [Path(path) for path, ending in zip(paths, endings, strict=True) if ending == SEGMENTS]
+    segments_file = named[0] if named else None
+    ids = IdWriter(cells, cell_labels, options, of_vertices, segments, segments_file)
     if listed is not None:
         of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
-        ids = IdWriter(of_listed, checked_labels(listed), options)
+        ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=segments_file)
     of_cells = CellWriter(cells, cell_labels, None, attributes, options, of_vertices)
     all_endings = {*endings, *streams}
     writers = _writers(all_endings, ids, of_cells)

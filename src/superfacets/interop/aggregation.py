@@ -1,19 +1,29 @@
-"""Transfer objects (groups of segments, as in ScanNet) to new segments of the same mesh."""
+"""Group segments into objects, as in ScanNet, and transfer objects to new segments."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from .._types import Ints, Longs
-from .._validate import counted
+from .._validate import check_length, checked_classes, counted, ranked_labels
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
-from ..export.scannet import GROUPS, SEGMENTS, check_truth_stays, scene_of
+from ..export.cells import FormatOptions
+from ..export.scannet import (
+    GROUPS,
+    SEGMENTS,
+    check_truth_stays,
+    name_in_groups,
+    scene_of,
+    write_aggregation,
+)
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending, read_json
 from ..io.readers.labels import read_labels
@@ -41,6 +51,74 @@ class RegroupedObject(NamedTuple):
     n_vertices: int
     n_lost: int
     n_gained: int
+
+
+def group_segments(
+    segments: StrPath,
+    objects: npt.ArrayLike,
+    output: StrPath,
+    *,
+    classes: Sequence[str] | Sequence[int] | None = None,
+    scores: npt.ArrayLike | None = None,
+    force: bool = False,
+) -> None:
+    """Write an ``.aggregation.json`` file, in which each object is a group of segments.
+
+    Parameters
+    ----------
+    segments : path-like
+        File ``.segs.json`` with the segment of each vertex.
+    objects : array_like of int, shape (K,)
+        Object of each of the K segments, in ascending order of their ids, or -1 for no object.
+        Numbers may have gaps. An example is ``lift(...).region_labels``. In files written by this
+        package, a vertex without a face is a segment of its own, and has the highest ids.
+    output : path-like
+        New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
+        `segments`.
+    classes, scores, force
+        Same as in `write_mesh`, with one class and one score per object, in ascending order.
+
+    Raises
+    ------
+    MeshError
+        If a file has another ending, if `segments` is damaged, or if the number of classes or
+        scores is wrong.
+    ValueError, TypeError
+        If `objects` are not one integer >= -1 per segment, or if classes or scores are not valid.
+    OSError
+        If a file cannot be read or written. The error is a FileExistsError if `force` is needed.
+
+    See Also
+    --------
+    regroup_segments : Transfers objects to other segments of the same mesh.
+
+    Examples
+    --------
+    >>> import json
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from superfacets import write_labels
+    >>> with TemporaryDirectory() as folder:
+    ...     segments, output = Path(folder, "room.segs.json"), Path(folder, "room.aggregation.json")
+    ...     write_labels(segments, [0, 0, 3, 4, 4])
+    ...     group_segments(segments, [1, 1, -1], output)
+    ...     [group["segments"] for group in json.loads(output.read_text())["segGroups"]]
+    [[0, 3]]
+    """
+    for path, ending in ((segments, SEGMENTS), (output, GROUPS)):
+        known_ending(Path(path), (ending,))
+    if not force:
+        check_truth_stays([output])
+    options = FormatOptions.checked([GROUPS], classes=classes, scores=scores)
+    ids = ranked_labels(read_labels(segments))[1]
+    check_length(np.atleast_1d(objects), len(ids), "objects", "segment")
+    of_segments = checked_classes(objects, len(ids), "objects")
+    options.check_classes(of_segments)
+    with atomic_outputs([output]) as (temporary,), temporary.open("wb") as file:
+        write_aggregation(
+            file, ids, of_segments, scene_of(Path(output), GROUPS), classes=options.classes,
+            scores=options.scores, segments_file=name_in_groups(Path(segments)),
+        )  # fmt: skip
 
 
 def regroup_segments(
@@ -190,7 +268,7 @@ class _Groups:
             own = ids[of_segments == i].tolist()
             if own:
                 entries.append({**entry, "segments": own})
-        name = f"scannet.{segments.name}"
+        name = name_in_groups(segments)
         document = {**self.document, "segGroups": entries, "segmentsFile": name}
         if "sceneId" not in document:
             document["sceneId"] = f"scannet.{scene_of(path, GROUPS)}"

@@ -164,7 +164,7 @@ def lift(
     array([-1,  7], dtype=int32)
     """
     cells = as_cells(mesh)
-    labels, n_regions = checked_regions(regions, cells.n_cells)
+    labels, n_regions = checked_regions(regions, cells.n_cells, getattr(cells, "n_vertices", None))
     views = _checked_cameras(cameras)
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
     least = checked_fraction(agreement, "agreement")
@@ -226,7 +226,8 @@ def project_labels(
            [4, 4, 4]], dtype=int32)]
     """
     cells = as_cells(mesh)
-    given = checked_classes(labels, cells.n_cells, "labels")
+    n_vertices = getattr(cells, "n_vertices", None)
+    given = checked_classes(labels, cells.n_cells, "labels", n_vertices)
     views = _checked_cameras(cameras)
     surface = SeenSurface(cells, given, checked_threads(n_threads))
     return [

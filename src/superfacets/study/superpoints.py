@@ -21,13 +21,15 @@ from .._types import Bools, Ints, Longs
 from .._validate import checked_threads, checked_vertex_classes, ranked_labels
 from ..cells.sums import weighted_majority
 from ..errors import IslandWarning, MeshError
+from ..io.atomic import checked_targets
+from ..io.guards import known_ending
 from ..io.readers.labels import LABEL_ENDINGS, read_labels
 from ..mesh.faces import vertex_graph
 from ..mesh.triangle_mesh import Mesh
 from ..mesh.weld import lowest_vertices
 from ..pipeline import SCANS, segment
 from ..regions.vertices import vertex_labels
-from .table_writer import markdown_table
+from .table_writer import markdown_table, write_csv
 
 ORIGINAL = "ScanNet's segmenter"
 """Name of the method that made the array ``felzenszwalb``."""
@@ -79,7 +81,7 @@ class Room:
         except (OSError, ValueError, KeyError) as error:
             raise MeshError(f"{path}: not a room: {error}") from error
         mesh = Mesh(*arrays[:2])
-        given |= {str(folder): _labels_in(folder, path.stem) for folder in folders}
+        given |= {str(folder): _labels_in(folder, path) for folder in folders}
         truth, *segments = (
             checked_vertex_classes(array, mesh.n_vertices, name)
             for name, array in {"instances": arrays[2], **given}.items()
@@ -130,6 +132,13 @@ class Room:
                 asked -= result.n_segments - number
         return vertex_labels(self.mesh, result.labels, method="creases")
 
+    def scores(self) -> dict[str, Score]:
+        """Return the score of each method, by name; segments of other methods come first."""
+        found = {name: self.score(labels) for name, labels in self.given.items()}
+        for name, options in METHODS.items():
+            found[name] = self.score(self.superpoints(**options))
+        return found
+
     def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
         """Return the quality of superpoints. Vertices that belong to no face are ignored.
 
@@ -153,27 +162,32 @@ class Room:
         )
 
 
-def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
+def study(paths: Iterable[Path], folders: Sequence[Path] = (), output: Path | None = None) -> str:
     """Return a Markdown table with the mean scores of all methods at each noise level.
 
     Each folder contains the label files of another method. The path of the folder is the name of
     the method. A method without segments of all rooms of a noise level is not listed for the level.
+    If `output` is given, it becomes a CSV file with the scores of each room and method.
     """
+    if output is not None:
+        known_ending(output, (".csv",))
+        checked_targets([output])
     rooms = [Room.read(path, folders) for path in sorted(paths)]
     if not rooms:
         raise MeshError("no rooms were found: the folder contains no .npz file")
+    scores = {room.name: room.scores() for room in rooms}
+    if output is not None:
+        write_csv(output, [
+            {"room": room, "method": name, **score._asdict()}
+            for room, by_method in scores.items() for name, score in by_method.items()
+        ])  # fmt: skip
     rows = []
     for level in dict.fromkeys(room.level for room in rooms):
-        of_level = [room for room in rooms if room.level == level]
-        scores = {
-            name: [room.score(room.given[name]) for room in of_level]
-            for name in of_level[0].given
-            if all(name in room.given for room in of_level)
-        }
-        for name, options in METHODS.items():
-            scores[name] = [room.score(room.superpoints(**options)) for room in of_level]
-        for name, of_rooms in scores.items():
-            mean = Score(*np.mean(of_rooms, axis=0))
+        of_level = [scores[room.name] for room in rooms if room.level == level]
+        for name in of_level[0]:
+            if not all(name in by_method for by_method in of_level):
+                continue
+            mean = Score(*np.mean([by_method[name] for by_method in of_level], axis=0))
             shares = (f"{100 * mean.error:.3f}", f"{100 * mean.error_away:.3f}",
                       f"{100 * mean.mean_iou:.2f}")  # fmt: skip
             row = [level, name, f"{mean.n_superpoints:.0f}", *shares, f"{mean.extra_pieces:.1f}"]
@@ -182,16 +196,19 @@ def study(paths: Iterable[Path], folders: Sequence[Path] = ()) -> str:
     return markdown_table([*head, "extra pieces"], rows)
 
 
-def _labels_in(folder: Path, room: str) -> Ints:
-    paths = [path for path in folder.glob(f"{room}.*") if path.name.endswith(LABEL_ENDINGS)]
-    segments = folder / f"{room}.segs.json"  # preferred to a picture of the segments, such as .ply
+def _labels_in(folder: Path, room: Path) -> Ints:
+    name = room.stem
+    paths = [path for path in folder.glob(f"{name}.*") if path.name.endswith(LABEL_ENDINGS)]
+    segments = folder / f"{name}.segs.json"  # preferred to a picture of the segments, such as .ply
     if segments in paths:
         return read_labels(segments)
-    if len(paths) != 1:
+    if not paths:
         raise MeshError(
-            f"{folder}: must contain one label file of the room {room}, such as {room}.segs.json,"
-            f" got {len(paths)}"
+            f"{segments} does not exist: add the labels of this room, or remove the room {room}"
         )
+    if len(paths) > 1:
+        found = ", ".join(sorted(path.name for path in paths))
+        raise MeshError(f"{folder} has several label files of the room {name}, {found}: keep one")
     return read_labels(paths[0])
 
 
