@@ -182,9 +182,8 @@ def test_parts_of_a_las_file_keep_its_fields_offsets_and_reference_system(run, t
     rng = np.random.default_rng(0)
     points = rng.random((30, 3)).round(2) + [500_000, 5_400_000, 100]
     dimension = LasDimension("tree id", "<u2", 1, "number of the tree")
-    frame = LasFrame(
-        4, 6, (0.01,) * 3, (4e5, 5e6, 0.0), ((2112, b"PROJCS[]\0"),), True, (dimension,)
-    )
+    projection = ((2112, b"PROJCS[]\0"),)
+    frame = LasFrame(4, 6, (0.01,) * 3, (4e5, 5e6, 0.0), projection, True, (dimension,))
     fields = {"classification": rng.choice([0, 2, 6], 30), "intensity": rng.integers(0, 999, 30)}
     attributes = MeshAttributes(vertex={**fields, "tree_id": np.arange(30)}, las=frame)
     write_mesh(tmp_path / "tile.las", PointCloud(points), attributes=attributes)
