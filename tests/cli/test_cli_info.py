@@ -39,7 +39,7 @@ def test_info_says_where_regions_would_become_stripes(run, tmp_path):
 def test_info_says_that_terrain_faces_down(run, tmp_path):
     path, sheet = tmp_path / "terrain.ply", shapes.bumpy_sheet(6)
     write_mesh(path, Mesh(sheet.vertices, sheet.faces[:, ::-1]))
-    status, out, err = run("info", path)
+    status, _, err = run("info", path)
     assert status == 0
     assert err.startswith(f"superfacets: note: {path}: if z is up, this open surface faces down:")
     assert json.loads(run("info", path, "--json")[1])["faces_down"]
