@@ -294,7 +294,9 @@ def test_islands_that_are_too_small_are_told():
             "balance cannot be combined with radius_factor, which limits the paths from"
             " centers: leave one of them out",
         ),
-        ({"balance": 1.0, "min_size": 0.1}, "leave min_size out"),
+        ({"balance": 1.0, "min_size": 0.1}, "^balance sets .* leave min_size out"),
+        ({"max_measure": 40.0, "min_size": 0.1}, "^max_measure sets .* leave min_size out"),
+        ({"min_measure": 0.1, "radius_factor": 2.0}, "^min_measure cannot be combined with radius"),
         ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
         ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
         (

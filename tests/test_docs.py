@@ -121,10 +121,14 @@ def tile_of_lidar():
     return points, np.concatenate(planes)
 
 
-def write_tile(path):
+def write_tile(path, density=64):
+    """Write the tile with at most 64 points per square meter of a roof; return it."""
     points, planes = tile_of_lidar()
+    is_kept = np.random.default_rng(3).random(len(points)) < density / 64
+    points, planes = points[is_kept], planes[is_kept]
     classes = np.where(planes < 0, 2, 6).astype(np.uint8)
     sf.write_mesh(path, points, attributes=sf.MeshAttributes(vertex={"classification": classes}))
+    return points, planes
 
 
 def export_labels(path):
@@ -287,29 +291,56 @@ def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monke
     assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()  # watertight
 
 
-def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(tmp_path, monkeypatch):
+def code_of_clouds(word):
+    blocks = python_blocks(DOCS / "howto" / "clouds.md")
+    return next(block.code for block in blocks if word in block.code)
+
+
+@pytest.mark.parametrize(("density", "least"), [(64, 0.98), (4, 0.96)])
+def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(
+    density, least, tmp_path, monkeypatch
+):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
-    write_tile("tile.las")
-    _, planes = tile_of_lidar()
-    code = next(
-        block.code
-        for block in python_blocks(DOCS / "howto" / "clouds.md")
-        if "is_coplanar" in block.code
-    )
-    with contextlib.redirect_stdout(io.StringIO()):
-        exec(code, names := {"sf": sf, "np": np})
+    points, planes = write_tile("tile.las", density)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code_of_clouds("is_coplanar"), {"sf": sf, "np": np})
+    assert printed.getvalue() == "4 roof planes\n"
     labels = sf.read_labels("planes.las")
-    assert np.array_equal(labels < 0, planes < 0)
-    counts = np.zeros((labels.max() + 1, 4), int)
-    np.add.at(counts, (labels[labels >= 0], planes[planes >= 0]), 1)
-    assert len(counts) == 4
-    assert counts.max(axis=1).sum() > 0.98 * counts.sum()  # all except points at the ridges
-    # Check the page's formulas for slope and aspect: the sides of the roofs face west and east.
-    normals = sf.region_graph(names["cloud"], labels).normals[counts.argmax(axis=0)]
-    assert np.degrees(np.arccos(abs(normals[:, 2]))) == pytest.approx([26.57] * 4, abs=1.5)
+    assert (labels[planes < 0] == -1).all()
+    assert (labels[planes >= 0] >= 0).mean() > 0.99  # all except small regions
+    counts = np.zeros((5, 5), int)  # the last row and column: in no plane
+    np.add.at(counts, (labels, planes), 1)
+    assert counts[:4, :4].max(axis=1).sum() > least * (planes >= 0).sum()  # others are at ridges
+    # The formulas of the page for slope and aspect: the sides of the roofs face west and east.
+    cloud = sf.PointCloud(points, viewpoints=[500_100, 5_400_100, 10_000])
+    normals = sf.region_graph(cloud, labels).plane_normals[counts[:4, :4].argmax(axis=0)]
+    assert np.degrees(np.arccos(normals[:, 2])) == pytest.approx([26.57] * 4, abs=1)
     aspects = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
     assert aspects == pytest.approx([270, 90, 270, 90], abs=3)
+
+
+def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, monkeypatch):
+    pytest.importorskip("scipy")
+    laspy = pytest.importorskip("laspy")
+    monkeypatch.chdir(tmp_path)
+    points, planes = write_tile("tile.las")
+    chunk_iterator = laspy.LasReader.chunk_iterator  # several chunks, as in a large file
+    monkeypatch.setattr(
+        laspy.LasReader, "chunk_iterator", lambda file, _: chunk_iterator(file, 7_000)
+    )
+    with contextlib.redirect_stdout(io.StringIO()):
+        exec(code_of_clouds("is_coplanar"), names := {"sf": sf, "np": np})
+        exec(code_of_clouds("chunk_iterator"), names)
+    written = {path.stem: laspy.read(path) for path in Path("tiles").iterdir()}
+    assert written.keys() == {"25000_270000", "25000_270001", "25001_270000", "25001_270001"}
+    for name, tile in written.items():
+        corner = 20 * np.array(name.split("_"), int)
+        offsets = tile.xyz[:, :2] - corner
+        assert ((offsets >= 0) & (offsets < 20)).all()
+        assert len(tile.points) == 0 or (tile.label >= 0).mean() > 0.98
+    found = np.concatenate([tile.xyz for tile in written.values()])
+    assert np.sort(found, axis=0) == pytest.approx(np.sort(points[planes >= 0], axis=0), abs=1e-3)
 
 
 def test_the_first_example_runs_where_there_are_no_files(tmp_path, monkeypatch):

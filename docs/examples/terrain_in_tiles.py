@@ -25,7 +25,12 @@ def terrain(n=220):
 
 
 def grid(points):
-    """Return the surface of a grid of points, shape (rows, columns, 3)."""
+    """Return the surface of a grid of points, shape (rows, columns, 3).
+
+    The surface faces up if x grows along each column and y along each row, as here, or if rows go
+    from north to south and columns from west to east, as in most rasters. Otherwise, reverse the
+    rows with ``points[::-1]``, or creases that are convex from above are treated as concave.
+    """
     rows, columns = points.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]

@@ -158,7 +158,7 @@ class BalanceOptions:
         """Raise a ValueError if these options conflict with `size`, `loop` or `min_size`."""
         if not self.is_used:
             return
-        name = "balance" if self.cells_per_region is None else "cells_per_region"
+        name = next(iter(self.params))
         if loop.radius_factor is not None:
             raise ValueError(
                 f"{name} cannot be combined with radius_factor, which limits the paths from"

@@ -3,7 +3,7 @@
 import pytest
 import shapes
 
-from superfacets import SliverWarning, mesh_info, segment
+from superfacets import Mesh, PolygonMesh, SliverWarning, mesh_info, segment
 
 
 def test_a_cube_is_closed_and_consistent():
@@ -46,3 +46,23 @@ def test_soup_has_more_vertices_than_positions_and_boundaries_where_not_welded()
 )
 def test_what_is_odd_about_a_mesh_is_counted(make, field, count):
     assert getattr(mesh_info(make()), field) == count
+
+
+def turned(mesh):
+    """The mesh with all faces in the opposite direction."""
+    if isinstance(mesh, PolygonMesh):
+        return PolygonMesh.of_faces(
+            mesh.vertices, [mesh.face(i)[::-1] for i in range(mesh.n_faces)]
+        )
+    return Mesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def test_terrain_that_faces_down_is_found():
+    sheet = shapes.bumpy_sheet(12)
+    quad = PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1]], [[0, 1, 2, 3]])
+    for mesh in (sheet, quad):
+        assert (mesh_info(mesh).faces_down, mesh_info(turned(mesh)).faces_down) == (False, True)
+    wall = Mesh(sheet.vertices[:, [1, 2, 0]], sheet.faces)
+    plate = Mesh(shapes.inside_out_cube().vertices * [9, 9, 1], shapes.inside_out_cube().faces)
+    for mesh in (wall, turned(wall), plate, turned(plate)):  # vertical, or closed
+        assert not mesh_info(mesh).faces_down

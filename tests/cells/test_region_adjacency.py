@@ -60,6 +60,7 @@ def test_the_sides_of_a_cube(is_cut):
     assert graph.measures.tolist() == graph.areas.tolist() == [1] * 6
     assert graph.centroids == pytest.approx(np.array(OUTWARDS) / 2 + 0.5)
     assert graph.normals == pytest.approx(np.array(OUTWARDS))
+    assert graph.plane_normals == pytest.approx(np.array(OUTWARDS))
     assert graph.normal_lengths == pytest.approx(np.ones(6))
     assert graph.deviations == pytest.approx(np.array([[SPREAD, SPREAD, 0]] * 6))
     assert graph.bounds[1].tolist() == [[0, 0, 1], [1, 1, 1]]
@@ -81,6 +82,7 @@ def test_the_sides_of_a_cube(is_cut):
 def test_a_cube_in_one_region_has_no_normal_and_no_border():
     graph = region_graph(shapes.cube(), [0] * 12)
     assert np.isnan(graph.normals).all()
+    assert np.isnan(graph.plane_normals).all()
     assert graph.normal_lengths == pytest.approx([0], abs=1e-12)
     assert (graph.n_arcs, graph.perimeters.tolist()) == (0, [0])
     assert graph.centroids.tolist() == [[0.5, 0.5, 0.5]]
@@ -172,6 +174,8 @@ def test_a_column_of_tetrahedra():
     assert graph.deviations == pytest.approx(SPREAD * np.array([[1, 1, 1], [2, 1, 1]]))
     assert graph.bounds[1].tolist() == [[0, 0, 1], [1, 1, 3]]
     assert np.isnan(graph.normals).all()
+    # A cube has no plane, and two cubes on top of each other are a long column.
+    assert np.isnan(graph.plane_normals).all()
     assert np.isnan(graph.normal_lengths).all()
     assert (graph.dimension, graph.cell_counts.tolist()) == (3, [6, 12])
     assert graph.table()["volume"] is graph.measures
@@ -257,6 +261,28 @@ def test_regions_without_area_have_plain_means():
     assert np.isnan(graph.compactness[1:]).all()
     assert np.isnan(graph.planarity[2])
     assert graph.normals[0] == pytest.approx([0, 0, 1])
+    assert graph.plane_normals[0] == pytest.approx([0, 0, 1])
+    assert np.isnan(graph.plane_normals[1:]).all()
+
+
+def test_plane_normals_are_of_the_plane_and_face_the_side_of_the_mean_normal():
+    rng = np.random.default_rng(0)
+    flat = np.append(rng.uniform(-1, 1, (200, 2)), np.zeros((200, 1)), axis=1)
+    slope = np.array([[0.8, 0, -0.6], [0, 1, 0], [0.6, 0, 0.8]])  # rows: axes of the plane
+    points = np.concatenate([flat @ slope, [[5, 0, 0], [6, 0, 0], [9, 9, 9]]]) + 5e6
+    labels = np.repeat([0, 1, 2], [200, 2, 1])
+    for sign in (1, -1):
+        # The normals are 10 degrees off, as beside a crease.
+        normals = np.tile([0, 0, sign], (203, 1)) + [sign * 0.5, 0, 0]
+        graph = region_graph(sf.PointCloud(points, normals), labels)
+        assert graph.plane_normals[0] == pytest.approx(sign * slope[2], abs=1e-9)
+        assert graph.normals[0] != pytest.approx(sign * slope[2], abs=0.1)
+        assert np.isnan(graph.plane_normals[1:]).all()  # of a line, and of one point
+        assert graph.table()["plane_normal_z"][0] == pytest.approx(sign * 0.8)
+    slab = TetMesh(column(1).vertices @ np.diag([3, 2, 1]) @ -slope, column(1).tets)
+    assert region_graph(slab, [0] * 6).plane_normals[0] == pytest.approx(slope[2], abs=1e-9)
+    with pytest.raises(ValueError, match="read-only"):
+        graph.plane_normals[0] = 0
 
 
 def numbers_of(graph):
@@ -545,7 +571,7 @@ def test_ugly_meshes_have_finite_numbers(seed):
     labels = random_labels(n_cells, 3, seed)
     graph = region_graph(mesh, labels)
     for name, value in numbers_of(graph).items():
-        may_be_nan = name in ("normals", "normal_lengths", "normal_angles")
+        may_be_nan = name in ("normals", "normal_lengths", "normal_angles", "plane_normals")
         assert may_be_nan or np.isfinite(value).all(), name
     size = np.ptp(mesh.bounds, axis=0).max()
     inside = (graph.bounds[:, 0] - 1e-9 * size <= graph.centroids) & (
@@ -553,7 +579,7 @@ def test_ugly_meshes_have_finite_numbers(seed):
     )
     assert inside.all()
     assert (graph.deviations <= size).all()
-    lengths = np.linalg.norm(graph.normals, axis=1)
+    lengths = np.linalg.norm([*graph.normals, *graph.plane_normals], axis=1)
     assert ((np.abs(lengths - 1) < 1e-12) | np.isnan(lengths)).all()
     assert not (graph.normal_lengths > 1).any()
     if not isinstance(mesh, TetMesh):

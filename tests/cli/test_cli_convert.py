@@ -10,13 +10,17 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import (
+    Material,
+    MeshAttributes,
     PointCloud,
+    Texture,
     read_attributes,
     read_labels,
     read_mesh,
     write_labels,
     write_mesh,
 )
+from superfacets.io.attributes import LasDimension, LasFrame
 
 NO_LABELS = (
     "superfacets: error: a.ply: there are no labels to {} (none called label): give a"
@@ -175,6 +179,43 @@ def test_solids_of_split_regions_are_named_after_them(run, folder):
     assert len(written) > 1
     for path in written:
         assert path.read_text().startswith(f"solid {path.stem}\n")
+
+
+def test_parts_of_a_las_file_keep_its_fields_offsets_and_reference_system(run, tmp_path):
+    laspy = pytest.importorskip("laspy")
+    rng = np.random.default_rng(0)
+    points = rng.random((30, 3)).round(2) + [500_000, 5_400_000, 100]
+    dimension = LasDimension("tree id", "<u2", 1, "number of the tree")
+    projection = ((2112, b"PROJCS[]\0"),)
+    frame = LasFrame(4, 6, (0.01,) * 3, (4e5, 5e6, 0.0), projection, True, (dimension,))
+    fields = {"classification": rng.choice([0, 2, 6], 30), "intensity": rng.integers(0, 999, 30)}
+    attributes = MeshAttributes(vertex={**fields, "tree_id": np.arange(30)}, las=frame)
+    write_mesh(tmp_path / "tile.las", PointCloud(points), attributes=attributes)
+    split = ("--labels-named", "classification", "--split", tmp_path / "parts", "--to", "las")
+    assert run("convert", tmp_path / "tile.las", *split)[::2] == (0, "")
+    whole = laspy.read(tmp_path / "tile.las")
+    for kind in (0, 2, 6):
+        part = laspy.read(tmp_path / f"parts/region_{kind}.las")
+        chosen = whole.points[whole.classification == kind]
+        assert part.points.array.tobytes() == chosen.array.tobytes()
+        assert part.header.scales.tolist() == whole.header.scales.tolist()
+        assert part.header.offsets.tolist() == [4e5, 5e6, 0]
+        (record,) = part.header.vlrs.get_by_id("LASF_Projection")
+        assert (record.record_id, record.record_data_bytes()) == projection[0]
+    assert run("convert", tmp_path / "tile.las", *split, "--drop-attributes")[0] == 0
+    assert not laspy.read(tmp_path / "parts/region_6.las").classification.any()
+
+
+def test_parts_of_a_textured_mesh_have_no_texture_and_a_note(run, tmp_path):
+    texture = Texture([[0, 0], [1, 0], [0, 1]], [0, 1, 2] * 72, [Material("red")], [0] * 72)
+    attributes = MeshAttributes(face={"kind": np.arange(72)}, texture=texture)
+    write_mesh(tmp_path / "a.obj", shapes.bumpy_sheet(6), attributes=attributes)
+    write_labels(tmp_path / "a.npy", np.arange(72) // 36)
+    inputs = (tmp_path / "a.obj", tmp_path / "a.npy", "--split", tmp_path / "parts")
+    note = f"superfacets: note: no texture in the files of {tmp_path / 'parts'}\n"
+    assert run("convert", *inputs)[::2] == (0, note)
+    assert run("convert", *inputs, "-q")[::2] == (0, "")
+    assert read_attributes(tmp_path / "parts/region_1.ply").texture is None
 
 
 def test_regions_are_split(run, folder):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import MeshAttributes, PointCloud, write_mesh
+from superfacets import Mesh, MeshAttributes, PointCloud, write_mesh
 from superfacets.io.attributes import LasFrame
 
 
@@ -34,6 +34,15 @@ def test_info_says_where_regions_would_become_stripes(run, tmp_path):
         " with the regions, so regions will be stripes: try segment --subdivide\n"
     )
     assert json.loads(run("info", path, "--json")[1])["sliver_share"] > 0.3
+
+
+def test_info_says_that_terrain_faces_down(run, tmp_path):
+    path, sheet = tmp_path / "terrain.ply", shapes.bumpy_sheet(6)
+    write_mesh(path, Mesh(sheet.vertices, sheet.faces[:, ::-1]))
+    status, _, err = run("info", path)
+    assert status == 0
+    assert err.startswith(f"superfacets: note: {path}: if z is up, this open surface faces down:")
+    assert json.loads(run("info", path, "--json")[1])["faces_down"]
 
 
 def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):

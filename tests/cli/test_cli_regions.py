@@ -10,7 +10,7 @@ import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import MeshAttributes, write_mesh
+from superfacets import MeshAttributes, PointCloud, write_mesh
 
 FOLD = shapes.fold(90)
 
@@ -121,10 +121,28 @@ def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     write_mesh(parts, FOLD, [7, 3])  # sorted by region, which swaps the faces
     status, printed, notes = run("regions", fold / "fold.ply", parts)
     assert (status, printed) == (1, "")
-    assert notes.startswith(f"superfacets: error: {parts}: the cells or their order differ from")
+    assert notes.startswith(f"superfacets: error: {parts}: the faces or their order differ from")
     assert run("regions", parts, parts)[0] == 0
     write_mesh(parts, FOLD, [3, 7])  # regions in the order of the mesh
     assert run("regions", fold / "fold.ply", parts)[0] == 0
+
+
+@pytest.mark.parametrize("ending", ["ply", "csv"])
+def test_labels_at_other_positions_are_refused(run, tmp_path, ending):
+    points = np.random.default_rng(0).random((90, 3)) * [100, 100, 9] + [5e5, 5.4e6, 0]
+    first, second, rounded = (tmp_path / f"{name}.{ending}" for name in ("a", "b", "rounded"))
+    write_mesh(first, PointCloud(points), np.repeat([0, 1], 45))
+    write_mesh(second, PointCloud(points + [100, 0, 0]), np.repeat([1, 0], 45))
+    write_mesh(rounded, PointCloud(points.astype(np.float32)), np.repeat([1, 0], 45))
+    table = tmp_path / "both.csv"
+    message = (
+        f"superfacets: error: {second}: the points or their order differ from the input, so the"
+        f" labels do not fit: use b.{ending} as the input, or give labels as .npy\n"
+    )
+    for name, output in (("regions", table), ("convert", tmp_path / "c.ply")):
+        assert run(name, first, second, "-o", output)[::2] == (1, message)
+        assert not output.exists()
+    assert run("regions", first, rounded, "-o", table)[0] == 0
 
 
 def test_tables_and_borders_are_written(run, fold):

@@ -16,6 +16,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from superfacets import (
     Mesh,
+    MeshAttributes,
     MeshError,
     PointCloud,
     PolygonMesh,
@@ -24,6 +25,7 @@ from superfacets import (
     read_cloud,
     read_labels,
     read_mesh,
+    split_regions,
     vertex_labels,
     write_graphs,
     write_labels,
@@ -713,6 +715,22 @@ class TestRegions:
         part = read_cloud(paths[0])
         assert_array_equal(part.points, cloud.points[[1, 3]])
         assert_array_equal(part.normals, normals[:2])
+
+    def test_parts_keep_the_attributes_of_their_vertices_and_faces(self, house, tmp_path):
+        heat, kinds = np.arange(house.n_vertices), np.array([3, 8])
+        attributes = MeshAttributes(
+            vertex={"heat": heat}, face={"kind": kinds},
+            comments=["comment by hand", "comment TextureFile wall.png"],
+        )  # fmt: skip
+        paths = write_regions(tmp_path, house, [0, 1], attributes=attributes)
+        parts = split_regions(house, [0, 1])
+        for path, part, kind in zip(paths, parts, kinds, strict=True):
+            written = read_attributes(path)
+            assert written.comments == ("comment by hand",)
+            assert_array_equal(written.vertex["heat"], heat[part.vertices])
+            assert_array_equal(written.face["kind"], [kind])
+        with pytest.raises(ValueError, match="the face property kind"):
+            write_regions(tmp_path, house, [0, 1], attributes=MeshAttributes(face={"kind": [3]}))
 
     def test_leading_zeros_sort_the_files_by_region(self, tmp_path):
         labels = [0, 2, 10, -1, 100]

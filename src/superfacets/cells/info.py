@@ -14,7 +14,7 @@ from .._validate import checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..errors import MeshError
 from ..mesh.base import Cells
-from ..mesh.faces import FaceMesh, count_degenerate
+from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh, signed_volumes
 from .cell_graph import BaseGraph
@@ -54,6 +54,9 @@ class MeshInfo:
     """Number of faces whose normal is undefined, such as faces with all corners on a line."""
     is_inside_out: bool
     """Whether the mesh is closed and its normals point inwards."""
+    faces_down: bool
+    """Whether the mesh looks like terrain that faces down if z is up: it is open, at most half as
+    high as wide, and the z component of its mean normal is below -1/2."""
     area: float
     """Total area, in the squared unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -198,6 +201,7 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
     graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
+    area = _core.sum_of(graph.measures, n_threads)
     return MeshInfo(
         n_faces=mesh.n_faces,
         n_vertices=mesh.n_vertices,
@@ -209,13 +213,26 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
         n_inconsistent_edges=inconsistent,
         n_degenerate_faces=count_degenerate(mesh, n_threads),
         is_inside_out=is_inside_out(mesh, graph),
-        area=_core.sum_of(graph.measures, n_threads),
+        faces_down=_faces_down(mesh, graph, area),
+        area=area,
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
         sliver_share=sliver_share(
             mesh, graph, shapes.longest, _default_radius(graph, n_threads), n_threads
         ),
     )
+
+
+def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
+    """Return the value of `MeshInfo.faces_down` for a mesh with the total `area`."""
+    *widths, height = np.ptp(graph.bounds, axis=0)
+    if not graph.edge_counts.boundary or height > min(widths) / 2:
+        return False
+    triangles, _ = cut_into_triangles(mesh)
+    first, second, third = (mesh.vertices[corner, :2] for corner in triangles.T)
+    (x, y), (other_x, other_y) = (second - first).T, (third - first).T
+    shadow = np.sum(x * other_y - y * other_x) / 2.0  # signed area of the projection to the plane
+    return bool(shadow < -area / 2.0)
 
 
 def _default_radius(graph: FaceGraph, n_threads: int) -> float:

@@ -41,8 +41,9 @@ def column_names(dimension: int) -> tuple[str, ...]:
     return (
         "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter", "open_length",
         "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z", "normal_x",
-        "normal_y", "normal_z", "normal_length", "linearity", "planarity", "sphericity",
-        "surface_variation", "compactness", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z",
+        "normal_y", "normal_z", "normal_length", "plane_normal_x", "plane_normal_y",
+        "plane_normal_z", "linearity", "planarity", "sphericity", "surface_variation",
+        "compactness", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z",
     )  # fmt: skip
 
 
@@ -70,6 +71,12 @@ class RegionGraph:
         Length of the area-weighted mean of the unit normals of each region, from 0 (a closed
         surface, or a cylinder without its ends) to 1 (a flat region). NaN for tetrahedra, for cells
         of a `CellGraph`, and for regions without area.
+    plane_normals : ndarray of float64, shape (K, 3)
+        Unit normal of the least-squares plane of each region: the principal axis of the smallest
+        of the ``deviations`` s0 >= s1 >= s2. Unlike ``normals``, it does not depend on the normals
+        of cells, which are smoothed at creases of point clouds. It is on the same side as
+        ``normals``; where those are NaN, its component of largest absolute value is positive. NaN
+        if no plane fits best (s1 = s2): for a line, a point, and for example a cube or a ball.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of each region along its three principal axes, in descending order.
         Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
@@ -112,6 +119,7 @@ class RegionGraph:
     centroids: Floats
     normals: Floats
     normal_lengths: Floats
+    plane_normals: Floats
     deviations: Floats
     bounds: Floats
     perimeters: Floats
@@ -266,8 +274,9 @@ class RegionGraph:
         columns = (
             np.arange(self.n_regions), self.cell_counts, self.measures, self.perimeters,
             self.open_lengths, self.neighbor_counts, self.centers, *self.centroids.T,
-            *self.normals.T, self.normal_lengths, self.linearity, self.planarity, self.sphericity,
-            self.surface_variation, self.compactness, *low.T, *high.T,
+            *self.normals.T, self.normal_lengths, *self.plane_normals.T, self.linearity,
+            self.planarity, self.sphericity, self.surface_variation, self.compactness, *low.T,
+            *high.T,
         )  # fmt: skip
         return dict(zip(column_names(self.dimension), columns, strict=True))
 
@@ -438,13 +447,16 @@ def region_graph_of(
     low, high, border_lengths, mean_angles, concavities, max_angles, edge_counts = (
         _core.region_arcs(handle, labels, n_threads)
     )
+    normals = _unit_normals(normal_sums, measures)
+    variances, axes = _principal_axes(squares, products)
     arrays: dict[str, Array] = {
         "labels": labels,
         "measures": measures,
         "centroids": centroids,
-        "normals": _unit_normals(normal_sums, measures),
+        "normals": normals,
         "normal_lengths": _normal_lengths(normal_sums, measures, surface),
-        "deviations": _deviations(squares, products),
+        "plane_normals": _plane_normals(variances, axes[:, 2], normals),
+        "deviations": np.sqrt(variances),
         "bounds": np.stack([lows, highs], axis=1),
         "perimeters": _core.region_perimeters(handle, labels, n_regions, n_threads),
         "open_lengths": open_lengths,
@@ -462,17 +474,35 @@ def region_graph_of(
     return graph
 
 
-def _deviations(squares: Floats, products: Floats) -> Floats:
-    """Return the square roots of the eigenvalues of K covariance matrices, shape (K, 3).
+def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
+    """Return the eigenvalues, (K, 3) in descending order, and unit eigenvectors of K matrices.
 
-    Each row is in descending order. `squares` are the entries xx, yy and zz of each matrix, and
-    `products` are the entries xy, xz and yz.
+    Row i of entry k of the eigenvectors, (K, 3, 3), belongs to eigenvalue i of the covariance
+    matrix k. `squares` are the entries xx, yy and zz of each matrix, and `products` are the entries
+    xy, xz and yz.
     """
     xx, yy, zz = squares.T
     xy, xz, yz = products.T
     covariances = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
-    variances = np.linalg.eigvalsh(covariances)[:, ::-1]
-    return np.sqrt(np.where(variances > _ROUNDING * variances[:, :1], variances, 0.0))
+    variances, axes = np.linalg.eigh(covariances)
+    variances = variances[:, ::-1]
+    is_real = variances > _ROUNDING * variances[:, :1]
+    return np.where(is_real, variances, 0.0), axes[:, :, ::-1].transpose(0, 2, 1)
+
+
+def _plane_normals(variances: Floats, axes: Floats, normals: Floats) -> Floats:
+    """Turn the `axes` of the smallest variances, (K, 3), to the sides of `normals`.
+
+    Axes become NaN where the two smaller `variances` are equal. Where `normals` are NaN, the
+    component of largest absolute value becomes positive.
+    """
+    largest = np.take_along_axis(axes, np.abs(axes).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
+    toward = np.einsum("ij,ij->i", axes, normals)
+    signs = np.where(np.where(np.isnan(toward), largest, toward) < 0.0, -1.0, 1.0)
+    first, second, third = variances.T
+    signs[second - third <= _ROUNDING * first] = np.nan
+    turned: Floats = axes * signs[:, np.newaxis]
+    return turned
 
 
 def _unit_normals(sums: Floats, measures: Floats) -> Floats:

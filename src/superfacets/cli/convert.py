@@ -11,11 +11,12 @@ from typing import Any
 import click
 import numpy as np
 
+from .._types import Ints
 from .._validate import counted
 from ..batches.sources import Source, find_sources, origin_notes, refuse_tileset
 from ..cells.kinds import kind_of
 from ..errors import MeshError
-from ..export.cells import FormatOptions
+from ..export.cells import ATTRIBUTE_OUTPUTS, FormatOptions, usual_ending
 from ..export.ids import UNCONVERTED
 from ..export.scannet import GROUPS
 from ..export.write import ENDING_OF_FORMAT, check_outputs, write_regions
@@ -25,7 +26,7 @@ from ..io.readers.b3dm import Placement
 from ..io.readers.pieces import holds_files
 from ..mesh.base import Cells
 from . import options as opts
-from .failures import EXIT_DATA, count_failures, print_notes
+from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
@@ -145,17 +146,13 @@ class _Run:
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
                 " give a label file as LABELS, or the name of the labels with --labels-named"
             )
-        parts: list[str] = []
-        if self.folder is not None and labels is not None:
-            paths = write_regions(
-                self.folder, cells, labels, ending=self.ending, ascii=self.form.ascii
-            )
-            parts = [str(path) for path in paths]
+        parts = [] if labels is None else self._split(cells, labels, attributes)
         sizes = job.write(
             cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
         )
         if not self.is_quiet:
-            replaces = self.labels is not None  # otherwise the labels come from the input itself
+            # Labels from the input itself replace nothing, and files of --split have no labels.
+            replaces = self.labels is not None and bool(job.endings)
             print_notes(
                 notes_on_written(cells, attributes, job.endings, sizes, are_replaced=replaces)
                 + notes_on_numbers(labels, job.endings, sizes)
@@ -172,8 +169,22 @@ class _Run:
             ]
             job.print("\n".join(f"wrote {name}" for name in names))
 
+    def _split(self, cells: Cells, labels: Ints, attributes: MeshAttributes | None) -> list[str]:
+        """Write the files of --split, and return their paths."""
+        if self.folder is None:
+            return []
+        ending = usual_ending(kind_of(cells).name) if self.ending is None else self.ending
+        kept = attributes if ending in ATTRIBUTE_OUTPUTS else None
+        paths = write_regions(
+            self.folder, cells, labels, ending=ending, attributes=kept, ascii=self.form.ascii
+        )
+        if kept is not None and kept.texture is not None and not self.is_quiet:
+            print_note(f"no texture in the files of {self.folder}")
+        return [str(path) for path in paths]
+
     def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
-        keep = job.holds_attributes and self.keeps_attributes
+        is_kept_in_parts = self.folder is not None and self.ending in (None, *ATTRIBUTE_OUTPUTS)
+        keep = (job.holds_attributes or is_kept_in_parts) and self.keeps_attributes
         path = Path(job.input)
         refuse_tileset(path)
         source = read_input(job.input, self.format)

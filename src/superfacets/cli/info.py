@@ -23,6 +23,12 @@ Info = MeshInfo | TetInfo | CloudInfo
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
 """Maximum size, in bytes, of files whose attributes are read to report constant properties."""
 
+_FACES_DOWN = (
+    "if z is up, this open surface faces down: aspects are wrong by 180 degrees, and convex and"
+    " concave edges are swapped; reverse the order of the corners of each face, or of the rows of"
+    " the grid"
+)
+
 
 @click.command("info")
 @click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
@@ -47,6 +53,8 @@ def info_command(
         note = sliver_note(slivers, "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
+        if isinstance(info, MeshInfo) and info.faces_down:
+            print_note(f"{name_of(text)}: {_FACES_DOWN}")
         constant = _constant_properties(attributes)
         if constant:
             names = ", ".join(constant)

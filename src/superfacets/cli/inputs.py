@@ -20,6 +20,7 @@ from ..io.guards import Content, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import (
     LABEL_ENDINGS,
+    PLACED_ENDINGS,
     VERTEX_ENDINGS,
     checked_labels,
     find_labels,
@@ -27,7 +28,6 @@ from ..io.readers.labels import (
     read_labels,
 )
 from ..io.readers.npy import npy_array
-from ..io.readers.parts import PART_ENDINGS
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.base import Cells
 from .failures import print_note
@@ -144,19 +144,24 @@ def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
         if len(labels) == n_vertices != cells.n_cells:
             return GivenLabels(path, labels, True)
         checked_labels(labels, cells.n_cells)
-    if ending in PART_ENDINGS:
+    if ending in PLACED_ENDINGS:
         _check_same_order(cells, source.cells(), path)
     return GivenLabels(path, labels, False)
 
 
 def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
-    """Raise a MeshError if the cells of a labeled file differ from `cells` in position or order."""
+    """Raise a MeshError if the cells of a labeled file differ from `cells` in position or order.
+
+    Positions may differ by rounding to float32, which many formats store.
+    """
     expected, given = (kind_of(some).positions(some) for some in (cells, labeled))
-    tolerance = 1e-4 * np.ptp(expected, axis=0).max()
+    rounding = np.finfo(np.float32).eps * np.abs(expected).max()
+    tolerance = 1e-4 * np.ptp(expected, axis=0).max() + rounding
     if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:
+        plural = kind_of(cells).plural
         raise MeshError(
-            f"{path}: the cells or their order differ from the mesh, so the labels do not fit:"
-            f" use {path.name} as the mesh, or give labels as .npy"
+            f"{path}: the {plural} or their order differ from the input, so the labels do not fit:"
+            f" use {path.name} as the input, or give labels as .npy"
         )
 
 

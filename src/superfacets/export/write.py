@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any
@@ -18,8 +19,9 @@ from ..io.atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.labels import checked_labels
+from ..io.readers.ply_texture import is_image
 from ..mesh.base import Cells
-from ..regions.submeshes import Splitter
+from ..regions.submeshes import Splitter, Submesh
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
@@ -229,6 +231,7 @@ def write_regions(
     labels: npt.ArrayLike,
     *,
     ending: str | None = None,
+    attributes: MeshAttributes | None = None,
     ascii: bool = False,
 ) -> list[Path]:
     """Write the cells of each region to a separate file: either all files, or none.
@@ -246,6 +249,9 @@ def write_regions(
     ending : str, optional
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
+    attributes : MeshAttributes, optional
+        Other properties of vertices and faces, from which each file gets the rows of its vertices
+        and faces, as in `write_mesh`. Textures are not written.
     ascii : bool, default False
         Same as in `write_mesh`.
 
@@ -257,8 +263,8 @@ def write_regions(
     Raises
     ------
     ValueError
-        If the ending or a label is wrong, if all labels are -1, or if all vertices of a region are
-        at one point.
+        If the ending, a label or the length of an attribute is wrong, if all labels are -1, or if
+        all vertices of a region are at one point.
     FileExistsError
         If the folder already contains other region files with this ending, which are not replaced.
     OSError
@@ -289,7 +295,7 @@ def write_regions(
     values = [int(cell_labels[cells_of[0]]) for cells_of in members]
     n_digits = len(str(values[-1]))
     options = FormatOptions(ascii=ascii)
-    CellWriter(cells, None, None, None, options).checked([ending])
+    CellWriter(cells, None, None, attributes, options).checked([ending])
     paths = [Path(folder, f"region_{value:0{n_digits}}{ending}") for value in values]
     _check_no_other_regions(Path(folder), paths, ending)
     splitter = Splitter(cells)
@@ -299,8 +305,20 @@ def write_regions(
             with temporary.open("wb") as file:
                 is_named = ascii and ending == ".stl"
                 named = np.full(len(cells_of), value, np.int32) if is_named else None
-                CellWriter(part.mesh, named, None, None, options).write(file, ending)
+                kept = None if attributes is None else _attributes_of(part, attributes)
+                CellWriter(part.mesh, named, None, kept, options).write(file, ending)
     return paths
+
+
+def _attributes_of(part: Submesh, attributes: MeshAttributes) -> MeshAttributes:
+    """Return the attributes of the vertices and cells of a part, without the texture."""
+    return replace(
+        attributes,
+        vertex={name: values[part.vertices] for name, values in attributes.vertex.items()},
+        face={name: values[part.cells] for name, values in attributes.face.items()},
+        comments=tuple(line for line in attributes.comments if not is_image(line)),
+        texture=None,
+    )
 
 
 def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) -> None:

@@ -204,5 +204,8 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
 
 LABEL_ENDINGS = tuple(_READERS)
 
+PLACED_ENDINGS = (".ply", *PART_ENDINGS, *_FINDERS)
+"""Endings of label files that also contain the labeled cells, and therefore their positions."""
+
 VERTEX_ENDINGS = (".segs.json", ".label.gii", ".annot")
 """Endings of files with one label per vertex."""
