@@ -325,6 +325,10 @@ def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, 
     laspy = pytest.importorskip("laspy")
     monkeypatch.chdir(tmp_path)
     points, planes = write_tile("tile.las")
+    las = laspy.read("tile.las")
+    las.x[:5] += 60  # too few points for planes, in tiles of their own
+    las.classification[:5] = 6
+    las.write("tile.las")
     chunk_iterator = laspy.LasReader.chunk_iterator  # several chunks, as in a large file
     monkeypatch.setattr(
         laspy.LasReader, "chunk_iterator", lambda file, _: chunk_iterator(file, 7_000)
