@@ -29,9 +29,9 @@ REAL = [pytest.param(name, marks=pytest.mark.real_meshes) for name in ("bunny", 
 
 @pytest.fixture(scope="module", params=["sheet", "sample", *REAL])
 def mesh(request):
-    """Return meshes without ties: two made here, two scanned.
+    """Return a mesh without ties: two are made here, two are scanned.
 
-    They have no orphans at k = 90, since the index decides which orphan becomes a center.
+    They have no orphans at k = 90, because indices decide which orphan becomes a center.
     """
     if request.param == "sheet":
         return shapes.bumpy_sheet(40)
@@ -139,7 +139,7 @@ def test_weights_keep_every_bit_under_scaling_by_powers_of_two(mesh):
 
 
 def test_weights_do_not_change_under_rigid_motion(mesh):
-    """Weights are equal up to rounding, relative to the diagonal, which rotation changes."""
+    """Weights times the diagonal, which rotation changes, are equal up to rounding."""
     moved = Mesh(mesh.vertices @ rotation(3).T + [3, -2, 1], mesh.faces)
     graph, moved_graph = build_face_graph(mesh), build_face_graph(moved)
     weights = superfacet_weights(mesh, graph) * graph.diagonal

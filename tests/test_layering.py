@@ -14,7 +14,6 @@ STUDIO_PAGE = ROOT / "frontend" / "src" / "studio"
 
 # Lowest first. A module belongs to the longest matching entry; entries on one line may import
 # each other only within a folder.
-# may import each other only within its own folder.
 PYTHON_LAYERS = [
     "_core",
     "errors",
@@ -344,7 +343,7 @@ def test_a_test_of_the_class_of_cells_is_found(text):
 
 LONGEST_TUPLE = 4
 LONG_TUPLES: set[str] = set()
-"""Modules that still have to change."""
+"""Modules that still have functions with longer tuples."""
 
 
 def long_tuples(tree: ast.AST) -> list[str]:

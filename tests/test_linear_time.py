@@ -4,8 +4,8 @@ import pytest
 from benchmarks.doubling import JOBS, SHAPES, doubling_table, exponent, measure_doubling
 
 MOST = 8**1.6
-"""Limit of the ratio of times for a ratio of sizes of eight: linear time gives 8,
-quadratic 64. Most of the difference allows for noise."""
+"""Limit of the ratio of times for a ratio of sizes of eight: linear time gives 8, quadratic 64.
+Most of the difference allows for noise."""
 
 QUADRATIC_ONCE = [
     ("flat grid", "k = N", 8_000),

@@ -1,4 +1,4 @@
-"""The server is killed at random moments: it keeps all acknowledged operations, and no others."""
+"""The server is killed at random moments: acknowledged operations and at most one more survive."""
 
 import random
 import signal

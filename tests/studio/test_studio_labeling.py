@@ -12,7 +12,7 @@ from superfacets.studio.labels.classes import default_classes
 from superfacets.study.princeton import Benchmark
 
 NUMBERS = (182, 181)
-"""A segment of one person, and that of another person used where the first is missing."""
+"""Models of two hands; the second is used if the benchmark lacks the first."""
 
 PURITY = 0.9
 """Regions whose largest class has a smaller share are split first."""

@@ -283,7 +283,7 @@ def test_awkward_meshes_are_cut_into_connected_regions(metric, init, make):
 
 @every_variant
 def test_faces_without_a_normal_are_labeled_and_change_nothing(metric, init):
-    """Each edge of a cube has a needle of no width: a face of no area that two sides share."""
+    """Each face of a cube has a needle on its first side: a face of no width and no area."""
     cube = subdivided_cube(2)
     flat = cube.faces[:, [0, 1, 1]]  # on the first side of each face
     mesh = Mesh(cube.vertices, np.concatenate([cube.faces, flat]))

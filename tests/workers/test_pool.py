@@ -23,7 +23,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="there is no fork ser
 
 @pytest.fixture(params=[pytest.param(True, marks=linux), False], ids=["forked", "spawned"])
 def either(request, monkeypatch):
-    """Return workers that are forked from a server, and workers that are not."""
+    """Start workers by a fork server, or without one."""
     monkeypatch.setattr(start, "HAS_SERVER", request.param)
 
 

@@ -15,8 +15,7 @@ from superfacets.studio.web.server import serve
 
 START_SECONDS = 60
 WAIT_MS = 60_000
-"""Timeout of waits, long because other processes may be running; most waits are
-short."""
+"""Timeout of waits, long because other processes may be running; most waits are short."""
 
 READY = """window.studio && studio.ready && studio.isIdle
     && document.querySelector("#canvas").width === document.querySelector("#view").clientWidth"""

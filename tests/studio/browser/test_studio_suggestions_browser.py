@@ -14,7 +14,7 @@ SCORES = (0.9, 0.6, 0.75, 0.3)
 
 @pytest.fixture
 def suggest(tmp_path):
-    """Import the most visible regions as suggestions of these labels, and return their places."""
+    """Return a function that suggests the most visible regions and returns their places."""
 
     def given(tab, labels):
         spots, of_cells = tab.spots(len(labels)), tab.labels()

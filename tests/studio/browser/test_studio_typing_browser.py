@@ -6,7 +6,7 @@ import pytest
 
 @pytest.fixture
 def desk(studio):
-    """Return a tab whose window is wide enough for whole names."""
+    """Return a server and its page, in a window wide enough for whole names."""
     _, tab = studio
     tab.page.set_viewport_size({"width": 1000, "height": 560})
     tab.ready()
