@@ -124,7 +124,7 @@ def thickness(cells: Cells) -> object:
 
 
 def smooth_borders_of_regions(cells: Cells) -> object:
-    """Cut smooth borders of regions of 32 faces each."""
+    """Cut faces along smooth borders between regions of 32 faces each."""
     assert isinstance(cells, sf.Mesh | sf.PolygonMesh)
     return sf.cut_borders(cells, np.arange(cells.n_cells) // 32, n_threads=1)
 

@@ -115,7 +115,7 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
     assert seen[4] == seen[5]
     status, _, err = run(*picture, "--numbers")
     assert status == 2
-    assert err.endswith("numbers are the labels of regions: give labels too\n")
+    assert err.endswith("but no labels are given: give labels too\n")
 
 
 def test_titles_tell_label_files_apart():

@@ -506,7 +506,7 @@ main()
     ],
 )
 def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):
-    """This includes stages that run in the core for a long time."""
+    """An interrupt also ends the command in stages that run in the C++ core for a long time."""
     code = INTERRUPTED_AT.format(module=module, function=function)
     command = [sys.executable, "-c", code, "segment", str(sheet)]
     start = time.perf_counter()

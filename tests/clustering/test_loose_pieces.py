@@ -35,7 +35,7 @@ def test_the_shorter_arc_wins_and_the_lower_label_among_equals():
 
 
 def test_arcs_above_the_crease_limit_wait_for_all_others():
-    """Cells 2 and 3 are a loose piece. Only cell 3 has a short arc out of it: two rounds."""
+    """A piece of two cells takes two rounds, because only one has a short arc to another region."""
     line = shapes.line_graph([1.0, 9.0, 1.0, 1.0, 1.0])
     labels, centers = [0, 0, 1, 1, 2, 1], [0, 5, 4]
     between = (line.lengths[2] + line.lengths[1]) / 2

@@ -232,7 +232,10 @@ def test_numbers_are_the_labels_that_were_given(gl, cells, options):
 
 
 def test_numbers_need_labels(gl, tmp_path):
-    with pytest.raises(ValueError, match="numbers are the labels of regions: give labels too"):
+    with pytest.raises(
+        ValueError,
+        match="numbers shows the label of each region, but no labels are given: give labels too",
+    ):
         render(square(), numbers=True, output=tmp_path / "picture.png")
     with pytest.raises(TypeError, match="numbers must be True or False"):
         render(square(), [0, 1], numbers="yes")

@@ -1,5 +1,5 @@
-// Bindings of shortest paths. The functions are documented in the headers of paths/. Their
-// preconditions are checked by superfacets/_validate.py.
+// Bindings of shortest paths. The functions are documented in the headers of paths/. Graphs of
+// users are checked by superfacets/_validate.py; arguments of improve_paths are not checked.
 #include "bindings/bindings.hpp"
 #include "paths/path_lengths.hpp"
 #include "paths/tile_paths.hpp"

@@ -3,9 +3,9 @@
 namespace superfacets {
 namespace {
 
-// Walks do not pass through cells with more than kMostArcs arcs, so the number of walks grows
+// Walks do not pass through cells with more than kMaxArcs arcs, so the number of walks grows
 // linearly with the number of cells.
-constexpr std::size_t kMostArcs = 24;
+constexpr std::size_t kMaxArcs = 24;
 
 // Number of cells per block. The arcs of a block fit into the second-level cache. Small graphs have
 // smaller blocks, so that each thread gets several blocks.
@@ -56,7 +56,7 @@ class ArcFinder {
       const std::size_t end = n_walks_;
       for (; begin < end; ++begin) {
         const Walk walk = walks_[begin];
-        if (graph_.arcs_of(walk.here).size() <= kMostArcs) extend(walk);
+        if (graph_.arcs_of(walk.here).size() <= kMaxArcs) extend(walk);
       }
     }
     least_[place] = kNone;
@@ -141,7 +141,7 @@ int steps_of(const OrderedGraph& graph) {
 std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team) {
   const auto n_ways_on = [&](Place place) {
     const std::size_t n_arcs = graph.arcs_of(place).size();
-    return n_arcs > kMostArcs ? 0.0 : static_cast<double>(n_arcs - 1);
+    return n_arcs > kMaxArcs ? 0.0 : static_cast<double>(n_arcs - 1);
   };
   const auto count = [&](std::int64_t begin, std::int64_t end) {
     double n_walks = 0.0;

@@ -10,7 +10,7 @@ namespace {
 // Minimum angle, in radians, by which the normal rotates over a mean arc length at a point of a
 // ridge. Estimated normals spread an edge over about five arcs. The angle in the middle of the edge
 // exceeds this minimum even if the angle of the whole edge is only kSharpAngle.
-constexpr double kLeastTurn = 0.06;
+constexpr double kMinTurn = 0.06;
 
 // Distance from a ridge to the flat sides, in mean arc lengths: half the width over which estimated
 // normals and averaged shape operators spread an edge. A walk shorter than kReached has not reached
@@ -73,7 +73,7 @@ class RidgeFinder {
     if (kAway * spacing > radius_) return false;
     double smaller = 0.0;
     const double turn = largest_turn(bends_.convex[point], &smaller);
-    if (!(turn * spacing >= kLeastTurn)) return false;
+    if (!(turn * spacing >= kMinTurn)) return false;
     const Point across = direction_of(bends_.convex[point], normals_[point], smaller);
     const auto one = flat_side(point, across, spacing, kFlatter * turn);
     if (!one) return false;

@@ -22,7 +22,7 @@ class PointSurface final : public Surface {
     SUPERFACETS_ASSERT(normals.empty() || normals.size() == positions.size());
     SUPERFACETS_ASSERT(order.size() == positions.size() && all_below(order, arcs.n_cells()));
     for (Cell point = 0; point < n_cells(); ++point) {
-      const bool is_crowded = arcs.neighbors(point).size() > kMostInARow;
+      const bool is_crowded = arcs.neighbors(point).size() > kMaxInARow;
       if (is_crowded) border_of_crowded_.emplace(point, sum_border_per_arc(point));
     }
   }
@@ -54,9 +54,9 @@ class PointSurface final : public Surface {
   // pi a / (sum of arc lengths) of a point; see border_length. Each arc of a point needs this sum,
   // so the sum is cached for points with many arcs. For example, a point with a million duplicates
   // has a million arcs.
-  static constexpr std::size_t kMostInARow = 32;
+  static constexpr std::size_t kMaxInARow = 32;
   double border_per_arc(Cell point) const {
-    const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
+    const bool is_crowded = arcs().neighbors(point).size() > kMaxInARow;
     return is_crowded ? border_of_crowded_.at(point) : sum_border_per_arc(point);
   }
   double sum_border_per_arc(Cell point) const;
@@ -66,7 +66,7 @@ class PointSurface final : public Surface {
   const std::span<const Point> normals_;
   const std::span<const Cell> order_;
   std::unordered_map<Cell, double>
-      border_of_crowded_;  // cached sums of points with more than kMostInARow arcs
+      border_of_crowded_;  // cached sums of points with more than kMaxInARow arcs
 };
 
 // Computes the weights of arcs with eq. 1-3 (see weights.hpp). The geodesic term (eq. 1) is the

@@ -130,7 +130,7 @@ std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, in
 // corner at the same position, or -1 if there is no such corner.
 int PolygonSurface::corner_at(Face face, Vertex vertex) const {
   const auto corners = faces_[face];
-  if (corners.size() > kMostInARow) return corner_of_large(face, vertex);
+  if (corners.size() > kMaxInARow) return corner_of_large(face, vertex);
   for (std::size_t corner = 0; corner < corners.size(); ++corner) {
     if (corners[corner] == vertex) return static_cast<int>(corner);
   }
@@ -145,7 +145,7 @@ int PolygonSurface::corner_at(Face face, Vertex vertex) const {
 void PolygonSurface::sort_large_faces() {
   for (Face face = 0; face < n_cells(); ++face) {
     const auto corners = faces_[face];
-    if (corners.size() <= kMostInARow) continue;
+    if (corners.size() <= kMaxInARow) continue;
     std::vector<int> sorted(corners.size());
     std::iota(sorted.begin(), sorted.end(), 0);
     SortedCorners& large = large_faces_[face];

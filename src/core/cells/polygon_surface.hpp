@@ -51,7 +51,7 @@ class PolygonSurface final : public Surface {
     return {p.x, p.y, p.z};
   }
 
-  static constexpr std::size_t kMostInARow = 32;  // up to this size, a linear search is faster
+  static constexpr std::size_t kMaxInARow = 32;  // up to this size, a linear search is faster
 
   // The corners of a face, sorted by vertex and sorted by position. Equal keys are sorted by
   // corner.
@@ -68,7 +68,7 @@ class PolygonSurface final : public Surface {
   const bool inside_out_;
   const PolygonShapes shapes_;
   std::unordered_map<Face, SortedCorners>
-      large_faces_;  // search index of each face with more than kMostInARow corners
+      large_faces_;  // search index of each face with more than kMaxInARow corners
 };
 
 }  // namespace superfacets

@@ -76,7 +76,7 @@ class CrowdedFaces {
   template <typename Bend>
   CrowdedFaces(const Arcs& arcs, const Bend& bend) {
     for (Face face = 0; face < arcs.n_cells(); ++face) {
-      if (arcs.neighbors(face).size() <= kMostInARow) continue;
+      if (arcs.neighbors(face).size() <= kMaxInARow) continue;
       faces_.push_back(face);
       Crowd& crowd = crowds_.emplace_back();
       for (const auto [arc, to] : arcs.steps(face)) {
@@ -90,13 +90,13 @@ class CrowdedFaces {
 
   // Returns the entry of a face, or null if the face has few arcs.
   const Crowd* find(const Arcs& arcs, Face face) const {
-    if (arcs.neighbors(face).size() <= kMostInARow) return nullptr;
+    if (arcs.neighbors(face).size() <= kMaxInARow) return nullptr;
     return &crowds_[std::lower_bound(faces_.begin(), faces_.end(), face) - faces_.begin()];
   }
 
  private:
   // Up to this number of arcs, linear search is faster.
-  static constexpr std::size_t kMostInARow = 32;
+  static constexpr std::size_t kMaxInARow = 32;
   std::vector<Face> faces_;  // the faces in the index, ascending
   std::vector<Crowd> crowds_;
 };

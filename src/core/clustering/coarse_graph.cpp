@@ -6,7 +6,7 @@ namespace superfacets {
 
 // Minimum weight of a fine cell in means_of. The weight is positive, so that the mean is defined
 // even if the measures of all fine cells are 0.
-constexpr double kLeastMeasure = 1e-300;
+constexpr double kMinMeasure = 1e-300;
 
 // The coarse cells of one range, and the arcs that leave them.
 struct CoarseGraph::Part {
@@ -113,7 +113,7 @@ Buffer<float> CoarseGraph::means_of(const PartVectors& vectors, ThreadTeam& team
     std::vector<double> weights(last - first, 0.0);
     for (auto [place, end] = places(range); place < end; ++place) {
       const Cell cell = coarse_of(place) - first;
-      const double weight = std::max(fine_.measures[place], kLeastMeasure);
+      const double weight = std::max(fine_.measures[place], kMinMeasure);
       weights[cell] += weight;
       const float* row = vectors.rows.data() + width * vectors.group_of(fine_.cells[place]);
       for (std::size_t i = 0; i < width; ++i) sums[width * cell + i] += weight * double{row[i]};

@@ -64,8 +64,8 @@ class CoarseGraph {
   // coarse cell. A path to a fine cell is the shortest path that passes through the center of a
   // coarse cell or starts at a fine center. `centers` contains the fine center of each region. The
   // path from this center starts with the length offsets[region], or 0 if `offsets` is empty. If
-  // needs_lengths is false, the result contains only labels, and this object is freed: it must not
-  // be used again.
+  // needs_lengths is false, the result contains only labels, and the memory of this object is
+  // freed: the object must not be used again.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                      std::span<const Cell> centers, std::span<const PathLength> offsets,
                      bool needs_lengths, ThreadTeam& team);

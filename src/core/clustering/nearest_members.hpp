@@ -9,7 +9,7 @@ namespace superfacets {
 // cell if several are equally near. `regions` contains labels in ascending order. On entry,
 // `places` contains any cell of each region; the search is fast if this cell is near the target. On
 // return, `places` contains the nearest cells. label_of(place) is called on several threads. A
-// search visits at most kLeastVisits + kVisitFactor * (number of leaves / number of regions) nodes
+// search visits at most kMinVisits + kVisitFactor * (number of leaves / number of regions) nodes
 // of the box tree. A search stops early if, for example, the target is far from the region or many
 // cells are equally near. If searches of some regions have stopped early, a single pass over all
 // cells then finds the results for these regions. If regions have few cells on average, only the
@@ -18,7 +18,7 @@ template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,
                           std::span<Place> places, ThreadTeam& team) {
-  constexpr std::int64_t kLeastVisits = 32;
+  constexpr std::int64_t kMinVisits = 32;
   // see n_visits, the maximum number of nodes visited by a search
   constexpr std::int64_t kVisitFactor = 16;
   // Below this mean number of cells per region, only the pass over all cells is used.
@@ -26,7 +26,7 @@ void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regi
   const std::int64_t n_regions = std::ssize(regions);
   if (n_regions == 0) return;
   const std::int64_t n_leaves = std::ssize(graph.tree.level(0));
-  const std::int64_t n_visits = kLeastVisits + kVisitFactor * n_leaves / n_regions;
+  const std::int64_t n_visits = kMinVisits + kVisitFactor * n_leaves / n_regions;
   std::vector<std::uint8_t> is_found(n_regions);
   const bool are_searched = graph.n_cells() >= kFewPlaces * n_regions;
   team.for_each(are_searched ? n_regions : 0, [&](std::int64_t i, int) {

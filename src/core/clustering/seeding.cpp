@@ -85,7 +85,7 @@ constexpr double kCurveFraction = 0.6;
 
 // Minimum weight of a cell. The weight is positive, so that every component has a positive total
 // weight.
-constexpr double kLeastWeight = 1e-300;
+constexpr double kMinWeight = 1e-300;
 
 // Weight of a cell when seeds are distributed along the curve: its measure times sqrt(sum of its
 // arc lengths / sum of the straight distances of these arcs). Arcs across creases are long, so
@@ -98,8 +98,8 @@ double curve_weight(const OrderedGraph& graph, Place place) {
     lengths += double{arc.length};
     steps += norm(graph.positions[arc.to] - graph.positions[place]);
   }
-  if (!(steps > 0.0)) return kLeastWeight;
-  return std::max(graph.measures[place] * std::sqrt(lengths / steps), kLeastWeight);
+  if (!(steps > 0.0)) return kMinWeight;
+  return std::max(graph.measures[place] * std::sqrt(lengths / steps), kMinWeight);
 }
 
 // Selects the seeds of one component while its cells are visited in the order of the curve.

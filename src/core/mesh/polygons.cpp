@@ -123,7 +123,7 @@ bool is_fan_flat(std::span<const Point> vertices, std::span<const Vertex> corner
 
 void triangulate_one(std::span<const Point> vertices, std::span<const Vertex> corners,
                      std::span<Triangle> triangles) {
-  if (corners.size() <= kMostCornersCut && !is_fan_flat(vertices, corners)) {
+  if (corners.size() <= kMaxCornersCut && !is_fan_flat(vertices, corners)) {
     EarCutter(vertices, corners).cut(triangles);
     return;
   }

@@ -64,10 +64,10 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
 
 // Cuts each face of n corners into n - 2 triangles, stored consecutively. The triangles of face i
 // begin at offsets[i] - 2 i. A face is cut into a fan of triangles around corner 0 if no triangle
-// of the fan is flipped, as in convex faces, or if the face has more than kMostCornersCut corners.
+// of the fan is flipped, as in convex faces, or if the face has more than kMaxCornersCut corners.
 // Otherwise, ears are cut off one by one, usually in time O(n^2). If a self-intersecting polygon
 // has no ear, corner 1 is cut off instead.
-inline constexpr int kMostCornersCut = 4096;
+inline constexpr int kMaxCornersCut = 4096;
 Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
                              ThreadTeam& team);
 

@@ -12,8 +12,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Maximum number of vertices and faces that are collected around a vertex. In a regular triangle
 // mesh, there are 19 vertices and 36 faces: 24 faces in the two rings, and 12 adjacent faces. In a
 // regular grid of squares, there are 25 vertices and 32 faces.
-constexpr int kMostVertices = 96;
-constexpr int kMostFaces = 256;
+constexpr int kMaxVertices = 96;
+constexpr int kMaxFaces = 256;
 
 // Minimum pivot of the normal equations, as a fraction of the diagonal entry. A smaller pivot means
 // that all points are on a conic, so that the fit is not unique.
@@ -46,7 +46,7 @@ class PositionFilter {
   std::array<std::uint64_t, 8> words_{};
 };
 
-// A set of at most kMostFaces faces, as a hash table with open addressing.
+// A set of at most kMaxFaces faces, as a hash table with open addressing.
 class FaceSet {
  public:
   void clear() { table_.fill(kNoCell); }
@@ -73,7 +73,7 @@ class Surroundings {
       : vertices_(vertices), corners_(corners), offsets_(offsets), neighbors_(neighbors) {}
 
   // Collects the two rings around the first corner of a face. Returns false if there are more than
-  // kMostVertices vertices or kMostFaces faces.
+  // kMaxVertices vertices or kMaxFaces faces.
   bool gather(Face face) {
     listed_.clear();
     known_.clear();
@@ -114,7 +114,7 @@ class Surroundings {
       if (is_first) add_normal(face);
       for (std::int64_t arc = offsets_[face]; arc < offsets_[face + 1]; ++arc) {
         if (!listed_.add(neighbors_[arc])) continue;
-        if (n_listed_ == kMostFaces) return false;
+        if (n_listed_ == kMaxFaces) return false;
         faces_[n_listed_++] = neighbors_[arc];
       }
     }
@@ -155,7 +155,7 @@ class Surroundings {
   }
 
   bool add(Vertex vertex) {
-    if (n_vertices_ == kMostVertices) return false;
+    if (n_vertices_ == kMaxVertices) return false;
     known_.add(vertices_[vertex]);
     ids_[n_vertices_] = vertex;
     points_[n_vertices_++] = vertices_[vertex];
@@ -180,9 +180,9 @@ class Surroundings {
   const std::span<const Face> neighbors_;
   FaceSet listed_;
   PositionFilter known_;
-  std::array<Face, kMostFaces> faces_{};
-  std::array<Vertex, kMostVertices> ids_{};
-  std::array<Point, kMostVertices> points_{};
+  std::array<Face, kMaxFaces> faces_{};
+  std::array<Vertex, kMaxVertices> ids_{};
+  std::array<Point, kMaxVertices> points_{};
   int n_listed_ = 0;
   int n_vertices_ = 0;
   int first_end_ = 0;

@@ -10,10 +10,10 @@ namespace superfacets {
 // Roughness at some faces, and at the vertex at the first corner of each of these faces. All arrays
 // have one entry per face.
 struct Roughness {
-  // Absolute height of the vertex above a quadric that is fitted to its neighbors: to both rings
-  // for `near`, and to the second ring for `far`. The height is divided by the mean distance from
-  // the vertex to the first ring, and by the standard deviation that white noise of variance 1
-  // would cause. NaN if a fit is not unique, or if the vertex has too many neighbors.
+  // Absolute height of the vertex above a quadric that is fitted to its neighbors: to the first two
+  // rings for `near`, and only to the second ring for `far`. The height is divided by the mean
+  // distance from the vertex to the first ring, and by the standard deviation that white noise of
+  // variance 1 would cause. NaN if a fit is not unique, or if the vertex has too many neighbors.
   Buffer<double> near;
   Buffer<double> far;
   // Angle between the planes of the face and of its first neighbor, 0 to pi / 2. NaN if the face

@@ -11,12 +11,12 @@ constexpr float kFlow = 0.5F;
 
 // Smallest label fraction that is kept. Smaller fractions hardly ever become the largest. Without
 // this limit, most vertices near a border would store several labels.
-constexpr float kLeastFraction = 0.02F;
+constexpr float kMinFraction = 0.02F;
 
 // Limits of the cotangent weights: the cotangents of 87 and 18 degrees. With the lower limit,
 // labels diffuse across every edge. With the upper limit, slivers do not dominate their neighbors.
-constexpr double kLeastCotangent = 0.05;
-constexpr double kMostCotangent = 3.0;
+constexpr double kMinCotangent = 0.05;
+constexpr double kMaxCotangent = 3.0;
 
 // Number of rings of vertices around borders in which labels diffuse. This number is twice the
 // standard deviation of the diffusion kernel after six steps.
@@ -28,11 +28,11 @@ constexpr int kRings = 4;
 // sqrt(A / n). The factor 0.5 halves the change, because the two regions at a border both correct
 // this border.
 constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
-constexpr double kMostStep = 0.05;   // maximum change of an offset per correction
-constexpr double kMostOffset = 0.6;  // maximum magnitude of an offset
+constexpr double kMaxStep = 0.05;   // maximum change of an offset per correction
+constexpr double kMaxOffset = 0.6;  // maximum magnitude of an offset
 
 // Maximum number of distinct labels counted around a vertex.
-constexpr int kMostLabels = 32;
+constexpr int kMaxLabels = 32;
 
 // Sums the fractions of each label. Labels are stored in the order of their first appearance.
 class MixSum {
@@ -44,7 +44,7 @@ class MixSum {
         return;
       }
     }
-    if (n_ == kMostLabels) return;
+    if (n_ == kMaxLabels) return;
     labels_[n_] = label;
     fractions_[n_++] = fraction;
   }
@@ -64,7 +64,7 @@ class MixSum {
     float kept = 0.0F;
     for (int place = 0; place < LabelMix::kMost; ++place) {
       const int best = take_best();
-      if (best < 0 || (place > 0 && fractions_[best] < kLeastFraction * total)) break;
+      if (best < 0 || (place > 0 && fractions_[best] < kMinFraction * total)) break;
       mix.labels[place] = labels_[best];
       mix.fractions[place] = fractions_[best];
       kept += fractions_[best];
@@ -88,8 +88,8 @@ class MixSum {
   }
 
   int n_ = 0;
-  Label labels_[kMostLabels];
-  float fractions_[kMostLabels];
+  Label labels_[kMaxLabels];
+  float fractions_[kMaxLabels];
 };
 
 LabelMix pure(Label label) {
@@ -105,7 +105,7 @@ float cotangent(const Point& at, const Point& one, const Point& other) {
   const double sine = norm(cross(a, b));
   const double cosine = dot(a, b);
   const double ratio = sine > 0.0 ? cosine / sine : 0.0;
-  return static_cast<float>(std::clamp(ratio, kLeastCotangent, kMostCotangent));
+  return static_cast<float>(std::clamp(ratio, kMinCotangent, kMaxCotangent));
 }
 
 Buffer<float> cotangents_of(const LabeledMesh& mesh, ThreadTeam& team) {
@@ -269,8 +269,8 @@ void BorderField::balance() {
     for (Label label = 0; label < mesh_.n_labels; ++label) {
       if (!(goals_[label] > 0.0)) continue;
       const double change = steps_[label] * (1.0 - areas[label] / goals_[label]);
-      offsets_[label] = std::clamp(offsets_[label] + std::clamp(change, -kMostStep, kMostStep),
-                                   -kMostOffset, kMostOffset);
+      offsets_[label] = std::clamp(offsets_[label] + std::clamp(change, -kMaxStep, kMaxStep),
+                                   -kMaxOffset, kMaxOffset);
     }
     choose_labels();
     cut_faces();

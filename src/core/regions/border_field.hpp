@@ -46,15 +46,15 @@ struct FaceCut {
   }
 
   // Barycentric coordinates of the junction of three cuts: the mean of the crossings, moved toward
-  // the centroid until every coordinate is at least kLeastWeight.
+  // the centroid until every coordinate is at least kMinWeight.
   std::array<double, 3> junction() const {
     std::array<double, 3> weights;
     double shift = 0.0;
     for (int corner = 0; corner < 3; ++corner) {
       double& weight = weights[corner];
       weight = (1.0 - crossings[corner] + crossings[previous_corner(corner)]) / 3.0;
-      if (weight < kLeastWeight) {
-        shift = std::max(shift, (kLeastWeight - weight) / (1.0 / 3.0 - weight));
+      if (weight < kMinWeight) {
+        shift = std::max(shift, (kMinWeight - weight) / (1.0 / 3.0 - weight));
       }
     }
     for (double& weight : weights) weight += shift * (1.0 / 3.0 - weight);
@@ -70,7 +70,7 @@ struct FaceCut {
  private:
   // Minimum barycentric coordinate of a junction. With a smaller minimum, the six parts could have
   // smaller angles than the parts of faces with two cut sides.
-  static constexpr double kLeastWeight = 0.15;
+  static constexpr double kMinWeight = 0.15;
 
   FaceFractions fractions_of_two_parts() const {
     const int side = side_where(true);

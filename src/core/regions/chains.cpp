@@ -7,7 +7,7 @@ namespace {
 
 // Minimum gain of a move, as a fraction of the cost of all sides of the cell. A smaller gain may be
 // a rounding error, and two opposite moves could then alternate forever.
-constexpr double kLeastGain = 1e-9;
+constexpr double kMinGain = 1e-9;
 
 // A chain ends before a move that would raise the cost, over its initial value, by more than this
 // fraction of the cost of the sides of its first cell. Without this limit, compactness on the
@@ -16,7 +16,7 @@ constexpr double kDeepest = 0.5;
 
 // Maximum number of neighbors of a cell in its region that are examined. A cell with more neighbors
 // in its region does not move.
-constexpr int kMostNeighbors = 16;
+constexpr int kMaxNeighbors = 16;
 
 class Neighborhood {
  public:
@@ -24,8 +24,8 @@ class Neighborhood {
       : surface_(surface), labels_(labels), cell_(cell) {
     // If a cell has a neighbor of its region across every side, it is not at a border. (It may be
     // at a border if more than two cells share a side. This rare case is ignored.)
-    limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
-                                   : kMostNeighbors;
+    limit_ =
+        surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMaxNeighbors) : kMaxNeighbors;
     for (const Step step : surface.arcs().steps(cell)) {
       if (labels[step.to] == labels[cell]) add(step);
     }
@@ -35,7 +35,7 @@ class Neighborhood {
     if (n_steps_ == 0 || n_steps_ > limit_) return false;
     // The search starts with the first neighbor, and repeatedly adds neighbors that are joined to a
     // reached neighbor.
-    std::array<bool, kMostNeighbors> is_reached{true};
+    std::array<bool, kMaxNeighbors> is_reached{true};
     int n_reached = 1;
     for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
       has_grown = false;
@@ -58,7 +58,7 @@ class Neighborhood {
     ++n_steps_;
   }
 
-  bool joins_any(int i, const std::array<bool, kMostNeighbors>& is_reached) const {
+  bool joins_any(int i, const std::array<bool, kMaxNeighbors>& is_reached) const {
     for (int j = 0; j < n_steps_; ++j) {
       if (is_reached[j] && joins(steps_[j], steps_[i])) return true;
     }
@@ -85,7 +85,7 @@ class Neighborhood {
   int limit_ = 0;
   // Number of neighbors in the region. Duplicates are counted only above limit_.
   int n_steps_ = 0;
-  std::array<Step, kMostNeighbors> steps_{};
+  std::array<Step, kMaxNeighbors> steps_{};
 };
 
 // Local test of whether a region stays connected and non-empty when a cell leaves it. The test
@@ -212,7 +212,7 @@ bool ChainMover::move_chain(Cell first, Label to, double cost) {
 std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost) {
   double gain = 0.0;
   double area = 0.0;
-  double best_gain = kLeastGain * cost;
+  double best_gain = kMinGain * cost;
   double best_area = 0.0;
   std::size_t best_size = 0;
   chain_.clear();

@@ -14,7 +14,7 @@ constexpr double kStraight = 0.8660254037844386;
 
 // Maximum number of faces around a vertex whose edges are examined. Vertices with more faces are
 // pinned.
-constexpr std::size_t kMostFaces = 64;
+constexpr std::size_t kMaxFaces = 64;
 
 bool has_corner(const Triangle& face, Vertex vertex) {
   const auto& [a, b, c] = face.corners;
@@ -49,7 +49,7 @@ class Pins {
       return true;
     }
     if (is_inside) return false;
-    return faces.size() > kMostFaces ||
+    return faces.size() > kMaxFaces ||
            std::ranges::any_of(faces, [&](Face face) { return has_kept_border(vertex, face); });
   }
 
@@ -96,7 +96,7 @@ class Pins {
   // direction.
   bool runs_on(Vertex a, Vertex b) const {
     const std::span<const Face> faces = around_.of(b);
-    return faces.size() <= kMostFaces && std::ranges::any_of(faces, [&](Face face) {
+    return faces.size() <= kMaxFaces && std::ranges::any_of(faces, [&](Face face) {
              const auto& corners = around_.corners(face).corners;
              return std::any_of(corners, corners + 3,
                                 [&](Vertex c) { return c != a && c != b && continues(a, b, c); });

@@ -105,7 +105,7 @@ class MergingGroups {
         if (slot < neighbor) offer(slot, neighbor, border);
       }
     }
-    largest_queue_ = kMostOutdated * (queue_.size() + 1);
+    largest_queue_ = kMaxOutdated * (queue_.size() + 1);
   }
 
   // Sets the area of the first slot to the sum of both areas, and its position and features to the
@@ -171,7 +171,7 @@ class MergingGroups {
   }
 
   // The queue is rebuilt when it has grown by this factor.
-  static constexpr std::size_t kMostOutdated = 8;
+  static constexpr std::size_t kMaxOutdated = 8;
 
   const MergeRule rule_;
   const std::size_t n_features_;

@@ -9,10 +9,10 @@ namespace {
 // larger than rounding errors.
 constexpr double kRounding = 1e-9;
 
-// Maximum number of stuck paths per region. A path is stuck if cells cannot be moved up to its end,
-// so that the excess is only moved to another region. After this number of stuck paths, the next
-// LeaveTest is used.
-constexpr std::int64_t kMostStuck = 4;
+// Maximum number of stuck paths of all regions, divided by the number of regions. A path is stuck
+// if cells cannot be moved up to its end, so that the excess is only moved to another region. After
+// this number of stuck paths, the next LeaveTest is used, and counting restarts.
+constexpr std::int64_t kMaxStuck = 4;
 
 // Tests of whether a cell may leave its region, from the strictest to the least strict.
 enum class LeaveTest : std::uint8_t { kLocal, kExact, kNone };
@@ -145,7 +145,7 @@ class CellTransfer {
     return has_moved && may_go_on();
   }
 
-  bool may_go_on() const { return n_stuck_ < kMostStuck * std::ssize(totals_); }
+  bool may_go_on() const { return n_stuck_ < kMaxStuck * std::ssize(totals_); }
   double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
 

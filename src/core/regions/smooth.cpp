@@ -9,7 +9,7 @@ namespace {
 constexpr std::int64_t kBlock = 1 << 14;
 
 // Maximum number of arcs of a cell that are searched for a reverse arc.
-constexpr std::size_t kMostArcs = 256;
+constexpr std::size_t kMaxArcs = 256;
 
 // Prefetch distance: data is prefetched this number of cells in advance. Trying to move this many
 // cells takes longer than a cache miss.
@@ -163,7 +163,7 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   std::atomic<bool> lead_back = true;
   const auto leads_back = [&](Cell from, Cell to) {
     const std::span<const Cell> returning = arcs.neighbors(to);
-    return returning.size() <= kMostArcs && std::ranges::find(returning, from) != returning.end();
+    return returning.size() <= kMaxArcs && std::ranges::find(returning, from) != returning.end();
   };
   team.for_each_block(arcs.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (auto cell = static_cast<Cell>(begin); cell < end && lead_back; ++cell) {

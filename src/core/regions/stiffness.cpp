@@ -5,7 +5,7 @@ namespace {
 
 // Lower bound of A_0 in the stiffness cost, as a fraction of the mean area of a region. Without a
 // bound, a region with area 0 would be infinitely stiff.
-constexpr double kLeastFraction = 1e-6;
+constexpr double kMinFraction = 1e-6;
 
 // Number of cells per partial sum. The number is fixed, so that sums do not depend on the number of
 // threads.
@@ -60,11 +60,11 @@ Stiffness::Stiffness(const Surface& surface, const RegionSums& at_first,
   const double mean = total / static_cast<double>(n_regions);
   changes_.assign(n_regions, 0.0);
   for (std::size_t region = 0; region < n_regions; ++region) {
-    const double area = std::max(at_first.areas[region], kLeastFraction * mean);
+    const double area = std::max(at_first.areas[region], kMinFraction * mean);
     weights_.push_back(options.stiffness / area);
     centroids_.push_back((1.0 / area) * at_first.moments[region]);
   }
-  if (!options.goals.empty()) set_goals(labels, options, kLeastFraction * mean);
+  if (!options.goals.empty()) set_goals(labels, options, kMinFraction * mean);
 }
 
 void Stiffness::set_goals(std::span<const Label> labels, const StiffnessOptions& options,

@@ -67,7 +67,7 @@ class GrowingRegions {
   // Maximum number of vertices visited to test whether a region stays connected without a vertex. A
   // small number suffices, because the neighbors of a vertex are mostly adjacent to each other, or
   // share a neighbor.
-  static constexpr std::size_t kMostVisited = 100;
+  static constexpr std::size_t kMaxVisited = 100;
 
   bool is_small(Label label) const { return sizes_[label] < size_.least; }
 
@@ -108,7 +108,7 @@ class GrowingRegions {
   // search of limited length can show.
   bool can_spare(Vertex vertex) {
     const Label label = labels_[vertex];
-    if (edges_.of(vertex).size() > kMostVisited)
+    if (edges_.of(vertex).size() > kMaxVisited)
       return false;  // the search would not reach all neighbors
     std::size_t n_missing = 0;
     Vertex first = -1;
@@ -121,7 +121,7 @@ class GrowingRegions {
     seen_[vertex] = search_;
     seen_[first] = search_;
     std::vector<Vertex> visited{first};
-    for (std::size_t next = 0; next < visited.size() && next < kMostVisited; ++next) {
+    for (std::size_t next = 0; next < visited.size() && next < kMaxVisited; ++next) {
       for (const Vertex neighbor : edges_.of(visited[next])) {
         // Every edge has arcs in both directions, so each neighbor of the vertex is found exactly
         // once.

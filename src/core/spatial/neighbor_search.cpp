@@ -7,11 +7,11 @@ namespace {
 
 // Maximum number of leaves in the list of nearby leaves. If more leaves are nearby, each search
 // starts at the root.
-constexpr std::size_t kMostLeaves = 256;
+constexpr std::size_t kMaxLeaves = 256;
 
 // Up to this number of candidates, ranking each candidate by counting the nearer ones is faster
 // than sorting.
-constexpr std::size_t kMostRanked = 64;
+constexpr std::size_t kMaxRanked = 64;
 
 // Searches start at the root if there are more candidates than kFewCandidates, and more than eight
 // times the number of neighbors.
@@ -129,7 +129,7 @@ std::span<const Neighbor> NearestFinder::nearest_of(Place place, std::size_t lea
   const double squared_bound = squared_above(bound);
   if (!collect(place, squared_bound)) {
     search_tree(place, squared_bound);
-  } else if (n_candidates_ <= kMostRanked) {
+  } else if (n_candidates_ <= kMaxRanked) {
     rank_candidates();
   } else {
     sort_candidates();
@@ -177,13 +177,13 @@ void NearestFinder::enter(std::size_t leaf, const Point& center, double bound) {
   const Box& box = tree.level(0)[leaf];
   const double limit = squared_above(bound + farthest_corner(box, center));
   const auto may_hold = [&](std::size_t level, std::size_t index) {
-    return nearby_.size() <= kMostLeaves && squared_gap(tree.level(level)[index], box) <= limit;
+    return nearby_.size() <= kMaxLeaves && squared_gap(tree.level(level)[index], box) <= limit;
   };
   tree.visit_leaves(may_hold, [&](std::size_t near) {
     const Box& other = tree.level(0)[near];
     nearby_.push_back({squared_gap(other, box), near, kNoBlock, other});
   });
-  if (nearby_.size() > kMostLeaves) return nearby_.clear();
+  if (nearby_.size() > kMaxLeaves) return nearby_.clear();
   std::ranges::sort(nearby_, {}, &Nearby::gap);
 }
 
@@ -226,7 +226,7 @@ const NearestFinder::Block& NearestFinder::block_of(Nearby& near) {
 // Sorts the candidates by counting: the position of a candidate in the list is the number of nearer
 // candidates.
 void NearestFinder::rank_candidates() {
-  std::array<std::int64_t, kMostRanked> ranks;
+  std::array<std::int64_t, kMaxRanked> ranks;
   run_version(instructions_, RankLoop{}, squared_.data(), n_candidates_, ranks.data());
   list_.assign(std::min(n_nearest_, n_candidates_), Neighbor{-1.0, kNoCell, kNoPlace});
   for (std::size_t i = 0; i < n_candidates_; ++i) {

@@ -8,7 +8,7 @@ namespace {
 // Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a) is
 // larger than about this fraction of (a + b + c)^2. So points in a strip that is a thousand times
 // as long as wide have a normal.
-constexpr double kLeastDifference = 1e-7;
+constexpr double kMinDifference = 1e-7;
 
 // Maximum number of Newton steps. The method converges to the smallest root from below, and its
 // last steps double the number of correct digits.
@@ -64,7 +64,7 @@ Point least_direction(const Symmetric& c) {
     if (squared_norm(vector) > squared_norm(*longest)) longest = &vector;
   }
   const double length = norm(*longest);
-  if (!(length > kLeastDifference)) return {0.0, 0.0, 0.0};
+  if (!(length > kMinDifference)) return {0.0, 0.0, 0.0};
   return (1.0 / length) * *longest;
 }
 

@@ -15,7 +15,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone of rays, 60 degrees
 constexpr double kSoftening = 0.2;  // in radians; the weight of a ray is 1 / (angle + kSoftening)
-constexpr double kLeastFraction = 0.25;  // minimum fraction of rays that must leave the solid
+constexpr double kMinFraction = 0.25;  // minimum fraction of rays that must leave the solid
 
 struct Ray {
   Ray(const Point& start, const Point& direction, double by)
@@ -306,7 +306,7 @@ Buffer<double> ray_thickness(std::span<const Point> vertices, std::span<const Tr
   SUPERFACETS_ASSERT(axes.size() == starts.size() && options.n_rays >= 1);
   const RayTree tree(vertices, triangles, team);
   const std::vector<Spoke> spokes = make_spokes(options.n_rays);
-  const auto n_enough = static_cast<std::size_t>(std::ceil(kLeastFraction * options.n_rays));
+  const auto n_enough = static_cast<std::size_t>(std::ceil(kMinFraction * options.n_rays));
   Buffer<double> thickness(starts.size());
   const auto measure = [&](std::int64_t begin, std::int64_t end) {
     std::vector<Length> lengths;

@@ -206,7 +206,7 @@ class Picture {
     const double squared = depth * depth;
     const double area = doubled * (squared * depth) / Target(seen[0], seen[1], seen[2]).volume();
     const double facing = squared / view_.focal_product;
-    return area <= kMostStretched * facing ? area : 0.0;
+    return area <= kMaxStretched * facing ? area : 0.0;
   }
 
   bool is_centroid_seen(Face face) const {

@@ -21,7 +21,7 @@ struct SeenSurface {
   // `triangles` and `areas` have one entry per pixel of each view, in row-major order.
   Buffer<Face> triangles;  // nearest triangle at the center of each pixel; -1 if there is none
   // surface area in each pixel; 0 if there is no triangle, or if the area is larger than
-  // kMostStretched times the area of a surface perpendicular to the ray
+  // kMaxStretched times the area of a surface perpendicular to the ray
   Buffer<double> areas;
   // One entry per triangle: 1 if some view sees the triangle. A view sees a triangle if the
   // triangle has a pixel with a positive area, or if its centroid is in a pixel with a positive
@@ -33,7 +33,7 @@ struct SeenSurface {
 // Maximum ratio between the surface area in a pixel and the area of a surface perpendicular to the
 // ray. Surfaces within 6 degrees of the line of sight exceed this ratio. On these surfaces, an
 // error of one pixel in a mask is an error of at least ten pixel widths on the surface.
-inline constexpr double kMostStretched = 10.0;
+inline constexpr double kMaxStretched = 10.0;
 
 // Finds the visible triangles of each view. Triangles are visible from both sides. If several
 // triangles have the same depth, the lowest is visible. Of a triangle that extends behind the

@@ -76,16 +76,16 @@ Buffer<double> step_conductances(const Surface& surface, std::span<const double>
       const double width = std::sqrt(areas[cell] + areas[neighbor]);
       // The lower bound avoids a division by 0 if two cells are at the same position.
       const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
-      conductances[arc] = (width > 0.0 ? width / step : 0.0) + kLeastConductance;
+      conductances[arc] = (width > 0.0 ? width / step : 0.0) + kMinConductance;
     }
   });
   return conductances;
 }
 
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {
-  constexpr double kLeastFraction = 0.2;
+  constexpr double kMinFraction = 0.2;
   const double straight = norm(graph.positions[arc.to] - graph.positions[from]);
-  const double step = std::max(straight, kLeastFraction * width_of(graph, from, arc));
+  const double step = std::max(straight, kMinFraction * width_of(graph, from, arc));
   return step > 0.0 ? step : graph.straight_unit;
 }
 
@@ -128,7 +128,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
         const double open = width * exponential(-steepness * kappa);
         found.neighbors[next] = graph.cells[arc.to];
         found.steps[next] = straight_step(graph, place, arc);
-        found.conductances[next] = open / found.steps[next] + kLeastConductance;
+        found.conductances[next] = open / found.steps[next] + kMinConductance;
         blocked += width - open;
         ++next;
       }

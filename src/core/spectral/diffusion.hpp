@@ -8,9 +8,9 @@ namespace superfacets {
 
 // Minimum conductance of an arc. The minimum is positive, so that creases never disconnect the
 // surface.
-inline constexpr double kLeastConductance = 1e-6;
+inline constexpr double kMinConductance = 1e-6;
 
-// Returns the conductance of each arc, (M,): sqrt(A_i + A_j) / g + kLeastConductance. A is the area
+// Returns the conductance of each arc, (M,): sqrt(A_i + A_j) / g + kMinConductance. A is the area
 // of a cell, and g is the length of the step (see Surface::step_length). The square root
 // approximates the length of the border between the cells. An arc and its reverse arc get
 // bit-identical conductances.
@@ -27,7 +27,7 @@ struct ConductingArcs {
 };
 
 // Computes the conductance of each arc: sqrt(A_i + A_j) / step * exp(-steepness * kappa) +
-// kLeastConductance. A is the area of a cell, so the square root approximates the width of the
+// kMinConductance. A is the area of a cell, so the square root approximates the width of the
 // border. kappa is the crease cost of the arc divided by crease_unit, the crease cost of a concave
 // edge with the angle pi. If crease_unit is 0, kappa is 0. The graph must have a straight_unit > 0
 // (see OrderedGraph).

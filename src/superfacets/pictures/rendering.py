@@ -245,7 +245,9 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
     width in all pictures. Raises a ValueError if the style has numbers, but the scene no labels.
     """
     if style.has_numbers and scene.labels is None:
-        raise ValueError("numbers are the labels of regions: give labels too")
+        raise ValueError(
+            "numbers shows the label of each region, but no labels are given: give labels too"
+        )
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
