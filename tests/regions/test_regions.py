@@ -123,7 +123,7 @@ def test_small_islands_stay_or_join_the_nearest_region():
 
 
 def test_islands_of_many_groups_join_the_nearest_of_their_own():
-    """Search all pairs for the nearest, and the lowest of equally near; group -1 fits any."""
+    """Compare with a search of all pairs: the lowest of the nearest; group -1 fits any group."""
     rng = np.random.default_rng(0)
     n, positions = 400, rng.integers(0, 12, (400, 3)).astype(float)
     is_small = rng.uniform(size=n) < 0.5

@@ -289,7 +289,7 @@ def test_stiffness_is_checked(stiffness):
 
 
 def test_regions_without_area_take_part():
-    """Half of the faces have collapsed to points; smoothing must not divide by their area of 0."""
+    """All vertices are on a line, so all areas are 0; smoothing must not divide by them."""
     mesh = shapes.bumpy_sheet(8)
     flat = Mesh(mesh.vertices * [1.0, 0.0, 0.0], mesh.faces)
     labels = np.arange(mesh.n_faces) * 4 // mesh.n_faces
