@@ -270,9 +270,11 @@ def test_plys_that_cannot_be_read_in_pieces_are_read_whole(cloud, scratch, tmp_p
     path.write_bytes(content.replace(b"property float f", b"property list uchar int f"))
     with pytest.raises(MeshError, match=r"a\.ply: "):  # the list before the points uses their bytes
         open_pieces(path, scratch, for_workers=False)
-    path.write_bytes(content[:-5])
-    with pytest.raises(MeshError, match=r"a\.ply: .* truncated"):
-        open_pieces(path, scratch, for_workers=False)
+    other = b"element other 3\nproperty double q\nend_header"
+    for cut in (content, content.replace(b"end_header", other, 1) + bytes(24)):
+        path.write_bytes(cut[:-5])
+        with pytest.raises(MeshError, match=r"a\.ply: .* truncated"):
+            open_pieces(path, scratch, for_workers=False)
     path.write_text("ply\nformat binary_little_endian 1.0\nend_header\n")
     with pytest.raises(MeshError, match=r"a\.ply: the vertices of the PLY file have no property x"):
         open_pieces(path, scratch, for_workers=False)

@@ -15,8 +15,8 @@ constexpr std::int64_t kFewArcs = 8;
 // cache.
 constexpr std::int64_t kFacesPerList = 64;
 
-// Number of arcs whose weights are computed together. Only arcs to faces with a higher index are
-// computed. On most meshes, kFacesPerList faces have at most this many such arcs.
+// Number of arcs whose weights are computed together. Only weights of arcs to faces with a higher
+// index are computed. On most meshes, kFacesPerList faces have at most this many such arcs.
 constexpr std::size_t kArcsPerBlock = 128;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {

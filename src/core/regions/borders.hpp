@@ -10,8 +10,8 @@
 namespace superfacets {
 
 // Computes the cost of the border across each arc: the length of the border times exp(-excess /
-// crease_scale). The excess is the weight of the arc minus the length of its step (eq. 1), in the
-// unit of the positions. So the excess is the angular term of the weight (eq. 2).
+// crease_scale). The excess is the weight of the arc minus its step length (Surface::step_length),
+// in the unit of the positions. So the excess is the angular term of the weight (eq. 2).
 struct BorderCosts {
   std::span<const float> lengths;  // (M,) quantized weight of each arc (see quantize_weights)
   double unit = 1.0;               // size of one unit of `lengths`, in the unit of the positions

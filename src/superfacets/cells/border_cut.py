@@ -184,7 +184,7 @@ class _RegionsToCut:
     mesh: Mesh
     labels: Ints  # (F,) region of each face, or n_regions if the face is in no region
     n_regions: int  # number of regions, not counting the additional region
-    representative: Ints  # (V,) lowest vertex at the same position as each vertex
+    representative: Ints  # (V,) lowest index of a vertex at the same position
     weld: bool  # whether vertices at the same position are treated as one vertex
     areas: Floats  # (n_regions + 1,) area of each region
     n_pieces: Longs  # (n_regions + 1,) number of connected components of each region

@@ -232,8 +232,9 @@ def sliver_area(
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, with arcs between vertices that share an edge.
 
-    `representative` is, for each vertex, the lowest vertex at the same position. In the graph, it
-    replaces all vertices at its position. Vertices that are not representatives have no arcs.
+    `representative` has, for each vertex, the lowest index of a vertex at the same position. In the
+    graph, this vertex replaces all vertices at its position. Vertices that are not representatives
+    have no arcs.
     """
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):

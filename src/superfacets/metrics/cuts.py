@@ -63,8 +63,8 @@ def boundary_agreement(
     mesh : Mesh or mesh-like
         Same as in `segment`.
     labels, truth : array_like of integers, shape (F,)
-        Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
-        unannotated. Unannotated faces are ignored.
+        Region (>= 0) and true segment (>= 0) of each face. In `truth`, -1 means that a face
+        is unannotated. Unannotated faces are ignored.
     tolerance : float, default 0.01
         Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
         box. Distances are lengths of shortest paths along edges, which are longer than geodesic

@@ -75,7 +75,7 @@ class MeshEdges:
     mesh: FaceMesh
     graph: FaceGraph
     surface: Surface
-    representative: Ints  # (V,) lowest vertex at the same position as each vertex
+    representative: Ints  # (V,) lowest index of a vertex at the same position
 
     @classmethod
     def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:

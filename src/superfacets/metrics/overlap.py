@@ -68,8 +68,8 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Parameters
     ----------
     labels, truth : array_like of integers, shape (F,)
-        Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
-        unannotated. Unannotated faces are ignored.
+        Region (>= 0) and true segment (>= 0) of each face. In `truth`, -1 means that a face
+        is unannotated. Unannotated faces are ignored.
     areas : array_like, shape (F,)
         Area of each face, finite and >= 0, for example ``build_face_graph(mesh).measures``. At
         least one area must be above 0.
@@ -141,8 +141,8 @@ def undersegmentation_error(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         The labeled cells, or an `Overlap`, which replaces `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
-        Region (>= 0) and true segment (>= 0) of each face. The truth -1 means that a face is
-        unannotated. Unannotated faces are ignored.
+        Region (>= 0) and true segment (>= 0) of each face. In `truth`, -1 means that a face
+        is unannotated. Unannotated faces are ignored.
     tolerance : float, default 0.05
         Fraction of the area of a region, from 0 to 1, that an overlap must exceed. It is called tau
         in the paper. Overlaps that equal this fraction up to rounding errors are ignored.

@@ -190,9 +190,9 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     n_bytes = header.n_points * header.record_size
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * len(packed):
         raise MeshError(
-            f"the file must have {n_bytes} bytes for {counted(header.n_points, 'point')}, but"
-            f" declares {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)}: it may"
-            " be truncated or damaged"
+            f"{counted(header.n_points, 'point')} must have {n_bytes} bytes, but the file declares"
+            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)} compressed bytes:"
+            " it may be truncated or damaged"
         )
     content = _core.unpack_lzf(packed, n_bytes)
     if len(content) != n_bytes:

@@ -175,8 +175,8 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if record is None:
             break
         if element.n_rows * record.itemsize > n_bytes - begin:
-            if is_cloud or element.name == "face":  # the file is then loaded completely
-                break
+            if is_cloud or element.name == "face":
+                return None
             raise MeshError(
                 f"{path}: the PLY header declares {counted(element.n_rows, 'row')} of element"
                 f" {element.name!r} but the file has fewer: it may be truncated"

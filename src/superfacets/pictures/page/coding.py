@@ -84,8 +84,8 @@ def _planes(array: Array, coding: Coding) -> bytes:
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     """Encode each number as the highest previous number plus 1, minus the number.
 
-    The first number is encoded as 0 minus the number. Codes are small if consecutive triangles have
-    common corners.
+    The first number is encoded as 0 minus the number. Codes of corners of triangles are small if
+    vertices are numbered by first use, and consecutive triangles have common corners.
     """
     highest = np.maximum.accumulate(numbers)
     before = np.zeros_like(numbers)
