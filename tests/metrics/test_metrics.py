@@ -1,4 +1,4 @@
-"""Metrics, compared with values computed by hand, and invariances."""
+"""Test metrics against values computed by hand, and their invariance to scale and face order."""
 
 import math
 import re

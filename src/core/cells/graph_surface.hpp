@@ -1,4 +1,5 @@
-// Surfaces whose arc measures are given as arrays: graphs provided by the caller, and tetrahedra.
+// Implementations of `Surface` that read the measures of arcs from arrays. They are used for graphs
+// provided by the caller, and for tetrahedral meshes.
 #pragma once
 
 #include "cells/surface.hpp"

@@ -47,7 +47,7 @@ class Expansion {
     propose({center, {offset, label}});
   }
 
-  // Sets the paths to all cells. No arc may improve any of these paths.
+  // Replaces the paths to all cells. No arc may improve any of the new paths.
   void restore(std::span<const PathLength> lengths, std::span<const Label> labels);
 
   // Adds a path that was found by another algorithm.

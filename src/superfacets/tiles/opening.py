@@ -113,7 +113,10 @@ def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:
 
 def _checked_points(array: Array, name: str, count: str) -> Array:
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "fiu":
-        raise MeshError(f"{name} must be numbers of shape ({count}, 3), got {array.shape}")
+        raise MeshError(
+            f"{name} must be numbers of shape ({count}, 3),"
+            f" got {array.dtype} of shape {array.shape}"
+        )
     return array
 
 
@@ -125,7 +128,10 @@ def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":
-        raise MeshError(f"faces must be integers of shape (F, n >= 3), got {corners.shape}")
+        raise MeshError(
+            "faces must be integers of shape (F, n), n >= 3,"
+            f" got {corners.dtype} of shape {corners.shape}"
+        )
     if not len(corners):
         raise MeshError("the mesh has no faces")
     if corners.shape[1] == 3:
