@@ -1,4 +1,4 @@
-"""Update the screenshots of the page: ``python docs/make_page_pictures.py DATA``.
+"""Update the screenshots of `superfacets.view`: ``python docs/make_page_pictures.py DATA``.
 
 DATA is a folder with ``meshes/bunny.ply`` and ``psb``. The script requires Playwright and Chromium.
 """

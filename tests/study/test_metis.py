@@ -69,7 +69,7 @@ def test_one_part_is_the_whole_mesh_and_as_many_as_faces_are_single_faces():
     mesh = shapes.bumpy_sheet(5)
     assert not metis_partition(mesh, 1).labels.any()
     assert np.array_equal(np.sort(metis_partition(mesh, mesh.n_faces).labels), np.arange(50))
-    assert metis_partition(mesh).n_segments == 50  # fewer faces than the usual 150
+    assert metis_partition(mesh).n_segments == 50  # one part per face, as k is 150 by default
 
 
 @pytest.mark.parametrize("k", [1, 2, 3, 5, 8])

@@ -31,7 +31,7 @@ export class Drawing {
   readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
   marked = NONE;
   borders = true;
-  opacity: () => number = () => 0; // opacity of own colors
+  opacity: () => number = () => 0; // of the mesh's own colors or texture
   readonly ownColors: OwnColors;
   readonly nEdges: number;
   /**

@@ -4,7 +4,7 @@ import { OWN_COLORS } from "../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
 
 export const SHADE = `${HEAD}${LIGHT}${EYE}${OWN_COLORS}
-uniform float blend;  // opacity of own colors, 0 to 1
+uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
 uniform usampler2D groups;  // color group of each cell, or NONE
 uniform sampler2D colors;  // color of each group
 uniform usampler2D regions;  // region of each cell, or NONE

@@ -39,9 +39,9 @@ bool same_position(Point a, Point b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-// Hash table from positions to the lowest vertex at each position, with open addressing and linear
-// probing, at most half full. An occupied slot never changes its position, and all threads probe in
-// the same order. So threads agree on one slot per position without a lock.
+// Hash table from positions to the vertex of lowest index at each position, with open addressing
+// and linear probing, at most half full. An occupied slot never changes its position, and all
+// threads probe in the same order. So threads agree on one slot per position without a lock.
 class PositionTable {
  public:
   using Slot =
@@ -53,8 +53,8 @@ class PositionTable {
   }
 
   // Returns the hash slot of the vertex's position. Stores `vertex` in the slot if the slot is
-  // empty or contains a higher vertex. Sets is_shared if another vertex with this position is in
-  // the slot.
+  // empty or contains a vertex of higher index. Sets is_shared if another vertex with this position
+  // is in the slot.
   Slot insert(Vertex vertex, Slot home, bool& is_shared) {
     for (Slot slot = home;; slot = next(slot)) {
       const std::atomic_ref<Vertex> owner(table_[slot]);

@@ -53,7 +53,7 @@ uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
 uniform bool has_labels;  // whether any cell has a class
-uniform float blend;  // opacity of own colors, 0 to 1
+uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
 uniform bool is_cloud;
 uniform vec2 near_far;
 uniform vec3 high;  // background color at the top
