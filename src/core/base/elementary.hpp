@@ -113,9 +113,9 @@ inline double exponential(double x) {
   const double low = n * kLn2Rest;
   const double r = high - low;
   const double lost = (high - r) - low;
-  constexpr auto kSeries = inverse_factorials();
-  double series = kSeries.back();
-  for (std::size_t i = kSeries.size() - 1; i-- > 2;) series = series * r + kSeries[i];
+  constexpr auto kFactors = inverse_factorials();
+  double series = kFactors.back();
+  for (std::size_t i = kFactors.size() - 1; i-- > 2;) series = series * r + kFactors[i];
   const double power = 1.0 + (r + (r * r * series + lost));
   return power * std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023.0) << 52U);
 }

@@ -97,9 +97,9 @@ Flat averaged(std::span<const Bend> bends, std::span<const Cell> neighbors, Cell
   };
   add(bends[point]);
   for (const Cell neighbor : neighbors) add(bends[neighbor]);
-  const auto [xx, xy, xz, yy, yz, zz] = sum;
   const double scale = 1.0 / static_cast<double>(neighbors.size() + 1);
   const auto times = [&](const Point& a) {
+    const auto [xx, xy, xz, yy, yz, zz] = sum;
     return scale * Point{xx * a.x + xy * a.y + xz * a.z, xy * a.x + yy * a.y + yz * a.z,
                          xz * a.x + yz * a.y + zz * a.z};
   };

@@ -241,7 +241,9 @@ double longest_side(const Corners& corners) {
 
 // Samples a triangle at the centroids of n^2 equal parts.
 Found sampled(const Image& image, const Corners& corners) {
-  const auto& [a, b, c] = corners;
+  const TexelPoint& a = corners[0];
+  const TexelPoint& b = corners[1];
+  const TexelPoint& c = corners[2];
   const double sides = std::ceil(std::clamp(longest_side(corners), 1.0, double{kMaxSplits}));
   const int n = static_cast<int>(sides);
   Color first{};

@@ -122,8 +122,8 @@ class CrossingFinder {
       std::ranges::sort(on_side);
     }
     const auto count = [&](Label label) {
-      const auto n = std::ranges::equal_range(on_side, label).size();
-      return on_side.empty() ? 1.0 : static_cast<double>(n);
+      const auto [first, last] = std::equal_range(on_side.begin(), on_side.end(), label);
+      return on_side.empty() ? 1.0 : static_cast<double>(last - first);
     };
     for (std::int64_t arc = begin; arc < end; ++arc) {
       const Cell neighbor = surface_.arcs().targets[arc];

@@ -39,7 +39,8 @@ SortedVertices sort_vertices(std::span<const Point> vertices,
   const Buffer<Vertex> order = curve_order(vertices, representative, team);
   const auto n = std::ssize(order);
   SortedVertices sorted{Buffer<Point>(n), Buffer<Place>(vertices.size())};
-  auto& [positions, place_of] = sorted;
+  Buffer<Point>& positions = sorted.positions;
+  Buffer<Place>& place_of = sorted.place_of;
   team.for_each_index(n, [&](std::int64_t place) {
     if (place + kAhead < n) prefetch(&vertices[order[place + kAhead]]);
     positions[place] = vertices[order[place]];
