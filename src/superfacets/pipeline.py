@@ -258,8 +258,8 @@ def segment(
     Other Parameters
     ----------------
     radius : float, optional
-        Expected radius r of a region, as a fraction of the diagonal of the bounding box. It cannot
-        be combined with `n_segments`.
+        Expected radius r of a region, as a fraction of the diagonal of the bounding box of the
+        mesh, or of the points inside the mask. It cannot be combined with `n_segments`.
     weights : str, or array_like of shape (M,)
         One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
@@ -612,8 +612,11 @@ def _plan(work: _Work) -> _Work:
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)
+        areas = prepared.graph.measures
+        if cut is not None:
+            areas = np.where(np.isin(np.arange(len(areas)), cut.cells), areas, 0.0)
         share = prepared.kind.sliver_share(
-            prepared.cells, prepared.graph, prepared.shapes, plan.size.radius, n_threads
+            prepared.cells, areas, prepared.shapes, plan.size.radius, n_threads
         )
     return replace(work, plan=plan, sizes=sizes, sliver_share=share)
 

@@ -27,7 +27,7 @@ from superfacets.metrics import compactness
 
 def share_of(mesh, radius):
     faces, known = graph_and_shapes(mesh, weld=True, n_threads=2)
-    return sliver_share(mesh, faces, known.longest, radius, 2)
+    return sliver_share(mesh, faces.measures, known.longest, radius, 2)
 
 
 def test_the_share_counts_faces_longer_than_two_radii_and_thinner_than_half_of_one():
@@ -52,9 +52,23 @@ def test_the_share_does_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(120)
     squeezed = Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
     faces, known = graph_and_shapes(squeezed, weld=True, n_threads=2)
-    shares = {sliver_share(squeezed, faces, known.longest, 0.004, n) for n in (1, 2, 3, 8)}
+    shares = {sliver_share(squeezed, faces.measures, known.longest, 0.004, n) for n in (1, 2, 3, 8)}
     assert len(shares) == 1
     assert 0 < shares.pop() < 1
+
+
+def test_faces_outside_the_mask_do_not_count():
+    sheet = shapes.bumpy_sheet(20)
+    far = len(sheet.vertices) + np.arange(3)
+    corners = np.concatenate([sheet.vertices, [[5, 0, 0], [45, 0, 0], [45, 0.05, 0]]])
+    mesh = Mesh(corners, np.concatenate([sheet.faces, [far]]))
+    with pytest.warns(SliverWarning):
+        assert segment(mesh, 20, islands="nearest", denoise=0).sliver_share > 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        is_near = np.arange(mesh.n_faces) < sheet.n_faces
+        kept = segment(mesh, 20, mask=is_near, denoise=0)
+    assert kept.sliver_share == 0
 
 
 def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():

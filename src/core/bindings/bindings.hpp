@@ -96,7 +96,7 @@ namespace superfacets {
 // Moves a vector or a buffer to the heap and returns it as an array whose capsule deletes it.
 template <typename List>
 auto to_numpy(List&& list) {
-  using Element = std::decay_t<List>::value_type;
+  using Element = typename std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
     owned->reserve(1);  // numpy requires a valid pointer, even for an empty array
@@ -229,7 +229,7 @@ struct Parameters<R (C::*)(A...) const> : Parameters<R (*)(A...)> {};
 // Converts a kernel whose last parameter is a team to a function whose last parameter is n_threads.
 template <std::int64_t kPerThread = kMinPerThread, typename Kernel>
 auto threaded(const Kernel& kernel) {
-  using Types = Parameters<Kernel>::Types;
+  using Types = typename Parameters<Kernel>::Types;
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
     return [kernel](std::tuple_element_t<I, Types>... arguments, int n_threads) {
       const std::size_t n = std::max({size_of(arguments)...});
@@ -242,7 +242,7 @@ auto threaded(const Kernel& kernel) {
 // Converts a kernel that runs on one thread to a function that releases the GIL.
 template <typename Kernel>
 auto serial(const Kernel& kernel) {
-  using Types = Parameters<Kernel>::Types;
+  using Types = typename Parameters<Kernel>::Types;
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
     return [kernel](std::tuple_element_t<I, Types>... arguments) {
       return without_gil([&] { return kernel(arguments...); });

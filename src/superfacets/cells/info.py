@@ -218,7 +218,7 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
         sliver_share=sliver_share(
-            mesh, graph, shapes.longest, _default_radius(graph, n_threads), n_threads
+            mesh, graph.measures, shapes.longest, _default_radius(graph, n_threads), n_threads
         ),
     )
 

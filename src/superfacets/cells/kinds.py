@@ -141,7 +141,7 @@ class Kind:
         return step_weights(surface, options, self.plural)
 
     def sliver_share(
-        self, cells: Any, graph: Any, shapes: Any, radius: float, n_threads: int
+        self, cells: Any, areas: Floats, shapes: Any, radius: float, n_threads: int
     ) -> float:
         """Return the fraction of the area in long and thin faces; 0 if cells are not faces."""
         return 0.0
@@ -220,9 +220,9 @@ class _Faces(Kind):
         return arc_weights(surface, graph, radius, options, shapes.normals)
 
     def sliver_share(
-        self, cells: FaceMesh, graph: FaceGraph, shapes: FaceShapes, radius: float, n_threads: int
+        self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
     ) -> float:
-        return sliver_share(cells, graph, shapes.longest, radius, n_threads)
+        return sliver_share(cells, areas, shapes.longest, radius, n_threads)
 
     def measures(self, cells: FaceMesh, n_threads: int) -> Floats:
         return measure_faces(cells, n_threads)[1]

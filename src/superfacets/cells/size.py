@@ -12,7 +12,6 @@ from .._options import SizeOptions
 from .._types import Floats
 from .._validate import checked_count, checked_seeds, checked_threads
 from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
-from .face_graph import FaceGraph
 
 DEFAULT_N_SEGMENTS = 150
 """Number of regions if `segment` is called without `n_segments`, `radius` and seeds. The paper uses
@@ -109,19 +108,20 @@ the number of faces triples."""
 
 
 def sliver_share(
-    mesh: FaceMesh, faces: FaceGraph, longest: Floats | None, radius: float, n_threads: int
+    mesh: FaceMesh, areas: Floats, longest: Floats | None, radius: float, n_threads: int
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    `radius` is r, the expected radius of regions. The result is 0 if all faces have area 0. If
+    `areas` contains the area of each face, or 0 for faces to ignore. `radius` is r, the expected
+    radius of regions. The result is 0 if all areas are 0. If
     `longest` (see `FaceShapes.longest`) is not None, blocks of faces without long sides are skipped
     to save time.
     """
-    total = _core.sum_of(faces.measures, n_threads)
+    total = _core.sum_of(areas, n_threads)
     if total <= 0.0:
         return 0.0
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
-    area = sliver_area(mesh, faces.measures, longest, *limits, n_threads)
+    area = sliver_area(mesh, areas, longest, *limits, n_threads)
     return min(area / total, 1.0)
 
 

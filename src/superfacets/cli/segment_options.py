@@ -67,7 +67,8 @@ class SegmentCommand(opts.GroupedCommand):
 segment_options = options(
     option("-n --n-segments", COUNT, "Number of regions.  [default: 150]"),
     option("-r --radius", opts.POSITIVE,
-           "Radius of a region, as a fraction of the mesh's diagonal, instead of -n."),
+           "Radius of a region, as a fraction of the diagonal of the mesh, or of the points inside"
+           " the mask, instead of -n."),
     option("-a --alpha", opts.NOT_NEGATIVE,
            "How strongly borders follow creases."
            f"  [default: depends on --weights: {_defaults_of('alpha')}]"),
