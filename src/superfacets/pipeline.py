@@ -258,8 +258,9 @@ def segment(
     Other Parameters
     ----------------
     radius : float, optional
-        Expected radius r of a region, as a fraction of the diagonal of the bounding box of the
-        mesh, or of the points inside the mask. It cannot be combined with `n_segments`.
+        Expected radius r of a region, as a fraction of the diagonal of the bounding box. If a cloud
+        has a mask, this is the bounding box of the points inside the mask. It cannot be combined
+        with `n_segments`.
     weights : str, or array_like of shape (M,)
         One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
@@ -614,7 +615,8 @@ def _plan(work: _Work) -> _Work:
             sizes.check(plan.size.n_segments)
         areas = prepared.graph.measures
         if cut is not None:
-            areas = np.where(np.isin(np.arange(len(areas)), cut.cells), areas, 0.0)
+            areas = np.zeros_like(areas)
+            areas[cut.cells] = prepared.graph.measures[cut.cells]
         share = prepared.kind.sliver_share(
             prepared.cells, areas, prepared.shapes, plan.size.radius, n_threads
         )

@@ -62,8 +62,8 @@ def test_faces_outside_the_mask_do_not_count():
     far = len(sheet.vertices) + np.arange(3)
     corners = np.concatenate([sheet.vertices, [[5, 0, 0], [45, 0, 0], [45, 0.05, 0]]])
     mesh = Mesh(corners, np.concatenate([sheet.faces, [far]]))
-    with pytest.warns(SliverWarning):
-        assert segment(mesh, 20, islands="nearest", denoise=0).sliver_share > 0
+    with pytest.warns(SliverWarning):  # denoise=0, because smoothing would shrink the long face
+        assert segment(mesh, 20, islands="nearest", denoise=0).sliver_share > 0.4
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         is_near = np.arange(mesh.n_faces) < sheet.n_faces

@@ -197,7 +197,8 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
         ),
         (
             header(XYZ, "binary_compressed") + COMPRESSED[:-1],
-            "declares 48 bytes, compressed to 50, and has 49 compressed bytes: it may be truncated",
+            "declares 48 bytes, compressed to 50, and has 49 compressed bytes: it may be truncated"
+            " or damaged",
         ),
         (
             header(XYZ, "binary_compressed", 10**9) + COMPRESSED,

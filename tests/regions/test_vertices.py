@@ -87,7 +87,7 @@ def test_each_region_has_an_id_while_there_are_vertices():
     labels[[10, 40]] = 5, 9  # all other faces at their vertices have the largest label
     ids = vertex_ids(sheet, labels.astype(np.int32))
     assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
-    # Of 49 vertices, 20 remain in the largest region, so only one of the small regions gets 20.
+    # The 49 vertices suffice for two regions of 20: the largest keeps 28, and region 5 gets 20.
     assert [np.count_nonzero(ids == region) for region in (5, 9)] == [MIN_IN_FILES, 1]
     assert {*sheet.faces[10]} & {*np.flatnonzero(ids == 5)}
     assert np.flatnonzero(ids == 9)[0] in sheet.faces[40]

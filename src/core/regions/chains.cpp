@@ -207,8 +207,8 @@ bool ChainMover::move_chain(Cell first, Label to, double cost) {
   return best_size > 0;
 }
 
-// Moves the cells of a chain. Returns the number of moves after which the cost is lowest, or 0 if
-// no state has a lower cost than the initial state. Records the area changes of only these moves.
+// Moves the cells of a chain. Returns the number n of moves after which the cost is lowest, or 0 if
+// no state has a lower cost than the initial state. Records the area changes of the first n moves.
 std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost) {
   double gain = 0.0;
   double area = 0.0;

@@ -67,8 +67,8 @@ class SegmentCommand(opts.GroupedCommand):
 segment_options = options(
     option("-n --n-segments", COUNT, "Number of regions.  [default: 150]"),
     option("-r --radius", opts.POSITIVE,
-           "Radius of a region, as a fraction of the diagonal of the mesh, or of the points inside"
-           " the mask, instead of -n."),
+           "Radius of a region, instead of -n, as a fraction of the bounding box's diagonal. In a"
+           " cloud, the bounding box contains only points inside the mask."),
     option("-a --alpha", opts.NOT_NEGATIVE,
            "How strongly borders follow creases."
            f"  [default: depends on --weights: {_defaults_of('alpha')}]"),
