@@ -301,8 +301,8 @@ def test_islands_that_are_too_small_are_told():
         ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
         (
             {"cells_per_region": 64, "n_segments": 3},
-            "cells_per_region already sets the number of regions: leave out n_segments"
-            " and radius, and do not pass seeds as init",
+            "cells_per_region already sets the number of regions: leave out n_segments,"
+            " radius and expected_radius, and do not pass seeds as init",
         ),
         (
             {"cells_per_region": 64, "islands": "nearest"},
@@ -554,8 +554,8 @@ def test_the_command_balances_and_writes_solids(tmp_path):
         (("-n", "20", "--max-measure", "0.01"), "at least"),
         (
             ("--cells-per-region", "64", "-n", "20"),
-            "cells_per_region already sets the number of regions: leave out n_segments"
-            " and radius, and do not pass seeds as init",
+            "cells_per_region already sets the number of regions: leave out n_segments,"
+            " radius and expected_radius, and do not pass seeds as init",
         ),
         (("--tiled", "--balance", "1"), "--tiled does not support --balance"),
         (("--tiled", "--cells-per-region", "64"), "--tiled does not support --cells-per-region"),

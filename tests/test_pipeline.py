@@ -17,6 +17,7 @@ from superfacets import (
     build_face_graph,
     classify,
     crease_weights,
+    mesh_info,
     segment,
     segment_graph,
     smooth_borders,
@@ -146,6 +147,16 @@ def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
     assert result.params["expected_radius"] == 0.1 * graph.diagonal
     disks = graph.measures.sum() / (np.pi * (0.1 * graph.diagonal) ** 2)
     assert result.n_segments == round(disks)
+
+
+def test_regions_of_an_expected_radius_do_not_depend_on_the_bounding_box(sheet):
+    result = segment(sheet, expected_radius=0.1, denoise=0)
+    assert result.params["n_segments"] is None
+    assert result.params["expected_radius"] == 0.1
+    assert result.n_segments == round(mesh_info(sheet).area / (np.pi * 0.1**2))
+    graph = build_face_graph(sheet)
+    weighted = graph.with_weights(crease_weights(sheet, graph, 0.1))
+    assert segment_graph(weighted, expected_radius=0.1).n_segments == result.n_segments
 
 
 def test_tol_zero_runs_until_no_center_changes(sheet):
@@ -343,6 +354,12 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
             ValueError,
             "n_segments is 2 and radius is 0.1: give only one of them",
         ),
+        (
+            {"radius": 0.1, "expected_radius": 2.0},
+            ValueError,
+            "radius is 0.1 and expected_radius is 2.0: give only one of them",
+        ),
+        ({"expected_radius": 0}, ValueError, "expected_radius must be finite and positive, got 0"),
         (
             {"n_segments": np.zeros((9, 3), int)},
             TypeError,

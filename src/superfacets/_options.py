@@ -53,20 +53,36 @@ class SizeOptions:
 
     n_segments: int | None
     radius: float | None  # radius of a region, as a fraction of the bounding box diagonal
+    expected_radius: float | None  # radius of a region, in the unit of the positions
     seeds: Any  # argument `init`, but None if `init` is the name of a method
 
     @classmethod
-    def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
+    def checked(
+        cls, n_segments: int | None, radius: float | None, expected_radius: float | None,
+        init: object,
+    ) -> SizeOptions:  # fmt: skip
         """Check arguments of `segment`, and return them as options; `init` is checked later."""
-        if n_segments is not None and radius is not None:
-            raise ValueError(
-                f"n_segments is {n_segments} and radius is {radius}: give only one of them"
-            )
+        sizes = {"n_segments": n_segments, "radius": radius, "expected_radius": expected_radius}
+        given = [f"{name} is {value}" for name, value in sizes.items() if value is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)}: give only one of them")
         if n_segments is not None:
             checked_count(n_segments, "n_segments")
         if radius is not None:
             radius = checked_number(radius, "radius", zero=False)
-        return cls(n_segments, radius, None if init is None or isinstance(init, str) else init)
+        if expected_radius is not None:
+            expected_radius = checked_number(expected_radius, "expected_radius", zero=False)
+        seeds = None if init is None or isinstance(init, str) else init
+        return cls(n_segments, radius, expected_radius, seeds)
+
+    @property
+    def has_radius(self) -> bool:
+        """Whether the caller gave the radius of regions."""
+        return self.radius is not None or self.expected_radius is not None
+
+    def radius_in(self, diagonal: float) -> float | None:
+        """Return the given radius in the unit of the positions, or None if no radius was given."""
+        return self.expected_radius if self.radius is None else self.radius * diagonal
 
 
 @dataclass(frozen=True)
@@ -168,10 +184,10 @@ class BalanceOptions:
             raise ValueError(f"{name} sets the sizes of regions: leave min_size out")
         if self.cells_per_region is None:
             return
-        if size.n_segments is not None or size.radius is not None or size.seeds is not None:
+        if size.n_segments is not None or size.has_radius or size.seeds is not None:
             raise ValueError(
-                "cells_per_region already sets the number of regions: leave out n_segments and"
-                " radius, and do not pass seeds as init"
+                "cells_per_region already sets the number of regions: leave out n_segments, radius"
+                " and expected_radius, and do not pass seeds as init"
             )
         if loop.islands == "nearest":
             raise ValueError(

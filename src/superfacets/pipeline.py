@@ -203,6 +203,7 @@ def segment(
     denoise: Denoise = "auto",
     n_threads: int | None = None,
     radius: float | None = None,
+    expected_radius: float | None = None,
     weights: WeightName | Weights = "parts",
     eta_convex: float | None = None,
     ridges: float | None = None,
@@ -240,7 +241,7 @@ def segment(
         disconnected. A point cloud is a PointCloud, an (N, 3) array, or a file of points.
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces N. The default is 150, or N if N < 150,
-        unless seeds, `radius` or `cells_per_region` are given.
+        unless seeds, a radius or `cells_per_region` are given.
     alpha : float, optional
         How strongly borders follow creases, >= 0. With 0, regions are most compact. The default
         depends on `weights`.
@@ -259,8 +260,10 @@ def segment(
     ----------------
     radius : float, optional
         Expected radius r of a region, as a fraction of the diagonal of the bounding box. If a cloud
-        has a mask, this is the bounding box of the points inside the mask. It cannot be combined
-        with `n_segments`.
+        has a mask, this is the bounding box of the points inside the mask.
+    expected_radius : float, optional
+        Expected radius r of a region, in the unit of the vertices. Only one of `n_segments`,
+        `radius` and `expected_radius` can be given.
     weights : str, or array_like of shape (M,)
         One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
@@ -405,7 +408,9 @@ class Options:
     def checked(cls, arguments: Mapping[str, Any]) -> Options:
         """Check the arguments of `segment`, which are keyed by name, and return them as options."""
         given = SimpleNamespace(**arguments)
-        size = SizeOptions.checked(given.n_segments, given.radius, given.init)
+        size = SizeOptions.checked(
+            given.n_segments, given.radius, given.expected_radius, given.init
+        )
         if isinstance(given.init, str):
             checked_choice(given.init, "init", INITS)
         loop = LoopOptions.checked(
@@ -889,7 +894,7 @@ BARRIERS_NOTE = "barriers divide the cells into components, each of which has at
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     """Issue an IslandWarning if components or `min_measure` changed the number of regions.
 
-    There is no warning if seeds, `radius` or `radius_factor` are given, or if there are more
+    There is no warning if seeds, a radius or `radius_factor` are given, or if there are more
     regions because barriers are given and one region was requested.
     """
     params = result.params

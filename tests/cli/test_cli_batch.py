@@ -100,7 +100,7 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--workers", "0"], "is not a whole number of 1 or more"),
         (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
         (["--paper", "--init", "flood"], "--paper sets --init farthest"),
-        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
+        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
         (["--mask-values", "six"], "expected whole numbers from 0 to 2147483647, got 'six'"),
         (
             ["--mask-values", "6", "--to", "segs.json"],

@@ -87,7 +87,8 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         ),
         (["-", "--to", "npy", "--to", "txt"], "standard output can have one format only"),
         (["a.ply", "--to", "npy", "--to", "npy"], "--to names the same format twice"),
-        (["a.ply", "--to", "tri"], "Invalid value for '--to'"),
+        (["a.ply", "--to", "npy,npy"], "--to names the same format twice"),
+        (["a.ply", "--to", "npy,tri"], "Invalid value for '--to': 'tri' is not one of ply, vtp,"),
         (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
         ([], "Missing argument"),
     ],
@@ -128,6 +129,11 @@ def test_a_file_in_the_place_of_a_folder_is_one_line(run, folder):
     status, _, err = run("segment", "a.ply", "-o", "b.ply/")
     assert status == 1
     assert err == "superfacets: error: b.ply: is a file, not a folder\n"
+
+
+def test_formats_are_a_list_or_given_several_times(run, folder):
+    run("segment", "a.ply", "-n", 3, "-q", "-o", "results/", "--to", "npy, seg", "--to", "txt")
+    assert files_in(folder / "results") == [f"a.superfacets.{end}" for end in ("npy", "seg", "txt")]
 
 
 def test_files_of_all_inputs_go_to_a_folder(run, folder):

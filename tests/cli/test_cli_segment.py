@@ -65,6 +65,7 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
     options = [
         (["-n", 30, "-a", 50, "--eta", 1], {"n_segments": 30, "alpha": 50, "eta_convex": 1}),
         (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
+        (["-R", 0.1], {"expected_radius": 0.1}),
         (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
         (["-n", 30, "--weights", "stk02", "-a", 0.2],
@@ -156,6 +157,7 @@ def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):
     diagonal = mesh_info(mesh).diagonal
     cases = [
         (["--subdivide", "-r", 0.1], 0.25 * 0.1 * diagonal),
+        (["--subdivide", "-R", 0.1], 0.25 * 0.1),
         (["--max-edge", 0.2], 0.2),
         (["--subdivide", "--max-edge", 0.2, "-n", 300], 0.2),
     ]
@@ -249,6 +251,8 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     note = "superfacets: note: the radius gives only one region: -r is a fraction of the bounding"
     assert run("segment", sheet, "-r", 5)[2] == f"{note} box's diagonal\n"
     assert run("segment", sheet, "-n", 1)[2] == ""
+    alone = "superfacets: note: the radius gives only one region\n"
+    assert run("segment", sheet, "-R", 5)[2] == alone
     write_mesh(tmp_path / "islands.ply", shapes.two_islands())
     assert run("segment", tmp_path / "islands.ply", "-r", 5)[2] == f"{note} box's diagonal\n"
 
@@ -266,7 +270,7 @@ def test_ascii_writes_text(run, sheet):
         (["-n", 0], "for '-n' / '--n-segments': '0' is not a whole number of 1 or more"),
         (["-n", "abc"], "for '-n' / '--n-segments': 'abc' is not a whole number of 1 or more"),
         (["-n", 2.5], "'2.5' is not a whole number of 1 or more"),
-        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
+        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
         (["-r", 0], "Invalid value for '-r' / '--radius'"),
         (["-r", "nan"], "Invalid value for '-r' / '--radius': 'nan' is not a finite number"),
         (["-r", "wide"], "Invalid value for '-r' / '--radius': 'wide' is not a finite number"),
@@ -410,7 +414,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
 
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
     for arguments, message in [
-        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
+        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
         (["--weights", "stk02", "-a", 2], "alpha must be"),
     ]:
         status, out, err = run("segment", *three, *arguments)

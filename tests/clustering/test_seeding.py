@@ -12,7 +12,7 @@ from superfacets.cells.size import region_size
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
-    options = SizeOptions.checked(n_segments, radius, init)
+    options = SizeOptions.checked(n_segments, radius, None, init)
     return region_size(options, graph.measures, graph.diagonal, 1)
 
 
@@ -95,6 +95,7 @@ def test_flood_starts_a_region_where_none_has_reached():
 def test_flood_visits_cells_in_the_order_of_their_path_length():
     line = shapes.line_graph([9.0, 9.0, 1.0, 1.0, 1.0, 1.0])
     assert place_seeds(line, radius=0.4 / 6, init="flood").tolist() == [3, 5, 1]
+    assert place_seeds(line, expected_radius=0.4, init="flood").tolist() == [3, 5, 1]
 
 
 def test_flood_goes_on_in_every_component():

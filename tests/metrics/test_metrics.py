@@ -11,6 +11,7 @@ from superfacets import Mesh, MeshError, TetMesh, build_face_graph, sample_mesh,
 from superfacets.metrics import (
     GroundTruths,
     achievable_accuracy,
+    achievable_iou,
     area_overlap,
     boundary_agreement,
     compactness,
@@ -77,6 +78,17 @@ def test_the_metrics_of_the_princeton_benchmark_by_hand():
     assert error.local_error == pytest.approx(3 * 0.5 / 10)
 
 
+def test_the_achievable_iou_counts_what_regions_add_to_a_segment_and_take_from_it():
+    # Both regions get segment 0, which is 7 of their 10. No region gets segment 1.
+    assert achievable_iou(HALVED) == pytest.approx(np.mean([7 / 10, 0]))
+    lost = area_overlap([0, 0, 1], [0, 1, 0], [2.0, 1.0, 1.0])
+    assert achievable_iou(lost) == pytest.approx(np.mean([3 / 4, 0]))
+    tied = area_overlap([0, 0], [0, 1], [1.0, 1.0])
+    assert achievable_iou(tied) == pytest.approx(np.mean([1 / 2, 0]))  # the lower segment
+    gone = area_overlap([0, 1, 2], [0, 1, 2], [1.0, 0.0, 2.0])
+    assert achievable_iou(gone) == 1  # a segment of area 0 does not count
+
+
 def test_labels_that_refine_the_truth_have_no_error():
     refined = area_overlap([0, 1, 2, 2], [0, 0, 1, 1], [1.0, 2.0, 3.0, 4.0])
     assert undersegmentation_error(refined) == 0
@@ -89,7 +101,10 @@ def test_labels_that_are_the_truth_are_perfect():
     mesh = shapes.bumpy_sheet(8)
     truth = segment(mesh, 4).labels
     values = evaluate(mesh, truth[::1] + 5, [truth])
-    for name in ("achievable_accuracy", "rand_index", "boundary_recall", "boundary_precision"):
+    for name in (
+        "achievable_accuracy", "achievable_iou", "rand_index", "boundary_recall",
+        "boundary_precision",
+    ):  # fmt: skip
         assert values[name] == pytest.approx(1), name
     for name in (
         "undersegmentation_error", "hamming_distance", "missing_rate", "false_alarm_rate",

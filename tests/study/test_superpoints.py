@@ -8,7 +8,8 @@ import shapes
 
 from superfacets import write_labels
 from superfacets.errors import MeshError
-from superfacets.study.superpoints import ORIGINAL, Room, study
+from superfacets.study.baselines.felzenszwalb import felzenszwalb_segments
+from superfacets.study.superpoints import COMPUTED, ORIGINAL, WITH_COLOR, Room, study
 
 
 @pytest.fixture
@@ -69,8 +70,29 @@ def methods_in(table):
     return [row.split("|")[2].strip() for row in table.splitlines()[2:]]
 
 
-def test_segments_of_scannet_are_optional(plain_room):
-    assert methods_in(study([plain_room])) == ["default", "SCANS"]
+def test_segments_of_scannet_are_computed_if_missing(plain_room):
+    room = Room.read(plain_room)
+    assert list(room.given) == [COMPUTED]
+    assert np.array_equal(room.given[COMPUTED], felzenszwalb_segments(room.mesh))
+    assert methods_in(study([plain_room])) == [COMPUTED, "default", "SCANS"]
+
+
+def test_colors_of_a_room_add_a_method(room):
+    with np.load(room) as file:
+        arrays = dict(file)
+    colors = np.where(arrays["instances"][:, None] == 4, 0, [[255, 0, 0]]).astype(np.uint8)
+    np.savez(room, **arrays, colors=colors)
+    scores = Room.read(room).scores()
+    assert list(scores) == [ORIGINAL, "default", "SCANS", WITH_COLOR]
+    assert scores[WITH_COLOR].error < scores["SCANS"].error
+
+
+def test_rooms_without_a_level_of_noise_form_one_level(room):
+    for name in ("scene0000_00", "scene0000_01"):
+        room.with_name(f"{name}.npz").write_bytes(room.read_bytes())
+    paths = room.parent.glob("*.npz")
+    levels = [row.split("|")[1].strip() for row in study(paths).splitlines()[2:]]
+    assert levels == ["all"] * 3 + ["n1"] * 3
 
 
 def test_label_files_of_other_methods_are_rated(plain_room, tmp_path):
@@ -79,12 +101,18 @@ def test_label_files_of_other_methods_are_rated(plain_room, tmp_path):
     truth = Room.read(plain_room).truth
     write_labels(folder / "sheet_n1.0.010000.segs.json", truth)
     table = study([plain_room], [folder])
-    assert methods_in(table) == [str(folder), "default", "SCANS"]
-    assert table.splitlines()[2].replace(" ", "").split("|")[3:6] == ["2", "0.000", "0.000"]
-    write_labels(folder / "sheet_n1.npy", truth)
-    with pytest.raises(MeshError, match=r"room sheet_n1, .*s\.json, sheet_n1\.npy: keep one$"):
+    assert methods_in(table) == [COMPUTED, str(folder), "default", "SCANS"]
+    assert table.splitlines()[3].replace(" ", "").split("|")[3:6] == ["2", "0.000", "0.000"]
+    write_labels(folder / "sheet_n1.npy", np.zeros_like(truth))
+    assert study([plain_room], [folder]) == table  # segments are preferred to other formats
+    write_labels(folder / "sheet_n1.segs.json", truth)
+    with pytest.raises(
+        MeshError,
+        match=r"room sheet_n1, sheet_n1\.0\.010000\.segs\.json, sheet_n1\.segs\.json: keep one$",
+    ):
         study([plain_room], [folder])
-    (folder / "sheet_n1.0.010000.segs.json").unlink()
+    for path in folder.glob("*.segs.json"):
+        path.unlink()
     write_labels(folder / "sheet_n1.npy", truth[1:])
     with pytest.raises(
         ValueError, match=r"mine must have one value per vertex \(290\), got 289 values"

@@ -199,6 +199,7 @@ def test_noise_of_torn_meshes(torn, tmp_path):
 
 def test_a_radius(bear, tmp_path):
     check(bear, None, tmp_path, radius=0.2)
+    check(bear, None, tmp_path, expected_radius=0.3)
 
 
 @pytest.mark.parametrize("options", [{}, {"tol": 0.0, "max_num_iter": 2}], ids=str)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .._options import Progress
+from .._options import Progress, SizeOptions
 from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
 from .._validate import (
@@ -226,7 +226,8 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
     get = options.keywords.get
     max_edge = options.max_edge
     if max_edge is None:
-        max_edge = advised_max_edge(mesh, get("n_segments"), get("radius"))
+        asked = (get("n_segments"), get("radius"), get("expected_radius"))
+        max_edge = advised_max_edge(mesh, SizeOptions.checked(*asked, None))
     return subdivide(mesh, max_edge, n_threads=get("n_threads"))
 
 

@@ -14,7 +14,7 @@ from .._validate import checked_count, checked_seeds, checked_threads
 from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 
 DEFAULT_N_SEGMENTS = 150
-"""Number of regions if `segment` is called without `n_segments`, `radius` and seeds. The paper uses
+"""Number of regions if `segment` is called without a number, a radius and seeds. The paper uses
 this number."""
 
 
@@ -33,7 +33,7 @@ def region_size(
     """Return the expected number and radius of regions for cells with these measures.
 
     Regions are modeled as disks if measures are areas (`dimension` is 2), and as balls if measures
-    are volumes (`dimension` is 3). ``options.radius`` is a fraction of `diagonal`.
+    are volumes (`dimension` is 3). `diagonal` is the diagonal of the bounding box.
     """
     total = _core.sum_of(measures, n_threads)
     return size_of_total(options, len(measures), total, diagonal, dimension)
@@ -43,8 +43,8 @@ def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
     """Return the result of `region_size` for `n_cells` cells whose measures sum to `total`."""
-    if options.radius is not None:
-        r = options.radius * diagonal
+    r = options.radius_in(diagonal)
+    if r is not None:
         k = _regions_of_radius(total, r, dimension)
         return RegionSize(max(1, round(min(k, n_cells))), r)
     if options.n_segments is None and options.seeds is not None:
@@ -131,18 +131,18 @@ def sliver_area_for_radius(mesh: FaceMesh, radius: float, n_threads: int) -> flo
     return sliver_area(mesh, areas, longest, *limits, n_threads)
 
 
-def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:
+def advised_max_edge(mesh: FaceMesh, size: SizeOptions) -> float:
     """Return the recommended maximum edge length for `subdivide`.
 
-    `n_segments` and `radius` are arguments of `segment`. If both are None, the default number of
-    regions is used.
+    If `size` has neither a number nor a radius of regions, the default number is used.
     """
     threads = checked_threads(None)
-    if radius is not None:
-        low, high = mesh.bounds
-        return EDGE_PER_RADIUS * radius * float(np.linalg.norm(high - low))
-    _, areas = measure_faces(mesh, threads)
-    return EDGE_PER_RADIUS * radius_of(areas, n_segments or DEFAULT_N_SEGMENTS, threads)
+    low, high = mesh.bounds
+    radius = size.radius_in(float(np.linalg.norm(high - low)))
+    if radius is None:
+        _, areas = measure_faces(mesh, threads)
+        radius = radius_of(areas, size.n_segments or DEFAULT_N_SEGMENTS, threads)
+    return EDGE_PER_RADIUS * radius
 
 
 def sliver_note(share: float, advice: str) -> str | None:

@@ -24,21 +24,9 @@ from .options import (
     options,
     quiet_option,
 )
-from .outputs import OUTPUT_FORMATS, check_mask
+from .outputs import check_mask, listed_formats
 from .progress import FileBar
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
-
-
-def _formats(
-    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Split comma-separated lists of formats into one tuple of names (a callback of click)."""
-    names = tuple(name.strip() for text in given for name in text.split(","))
-    for name in names:
-        if name not in OUTPUT_FORMATS:
-            known = ", ".join(OUTPUT_FORMATS)
-            raise click.BadParameter(f"{name!r} is not one of {known}", ctx, parameter)
-    return names
 
 
 @click.command("batch", cls=SegmentCommand)
@@ -50,7 +38,7 @@ def _formats(
     option("--to --format formats LIST", None,
            "Comma-separated formats of the results, such as npy,ply.  [default: ply; vtu for"
            " tetrahedra]",
-           multiple=True, callback=_formats),
+           multiple=True, callback=listed_formats),
     option("--workers", COUNT,
            "Number of worker processes on this machine.  [default: one per core]"),
     option("--scheduler ADDRESS", None,

@@ -53,10 +53,22 @@ def output_option(help: str, *, required: bool = False) -> opts.Decorator:
 def to_option(about: str = "Output format when -o is a folder or omitted") -> opts.Decorator:
     """Add the option ``--to``, for the formats of outputs whose file name is not given."""
     text = (
-        f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply; vtu for"
-        " tetrahedra]"
+        f"{about}, or several, separated by commas: {', '.join(OUTPUT_FORMATS)}.  [default: ply;"
+        " vtu for tetrahedra]"
     )
-    return option("--to formats FORMAT", OUTPUT_FORMATS, text, multiple=True)
+    return option("--to formats FORMAT", None, text, multiple=True, callback=listed_formats)
+
+
+def listed_formats(
+    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Split comma-separated lists of formats into one tuple of names (a callback of click)."""
+    names = tuple(name.strip() for text in given for name in text.split(","))
+    for name in names:
+        if name not in OUTPUT_FORMATS:
+            known = ", ".join(OUTPUT_FORMATS)
+            raise click.BadParameter(f"{name!r} is not one of {known}", ctx, parameter)
+    return names
 
 
 def one_output_options(what: str, name: str) -> opts.Decorator:

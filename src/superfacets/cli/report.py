@@ -99,7 +99,9 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if n_requested is None:
-        note = "the radius gives only one region: -r is a fraction of the bounding box's diagonal"
+        note = "the radius gives only one region"
+        if params["radius"] is not None:
+            note += ": -r is a fraction of the bounding box's diagonal"
         return [] if n_made - n_kept > 1 else [note]
     if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [

@@ -30,7 +30,10 @@ def _default_by_weights(parameter: str) -> str:
 
 
 _GROUPS = {
-    "Most used": ("n_segments", "radius", "alpha", "output", "outputs", "formats", "is_quiet"),
+    "Most used": (
+        "n_segments", "radius", "expected_radius", "alpha", "output", "outputs", "formats",
+        "is_quiet",
+    ),
     "Presets": ("scans", "paper", "parts"),
     "Creases and shape of regions": (
         "weights", "eta_convex", "ridges", "smooth", "relocate", "min_size", "islands",
@@ -69,6 +72,9 @@ segment_options = options(
     option("-r --radius", opts.POSITIVE,
            "Radius of a region, instead of -n, as a fraction of the bounding box's diagonal. In a"
            " cloud, the bounding box contains only points inside the mask."),
+    option("-R --expected-radius", opts.POSITIVE,
+           "Radius of a region, instead of -n, in the unit of the file: regions have the same size"
+           " in all files."),
     option("-a --alpha", opts.NOT_NEGATIVE,
            "How strongly borders follow creases."
            f"  [default: depends on --weights: {_defaults_of('alpha')}]"),
@@ -167,8 +173,8 @@ def options_of(
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     of_files = {name: value for name, value in of_files.items() if value is not None}
     keywords = {name: value for name, value in given.items() if value is not None}
-    if {"n_segments", "radius"} <= keywords.keys():
-        raise click.UsageError("give -n or -r, not both")
+    if len({"n_segments", "radius", "expected_radius"} & keywords.keys()) > 1:
+        raise click.UsageError("give only one of -n, -r and -R")
     if paper and (parts or scans):
         other = "--parts" if parts else "--scans"
         raise click.UsageError(f"give --paper or {other}, not both")

@@ -97,21 +97,21 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
 @click.argument("rooms", type=opts.EXISTING_FOLDER)
 @options(
     option("--labels folders DIR", opts.EXISTING_FOLDER,
-           "Folder with a file of vertex labels for each room: DIR/ROOM.segs.json or, if there is"
-           " none, one file of another format. Adds a row to the table; may be given several"
-           " times.", multiple=True),
+           "Folder with a file of vertex labels for each room: ROOM.segs.json,"
+           " ROOM.0.010000.segs.json or, if there is none, one file of another format. Adds a row"
+           " to the table; may be given several times.", multiple=True),
     option("-o --output OUT", FILE, "CSV file for the scores of each room and method."),
 )  # fmt: skip
 def superpoints_command(rooms: Path, folders: tuple[Path, ...], output: Path | None) -> None:
     """Compare superpoints with the segments of other methods.
 
     ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces and instances
-    (the true object of each vertex, or -1 for vertices without annotation). The array felzenszwalb
-    (the segment of each vertex from ScanNet's segmenter) is optional. The number of superpoints is
-    the number of segments in felzenszwalb or, if it is missing, in the first --labels; without
-    felzenszwalb and --labels, one per 200 vertices. Each superpoint is assigned to the object that
-    most of its vertices belong to. The table shows the fraction of vertices with a wrong object,
-    and the mean IoU of objects.
+    (the true object of each vertex, or -1 for vertices without annotation), and optionally colors
+    and felzenszwalb (the segment of each vertex from ScanNet's segmenter, which is computed if it
+    is missing). There are as many superpoints as segments in felzenszwalb. Each superpoint is
+    assigned to the object that most of its vertices belong to. The table shows the fraction of
+    vertices with a wrong object, and the mean IoU of objects. Rooms whose names end in a level of
+    noise, such as _n1, are averaged for each level.
     """
     from ..study.superpoints import study
 

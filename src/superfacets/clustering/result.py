@@ -103,8 +103,8 @@ class Segmentation:
         Wall time of each stage, in seconds.
     params : dict
         Parameters of the segmentation. The entry ``"expected_radius"`` is r in the unit of the
-        vertices. The entry ``"radius"`` is the argument of this name, as a fraction of the
-        diagonal, or None.
+        vertices, whether or not it was given. The entry ``"radius"`` is the argument of this name,
+        as a fraction of the diagonal, or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
         The segmented mesh, cloud or graph (not a copy). ``regions``, ``plot`` and ``view`` need it.
         None if the result does not store the mesh, as in `segment_tiled`.

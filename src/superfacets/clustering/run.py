@@ -29,6 +29,7 @@ def segment_graph(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
+    expected_radius: float | None = None,
     init: Init | Start = "geodesic",
     mask: npt.ArrayLike | None = None,
     barriers: npt.ArrayLike | None = None,
@@ -51,7 +52,7 @@ def segment_graph(
     Parameters
     ----------
     graph : CellGraph
-    n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
+    n_segments, radius, expected_radius, init, radius_factor, max_num_iter, tol, islands
         Same as in `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. If arcs
         are one-way, cells without a path from any center are treated like components without a
         seed.
@@ -62,6 +63,8 @@ def segment_graph(
         mesh edges.
     features, feature_weight, scale_features
         Same as in `segment`, with one row of features per cell.
+    n_threads, progress
+        Same as in `segment`.
 
     Returns
     -------
@@ -88,7 +91,7 @@ def segment_graph(
     """
     checked_graph(graph)
     given = graph
-    options = SizeOptions.checked(n_segments, radius, init)
+    options = SizeOptions.checked(n_segments, radius, expected_radius, init)
     loop = LoopOptions.checked(
         max_num_iter, tol, radius_factor, islands, n_threads, progress, relocate=relocate
     )
@@ -181,7 +184,7 @@ def segment_cells(
             labels, n_joined, more = join_islands(graph, labels, plan.groups, loop.n_threads)
             centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
-        "n_segments": None if options.radius is not None else size.n_segments,
+        "n_segments": None if options.has_radius else size.n_segments,
         "radius": options.radius,
         "expected_radius": size.radius,
         "init": init if isinstance(init, str) else "given",

@@ -22,6 +22,7 @@ def place_seeds(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
+    expected_radius: float | None = None,
     init: Init | Seeds = "geodesic",
     islands: Islands = "keep",
     n_threads: int | None = None,
@@ -33,11 +34,11 @@ def place_seeds(
     graph : CellGraph
     n_segments : int, optional
         Number of regions k, from 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A
-        is the sum of all measures. The default is 150, or N for smaller graphs, unless `radius` or
+        is the sum of all measures. The default is 150, or N for smaller graphs, unless a radius or
         seeds are given.
-    radius : float, optional
-        Expected radius r, > 0, as a fraction of the diagonal of ``graph.bounds``. The number k is
-        then A / (pi r^2), rounded.
+    radius, expected_radius : float, optional
+        Expected radius r, > 0: `radius` as a fraction of the diagonal of ``graph.bounds``,
+        `expected_radius` in the unit of the positions. The number k is then A / (pi r^2), rounded.
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         Seeding method, or the seeds.
 
@@ -99,7 +100,7 @@ def place_seeds(
     """
     checked_graph(graph)
     threads = checked_threads(n_threads)
-    options = SizeOptions.checked(n_segments, radius, init)
+    options = SizeOptions.checked(n_segments, radius, expected_radius, init)
     size = region_size(options, graph.measures, graph.diagonal, threads, graph.dimension)
     checked_choice(islands, "islands", ISLANDS)
     ordered = graph.ordered(threads)

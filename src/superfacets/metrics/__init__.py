@@ -3,8 +3,8 @@
 - `evaluate` computes all metrics of labels of cells. Use `GroundTruths` to evaluate many labels of
   one mesh. `evaluate_vertices` computes metrics of labels of vertices.
 - Metrics of the overlap of regions with true segments (`area_overlap`):
-  `undersegmentation_error`, `achievable_accuracy`, `hamming_distance`, `rand_index`,
-  `consistency_error`.
+  `undersegmentation_error`, `achievable_accuracy`, `achievable_iou`, `hamming_distance`,
+  `rand_index`, `consistency_error`.
 - Metrics of borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.
 - Metrics without ground truth: `compactness`, `explained_variation`.
 """
@@ -16,6 +16,7 @@ from .overlap import (
     Hamming,
     Overlap,
     achievable_accuracy,
+    achievable_iou,
     area_overlap,
     consistency_error,
     hamming_distance,
@@ -31,6 +32,7 @@ __all__ = [
     "Hamming",
     "Overlap",
     "achievable_accuracy",
+    "achievable_iou",
     "area_overlap",
     "boundary_agreement",
     "compactness",

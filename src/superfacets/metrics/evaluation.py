@@ -32,6 +32,7 @@ from .edges import MeshEdges
 from .overlap import (
     Overlap,
     achievable_accuracy,
+    achievable_iou,
     consistency_error,
     hamming_distance,
     overlap_of,
@@ -132,9 +133,9 @@ def evaluate(
         ``n_regions``, ``n_extra_pieces`` (total number of connected pieces of the regions, minus
         ``n_regions``), ``compactness`` and ``explained_variation``. With ground truths, the
         dict also contains the following metrics, which are means over the ground truths:
-        ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
-        ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
-        ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
+        ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
+        ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``,
+        ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All metrics except the first three are weighted by area or
         length. Metrics do not change if labels are renumbered or if the mesh is scaled. For a
         `TetMesh` or a `PointCloud`, metrics that need normals or border edges are left out.
@@ -305,6 +306,7 @@ def _of_overlap(overlap: Overlap) -> dict[str, float]:
     return {
         "undersegmentation_error": undersegmentation_error(overlap),
         "achievable_accuracy": achievable_accuracy(overlap),
+        "achievable_iou": achievable_iou(overlap),
         "hamming_distance": hamming.distance,
         "missing_rate": hamming.missing_rate,
         "false_alarm_rate": hamming.false_alarm_rate,

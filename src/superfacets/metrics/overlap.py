@@ -188,6 +188,36 @@ def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = No
     return _best_shared(overlap.regions, overlap.areas, len(overlap.region_areas)) / overlap.total
 
 
+def achievable_iou(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
+    """Return the mean intersection over union (IoU) of true segments, if labels are per region.
+
+    Each region gets the label of the true segment with which it has the largest overlap. The IoU of
+    a segment is the area that has and gets its label, divided by the area that has or gets it. The
+    result is the mean over all segments with an area above 0; 1 is best. For superpoints, this is
+    the oracle mIoU: the best that a classifier of superpoints can achieve.
+
+    Parameters
+    ----------
+    mesh, labels, truth
+        Same as in `undersegmentation_error`.
+
+    Examples
+    --------
+    >>> achievable_iou(area_overlap([0, 0, 1, 1, 2], [0, 0, 0, 1, 1], [1, 1, 1, 2, 1]))
+    0.7083333333333333
+    """
+    overlap = _prepared(mesh, labels, truth)
+    by_region = np.lexsort((overlap.segments, -overlap.areas, overlap.regions))
+    regions, first = np.unique(overlap.regions[by_region], return_index=True)
+    pairs = by_region[first]  # largest overlap of each region; the lowest segment if two are equal
+    winners, n_segments = overlap.segments[pairs], len(overlap.segment_areas)
+    labeled = np.bincount(winners, overlap.region_areas[regions], n_segments)
+    shared = np.bincount(winners, overlap.areas[pairs], n_segments)
+    counts = overlap.segment_areas > 0
+    unions = (labeled + overlap.segment_areas - shared)[counts]
+    return float(np.mean(shared[counts] / unions))
+
+
 class Hamming(NamedTuple):
     """Result of `hamming_distance`: fractions of the area of the surface, where 0 is best."""
 

@@ -2,12 +2,13 @@
 
 A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3) and ``instances`` (V,).
 ``instances`` is the true object of each vertex, or -1 for vertices without annotation. The file may
-also contain ``felzenszwalb`` (V,), the segment of each vertex from ScanNet's segmenter. The last
-part of the file name is the noise level, for example ``n1`` in ``office_n1``.
+also contain ``colors`` (V, 3), and ``felzenszwalb`` (V,), the segment of each vertex from ScanNet's
+segmenter. The noise level of a room is the end of its name, for example ``n1`` in ``office_n1``.
 """
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Bools, Ints, Longs
+from .._types import Array, Bools, Ints, Longs
 from .._validate import checked_threads, checked_vertex_classes, ranked_labels
 from ..cells.sums import weighted_majority
 from ..errors import IslandWarning, MeshError
@@ -29,20 +30,23 @@ from ..mesh.triangle_mesh import Mesh
 from ..mesh.weld import lowest_vertices
 from ..pipeline import SCANS, segment
 from ..regions.vertices import vertex_labels
+from .baselines.felzenszwalb import felzenszwalb_segments
 from .table_writer import markdown_table, write_csv
 
 ORIGINAL = "ScanNet's segmenter"
 """Name of the method that made the array ``felzenszwalb``."""
 
+COMPUTED = "felzenszwalb_segments"
+"""Name of the method that replaces `ORIGINAL` in rooms without the array ``felzenszwalb``."""
+
 METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method, by the name of the method in the table."""
 
+WITH_COLOR = "SCANS and color"
+"""Name of the method `SCANS` with the colors of the room as features."""
+
 MIN_OBJECT = 0.002
 """The mean IoU ignores objects with less than this fraction of the annotated vertices of a room."""
-
-VERTICES_PER_SUPERPOINT = 200
-"""Requested average number of vertices per superpoint, if no other method has segments of the
-room."""
 
 _MAX_RUNS = 5
 
@@ -65,22 +69,26 @@ class Room:
     mesh: Mesh
     truth: Ints  # (V,) true object of each vertex, from 0; -1 means no annotation
     given: dict[str, Ints]  # for each other method, by name: (V,) segment of each vertex
+    colors: Array | None = None  # (V, 3) color of each vertex
 
     @classmethod
     def read(cls, path: Path, folders: Iterable[Path] = ()) -> Room:
         """Read a room from a file, and segments of other methods from a label file in each folder.
 
-        The name of a label file is the name of the room, a dot, and an ending. If one of several
-        label files of a room ends in .segs.json, it is read. Raises a MeshError if the file
-        contains no room, or if it is not clear which label file to read.
+        The first segments are those of ScanNet's segmenter; they are computed if the file does not
+        contain them. The name of a label file is the name of the room, a dot, and an ending. If one
+        of several label files of a room ends in .segs.json, it is read. Raises a MeshError if the
+        file contains no room, or if it is not clear which label file to read.
         """
         try:
             with np.load(path) as file:
                 arrays = [file[name] for name in ("vertices", "faces", "instances")]
                 given = {ORIGINAL: file["felzenszwalb"]} if "felzenszwalb" in file else {}
+                colors = file.get("colors")
         except (OSError, ValueError, KeyError) as error:
             raise MeshError(f"{path}: not a room: {error}") from error
         mesh = Mesh(*arrays[:2])
+        given = given or {COMPUTED: felzenszwalb_segments(mesh)}
         given |= {str(folder): _labels_in(folder, path) for folder in folders}
         truth, *segments = (
             checked_vertex_classes(array, mesh.n_vertices, name)
@@ -89,12 +97,13 @@ class Room:
         truth, names = ranked_labels(truth)
         if not len(names):
             raise MeshError(f"{path}: not a room: all instances are -1")
-        return cls(path.stem, mesh, truth, dict(zip(given, segments, strict=True)))
+        return cls(path.stem, mesh, truth, dict(zip(given, segments, strict=True)), colors)
 
     @property
     def level(self) -> str:
-        """Noise level of the room: the part of its name after the last underscore."""
-        return self.name.rpartition("_")[2]
+        """Noise level of the room: the end of a name such as "office_n1", or else "all"."""
+        found = re.search(r"_([a-z]\d)$", self.name)
+        return "all" if found is None else found[1]
 
     @property
     def edges(self) -> Longs:
@@ -116,13 +125,9 @@ class Room:
     def superpoints(self, **options: Any) -> Ints:
         """Compute superpoints with `segment`, and return the superpoint of each vertex.
 
-        Their number is about the number of segments of the first method in `given`. If `given` is
-        empty, it is about the number of vertices divided by `VERTICES_PER_SUPERPOINT`.
+        Their number is about the number of segments of the first method in `given`.
         """
-        number = self.mesh.n_vertices // VERTICES_PER_SUPERPOINT
-        if self.given:
-            number = len(np.unique(next(iter(self.given.values()))[self.is_used]))
-        asked = number
+        asked = number = len(np.unique(next(iter(self.given.values()))[self.is_used]))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
             for _ in range(_MAX_RUNS):  # repeated, because components without a seed add regions
@@ -135,7 +140,8 @@ class Room:
     def scores(self) -> dict[str, Score]:
         """Return the score of each method, by name; segments of other methods come first."""
         found = {name: self.score(labels) for name, labels in self.given.items()}
-        for name, options in METHODS.items():
+        features = {} if self.colors is None else {WITH_COLOR: {**SCANS, "features": self.colors}}
+        for name, options in {**METHODS, **features}.items():
             found[name] = self.score(self.superpoints(**options))
         return found
 
@@ -199,13 +205,13 @@ def study(paths: Iterable[Path], folders: Sequence[Path] = (), output: Path | No
 def _labels_in(folder: Path, room: Path) -> Ints:
     name = room.stem
     paths = [path for path in folder.glob(f"{name}.*") if path.name.endswith(LABEL_ENDINGS)]
-    segments = folder / f"{name}.segs.json"  # preferred to a picture of the segments, such as .ply
-    if segments in paths:
-        return read_labels(segments)
     if not paths:
         raise MeshError(
-            f"{segments} does not exist: add the labels of this room, or remove the room {room}"
+            f"{folder / name}.segs.json does not exist: add the labels of this room, or remove the"
+            f" room {room}"
         )
+    # Segments are preferred to a picture of them, such as .ply.
+    paths = [path for path in paths if path.name.endswith(".segs.json")] or paths
     if len(paths) > 1:
         found = ", ".join(sorted(path.name for path in paths))
         raise MeshError(f"{folder} has several label files of the room {name}, {found}: keep one")

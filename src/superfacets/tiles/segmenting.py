@@ -72,6 +72,7 @@ def segment_tiled(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
+    expected_radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
     ridges: float | None = None,
@@ -111,7 +112,9 @@ def segment_tiled(
         files or of cloud files, or a tileset of 3D Tiles (``tileset.json`` or its folder). Vertices
         of several files at the same position are merged. Faces or points are numbered consecutively
         through all files, in the order of file names or of the tileset.
-    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
+    n_segments, radius, expected_radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate
+        Same as in `segment`.
+    islands, smooth
         Same as in `segment`.
     init : {"geodesic"}, optional
         Seeding method. By default, it is chosen as in `segment`.
@@ -204,7 +207,7 @@ def segment_tiled(
     options = Options(
         checked_flag(weld, "weld"),
         init,
-        SizeOptions.checked(n_segments, radius, init),
+        SizeOptions.checked(n_segments, radius, expected_radius, init),
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
