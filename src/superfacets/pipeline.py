@@ -109,6 +109,8 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "n_superpoints": "use n_segments",
         "kThresh": "use n_segments, or superfacets.segmentator, which takes kThresh",
         "segMinVerts": "use min_size: a fraction of the mean area of regions",
+        "voxel_size": "use expected_radius: the radius of a region in the unit of the file",
+        "seed_resolution": "use expected_radius: the radius of a region in the unit of the file",
         "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
         # Not "use": the command would then suggest its option --barriers, which takes a file.
