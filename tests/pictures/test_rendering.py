@@ -220,7 +220,7 @@ def tets():
     ],
 )
 def test_numbers_are_the_labels_that_were_given(gl, cells, options):
-    """Two labels of the same region differ only in the text."""
+    """If the same regions have other labels, pictures differ only in the numbers."""
     labels = np.arange(cells.n_cells) % 2
     options = {"size": SIZE, "view": View(azimuth=40, elevation=40, up="z"), **options}
     plain, ones, more = (
