@@ -147,8 +147,9 @@ def render_command(
     if see_inside and not kind_of(cells).has_fronts(cells):
         raise click.UsageError(f"--see-inside needs normals, and {mesh} has none: give --viewpoint")
     values = _values_named(color_by, cells, attributes)
-    user = "--numbers" if numbers else f"--color-by {values}" if isinstance(values, str) else None
-    shown, others, titles = _series_of(source, labels, compare, cells, labels_named, user)
+    by_region = f"--color-by {values}" if isinstance(values, str) else None
+    needed_by = "--numbers" if numbers else by_region
+    shown, others, titles = _series_of(source, labels, compare, cells, labels_named, needed_by)
     colors = None
     if color_by == _OWN_COLORS or (color_by is None and shown is None):
         colors = colors_of_cells(cells, attributes)
@@ -172,20 +173,22 @@ def render_command(
 
 def _series_of(
     source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str,
-    user: str | None,
+    needed_by: str | None,
 ) -> tuple[Array | None, list[Array], list[str] | None]:  # fmt: skip
     """Return the labels of the first picture, the labels of further pictures, and the titles.
 
-    The first labels are None if there are none. The titles are None without ``--compare``. `user`
-    is the option that needs labels, or None. Without labels, it leads to a usage error.
+    The first labels are None if there are none. The titles are None without ``--compare``. If
+    there are no labels and `needed_by`, an option that needs labels, is not None, a usage error is
+    raised.
     """
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
         return first, others, _titles(paths) if compare else None
     shown = source.labels(cells.n_cells, name)
-    if shown is None and user is not None:
-        raise click.UsageError(f"{user} needs labels, and {source.text} has none: give --labels")
+    if shown is None and needed_by is not None:
+        message = f"{needed_by} needs labels, and {source.text} has none: give --labels"
+        raise click.UsageError(message)
     if shown is None:
         note = "has no labels, so no regions are drawn: give labels with --labels"
         print_note(f"{source.text} {note}")
