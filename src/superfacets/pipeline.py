@@ -342,8 +342,8 @@ def segment(
     BalanceWarning
         If some regions are disconnected, because of `cells_per_region`.
     SliverWarning
-        If faces that are too long and thin for good regions cover more than a tenth of the area;
-        see `subdivide`.
+        If faces that are too long and thin for good regions cover more than a tenth of the area,
+        or of the area inside `mask`, if it is given; see `subdivide`.
     IslandWarning
         If there are more regions than `n_segments`, because components have no seed, or fewer,
         because of `min_measure`. There is no warning if barriers are given and `n_segments` is 1,
