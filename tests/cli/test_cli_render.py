@@ -7,7 +7,7 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import MeshAttributes, Plot, write_labels, write_mesh
+from superfacets import MeshAttributes, Plot, read_mesh, write_labels, write_mesh
 from superfacets.cli.render import _titles
 
 
@@ -113,6 +113,19 @@ def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tm
         seen.append(path.read_bytes())
     assert len(set(seen)) == 5
     assert seen[4] == seen[5]
+
+
+def test_labels_in_the_mesh_are_compared_with_others(run, sheet, labeled, tmp_path):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    own, path = tmp_path / "own.ply", tmp_path / "picture.png"
+    write_mesh(own, read_mesh(sheet), np.load(labeled[0]))
+    picture = ["-o", path, "--size", "160x120", "--compare", labeled[1]]
+    assert run("render", own, *picture)[0] == 0
+    assert size_of(path) == ((320, 120), 1)
+    seen = path.read_bytes()
+    assert run("render", own, "--labels", own, *picture)[0] == 0
+    assert path.read_bytes() == seen
 
 
 def test_titles_tell_label_files_apart():

@@ -181,11 +181,13 @@ def _series_of(
     there are no labels and `needed_by`, an option that needs labels, is not None, a usage error is
     raised.
     """
+    shown = source.labels(cells.n_cells, name) if labels is None else None
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
-        first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
-        return first, others, _titles(paths) if compare else None
-    shown = source.labels(cells.n_cells, name)
+        series = [labels_for(cells, path, name, is_quiet=True) for path in paths]
+        if shown is not None:
+            series, paths = [shown, *series], [Path(source.text), *paths]
+        return series[0], series[1:], _titles(paths) if compare else None
     if shown is None and needed_by is not None:
         message = f"{needed_by} needs labels, and {source.text} has none: give --labels"
         raise click.UsageError(message)
