@@ -181,12 +181,10 @@ def test_region_graph_of_labels_of_vertices_names_labels_of_faces():
     assert graph.areas.sum() == pytest.approx(sf.region_graph(mesh, regions).areas.sum())
 
 
-@pytest.mark.parametrize("call", [lambda *given: sf.lift(given[0], given[1], [], []),
-                                  lambda *given: sf.project_labels(*given, [])])  # fmt: skip
-def test_images_of_labels_of_vertices_name_labels_of_faces(call):
+def test_images_of_labels_of_vertices_name_labels_of_faces():
     mesh = shapes.bumpy_sheet(4)
     with pytest.raises(ValueError, match=r"For one label per vertex, .* superfacets.face_labels"):
-        call(mesh, np.zeros(mesh.n_vertices, int))
+        sf.project_labels(mesh, np.zeros(mesh.n_vertices, int), [])
 
 
 def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():

@@ -103,6 +103,16 @@ def test_classes_are_those_of_the_folder(serve, folder):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_given_classes_are_stored_when_a_mesh_is_opened(folder):
+    given = default_classes(["wall", "floor"])
+    files = Files.of(folder, None, 8, given)
+    assert not (folder / CLASSES_FILE).exists()  # a list of files changes nothing
+    with files.document(0):
+        assert read_classes(folder / CLASSES_FILE) == given
+    files.close()
+    assert Files.of(folder, None, 8, ()).classes == given
+
+
 def test_a_link_in_the_place_of_the_classes_makes_no_file_outside(serve, folder, tmp_path_factory):
     outside = tmp_path_factory.mktemp("outside") / "made"
     (folder / CLASSES_FILE).symlink_to(outside)

@@ -12,9 +12,11 @@ import pytest
 import superfacets
 from superfacets import write_mesh
 from superfacets.regions.vertices import vertex_labels
-from superfacets.studio.documents.document import Document
+from superfacets.studio.documents.document import Document, merged_work, work_file_of
+from superfacets.studio.documents.files import Files
 from superfacets.studio.documents.journal import _coded
 from superfacets.studio.export.write import export, export_bytes
+from superfacets.studio.labels.classes import default_classes
 from superfacets.studio.labels.coding import base64_of
 from superfacets.studio.labels.imports import read_import
 
@@ -454,6 +456,26 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     merged.close()
     again = CliRunner().invoke(agree_command, arguments)
     assert isinstance(again.exception, FileExistsError)
+
+
+def test_shared_classes_of_two_folders_are_matched_by_name(tmp_path):
+    works = []
+    for name, names in (("A", ["wall", "floor"]), ("B", ["floor", "wall"])):
+        folder = tmp_path / name / "scans"
+        folder.mkdir(parents=True)
+        write_mesh(folder / "grid.ply", _flat(8))
+        files = Files.of(tmp_path / name, None, 8, default_classes(names))
+        with files.document(0) as document:
+            document.paint(_range(0, 64), 1 + names.index("floor"))
+        files.close()
+        works.append(work_file_of(folder / "grid.ply"))
+    merged = tmp_path / "merged.studio.jsonl"
+    found = merged_work(tmp_path / "A" / "scans" / "grid.ply", *works, merged)
+    assert found["share"] == 1.0
+    assert [row["name"] for row in found["classes"]] == ["floor"]
+    document = Document.read(tmp_path / "A" / "scans" / "grid.ply", merged)
+    assert [entry["name"] for entry in document.state.class_list] == ["wall", "floor"]
+    document.close()
 
 
 def test_the_work_on_another_mesh_is_not_compared(two, document):

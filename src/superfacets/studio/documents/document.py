@@ -19,6 +19,7 @@ from ...cells.kinds import measures_of
 from ...io.atomic import atomic_outputs
 from ...mesh.base import Cells
 from ..labels.classes import (
+    CLASSES_FILE,
     INSTANCES,
     MAX_CLASS,
     MAX_OBJECT,
@@ -29,6 +30,7 @@ from ..labels.classes import (
     names_of,
     object_of,
     paint_of,
+    read_classes,
     stuff_of,
     with_missing,
     with_object_name,
@@ -42,7 +44,7 @@ from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
 from .history import History
-from .journal import Journal, Line, parsed_work
+from .journal import Journal, Line, parsed_work, with_header
 from .journal_lines import line_of
 from .source import Source
 
@@ -539,16 +541,16 @@ def merged_work(
 
     If `output` is given, a copy of my work file is written there. In this copy, cells without a
     class get their label from `theirs`. With `prefer_theirs`, cells whose labels differ get it,
-    too.
+    too. If a work file belongs to a folder whose meshes share classes, these classes are used.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         copy = Path(folder, mine.name)
-        copy.write_bytes(mine.read_bytes())
+        copy.write_bytes(_with_own_classes(mine))
         document = Document.open(path, copy)
         try:
-            document.compare(theirs.name, theirs.read_bytes())
+            document.compare(theirs.name, _with_own_classes(theirs))
             found = document.agreement()
             paint = document.state.paint
             wanted = paint != document._compared().paint if prefer_theirs else paint == 0
@@ -559,3 +561,17 @@ def merged_work(
             with atomic_outputs([output]) as (temporary,):
                 temporary.write_bytes(copy.read_bytes())
     return found
+
+
+def _with_own_classes(work: Path) -> bytes:
+    """Return the content of a work file, with the shared classes of its folder in the header.
+
+    The list is in the folder of the work file, or in the nearest folder above that has one.
+    """
+    data = work.read_bytes()
+    header = parsed_work(work, data).header
+    lists = (folder / CLASSES_FILE for folder in work.absolute().parents)
+    shared = next((path for path in lists if path.is_file()), None)
+    if shared is None or header.get("classes") is not None:
+        return data
+    return with_header(data, {**header, "classes": list(read_classes(shared))})

@@ -30,6 +30,7 @@ class Files:
     n_segments: int | None = None  # number of regions in a new work file
     classes: ClassList = ()  # classes for a new work file, or for all files of a folder
     folder: Path | None = None
+    _must_store: bool = False  # whether `classes` must be stored when the first document is opened
     # Open documents by index in `paths`, least recently used first, and the number of `with` blocks
     # that use each document.
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
@@ -51,9 +52,10 @@ class Files:
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
+        if classes:
+            return cls(paths, None, n_segments, classes, path, _must_store=True)
         shared = path / CLASSES_FILE
-        if not classes:
-            classes = read_classes(shared) if shared.is_file() else default_classes()
+        classes = read_classes(shared) if shared.is_file() else default_classes()
         return cls(paths, None, n_segments, classes, path)
 
     @property
@@ -109,6 +111,8 @@ class Files:
 
     def _opened(self, number: int) -> Document:
         share = None if self.folder is None else self._share
+        if self._must_store:  # later runs then have the same classes without --classes
+            self._share(self.classes)
         document = self._open[number] = Document.open(
             self.path(number), self.work, self.n_segments, self.classes, share
         )
@@ -142,6 +146,7 @@ class Files:
         assert self.folder is not None
         with self._lock:
             write_classes(self.folder / CLASSES_FILE, classes)
+            self._must_store = False
             self.classes = classes
             for document in self._open.values():
                 document.state.class_list = classes

@@ -149,6 +149,12 @@ def parsed_work(path: Path, data: bytes) -> Journal:
     return Journal(path, lines[0], lines[1:], notes, -1, size)
 
 
+def with_header(data: bytes, header: Mapping[str, Any]) -> bytes:
+    """Return the content of a valid work file with another first line."""
+    _, _, lines = data.partition(b"\n")
+    return _coded({name: value for name, value in header.items() if name != "crc"}) + lines
+
+
 def summary(path: Path) -> tuple[Line, Line] | None:
     """Return the first and the last complete line of a work file, without locking the file.
 
