@@ -11,7 +11,9 @@ import pytest
 import shapes
 from studio_client import encoded
 
+import superfacets
 from superfacets import write_mesh
+from superfacets.pictures.colors import color_distances
 from superfacets.studio.documents.files import MAX_OPEN, Files
 from superfacets.studio.documents.journal import _coded
 from superfacets.studio.labels.classes import (
@@ -23,6 +25,7 @@ from superfacets.studio.labels.classes import (
     with_missing,
     with_named,
 )
+from superfacets.studio.labels.imports import read_import
 
 
 @pytest.fixture
@@ -349,6 +352,26 @@ def test_default_colors_repeat_only_after_all_are_in_use():
     for number in range(40):
         _, classes = with_named(classes, str(number))
     assert colors(classes) == default + default[:8]
+
+
+def test_many_new_classes_are_compared_with_the_colors_in_use_only_once(monkeypatch):
+    calls = []
+
+    def distances(*arguments):
+        calls.append(arguments)
+        return color_distances(*arguments)
+
+    monkeypatch.setattr("superfacets.studio.labels.classes.color_distances", distances)
+    known = default_classes()
+    entries = [*known, *({"id": i, "name": str(i)} for i in range(7, 5001))]
+    default = colors(default_classes([str(i) for i in range(32)]))
+    expected = [default[i % 32] for i in range(5000)]
+    assert colors(checked_class_list(entries)) == expected
+    assert colors(with_missing(known, range(5001))) == expected
+    cloud = superfacets.PointCloud(np.random.default_rng(0).random((5000, 3)))
+    text = "".join(f"{i}\n" for i in range(1, 5001)).encode()
+    assert colors(read_import({"a.txt": text}, cloud, known).class_list) == expected
+    assert len(calls) == 3
 
 
 @pytest.mark.parametrize("color", [[1, 2], [1, 2, 300], [1, 2, 3, 4], "red", {}])

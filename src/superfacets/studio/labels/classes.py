@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -77,42 +77,58 @@ def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
     return (paint >> np.uint32(16)).astype(np.uint16)
 
 
-def new_class(class_id: int, name: str | None = None, used: Colors = ()) -> dict[str, Any]:
+def new_class(class_id: int, name: str | None = None, color: str | None = None) -> dict[str, Any]:
     """Return a new class with a default color and, for numbers 1 to 9, a shortcut key.
 
-    `used` are the colors of other classes, see `_free_color`.
+    `color` replaces the default color of this number.
     """
     entry = {
         "id": class_id,
         "name": f"class {class_id}" if name is None else name,
-        "color": _free_color(class_id, used),
+        "color": color or _COLORS[_index_of_color(class_id)],
         "key": str(class_id) if class_id < 10 else "",
     }
     is_stuff = str(entry["name"]).strip().casefold() in _STUFF
     return {**entry, "stuff": True} if is_stuff else entry
 
 
-def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
-    """Return the list extended by a new class, without a shortcut key if its key is in use."""
-    entry = new_class(class_id, name, colors_of(classes))
-    if any(entry["key"] == other["key"] for other in classes):
-        entry["key"] = ""
-    return (*classes, entry)
+def with_new(classes: ClassList, names: Mapping[int, str | None]) -> ClassList:
+    """Return the list extended by new classes, which have no shortcut key if it is in use.
 
-
-def _free_color(class_id: int, used: Colors) -> str:
-    """Return the first default color that differs clearly from all colors in `used`.
-
-    The search begins with the default color of the class, which is the result if there is no such
-    color.
+    `names` maps the numbers of the new classes to their names; None means a name like "class 7".
     """
-    first = (class_id - 1) % len(_COLORS)
-    order = (*_COLORS[first:], *_COLORS[:first])
-    if not used:
-        return order[0]
-    given, others = (np.array([[*bytes.fromhex(c[1:])] for c in some]) for some in (order, used))
-    distances = color_distances(given, others, ("normal",)).min(axis=1)
-    return order[int(np.argmax(distances >= _MIN_DISTANCE))]
+    colors = _free_colors(names, colors_of(classes))
+    keys = {entry["key"] for entry in classes}
+    new = [new_class(*named, color) for named, color in zip(names.items(), colors, strict=True)]
+    for entry in new:
+        entry["key"] = "" if entry["key"] in keys else entry["key"]
+    return (*classes, *new)
+
+
+def _index_of_color(class_id: int) -> int:
+    return (class_id - 1) % len(_COLORS)
+
+
+def _free_colors(class_ids: Collection[int], used: Colors) -> list[str]:
+    """Return a default color for each new class, given the colors in use.
+
+    It is the first default color that differs clearly from the colors in `used` and of the classes
+    before it. The search begins with the default color of the class number, which is the result if
+    there is no such color.
+    """
+    is_free = np.ones(len(_COLORS), bool)
+    if used and class_ids:
+        given, others = (
+            np.array([[*bytes.fromhex(c[1:])] for c in some]) for some in (_COLORS, {*used})
+        )
+        is_free = color_distances(given, others, ("normal",)).min(axis=1) >= _MIN_DISTANCE
+    colors = []
+    for class_id in class_ids:
+        first = _index_of_color(class_id)
+        index = (first + int(np.argmax(np.roll(is_free, -first)))) % len(_COLORS)
+        is_free[index] = False  # all other default colors differ clearly from this color
+        colors.append(_COLORS[index])
+    return colors
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
@@ -124,7 +140,7 @@ def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
     class_id = max((entry["id"] for entry in classes), default=0) + 1
-    return class_id, with_new(classes, class_id, name)
+    return class_id, with_new(classes, {class_id: name})
 
 
 def names_of(classes: ClassList) -> dict[int, str]:
@@ -151,9 +167,9 @@ def default_classes(names: Sequence[str] = ()) -> ClassList:
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
     """Return the list, extended by new classes for numbers in `used` (except 0) that it lacks."""
-    for class_id in sorted({*used} - {0, *names_of(classes)}):
-        classes = (*classes, {**new_class(class_id, None, colors_of(classes)), "key": ""})
-    return classes
+    lacking = sorted({*used} - {0, *names_of(classes)})
+    new = with_new(classes, dict.fromkeys(lacking))[len(classes) :]
+    return (*classes, *({**entry, "key": ""} for entry in new))
 
 
 def checked_class_list(value: object) -> ClassList:
@@ -164,8 +180,10 @@ def checked_class_list(value: object) -> ClassList:
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
-    for entry in checked:
-        entry["color"] = entry["color"] or _free_color(entry["id"], colors_of(checked))
+    bare = [entry for entry in checked if entry["color"] is None]
+    colors = _free_colors([entry["id"] for entry in bare], colors_of(checked))
+    for entry, color in zip(bare, colors, strict=True):
+        entry["color"] = color
     for name in ("id", "key"):
         seen: set[Any] = set()
         for entry in checked:

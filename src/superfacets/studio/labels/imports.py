@@ -19,7 +19,7 @@ from ...cells.kinds import kind_of
 from ...errors import MeshError
 from ...export.scannet import NO_CLASS
 from ...io.guards import known_ending, shortened
-from ...io.readers.labels import read_labels
+from ...io.readers.labels import NO_REGION, read_labels
 from ...mesh.base import Cells
 from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
@@ -59,7 +59,7 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell or vertex, and ``.segs.json``
     files one label per vertex. From labels of vertices, a cell gets the most frequent label of its
     corners. An ``.sstk.json`` file may contain several segmentations; the first is read, because it
-    is the finest. Each label is the number of a class; 0 or less means no class.
+    is the finest. Each label is the number of a class; 0 and -1 mean no class.
 
     If an ``.aggregation.json`` file is also given, labels are not class numbers: each group of
     labels becomes an object, whose class has the name of the group, ignoring case. Cells in no
@@ -110,10 +110,14 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 labels = read_labels(path).astype(np.int64)
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
-        if len(labels) != n_cells and len(labels) == getattr(cells, "n_vertices", None):
-            return labels_of_corners(cells, labels)
-        check_length(labels, n_cells, "labels", error=MeshError)
-        return labels
+        n_vertices = getattr(cells, "n_vertices", n_cells)  # point clouds have no vertices
+        if len(labels) not in (n_cells, n_vertices):
+            or_vertex = f" or one per vertex ({n_vertices})" if hasattr(cells, "n_vertices") else ""
+            found = counted(len(labels), "value")
+            raise MeshError(
+                f"labels must have one value per cell ({n_cells}){or_vertex}, got {found}"
+            )
+        return labels if len(labels) == n_cells else labels_of_corners(cells, labels)
     document = json.loads(data)
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
@@ -148,11 +152,15 @@ def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:
+    for label in (labels.min(), labels.max()):
+        if not NO_REGION <= label <= MAX_CLASS:
+            raise MeshError(
+                f"label {label} is not a class: classes are 1 to {MAX_CLASS}, and 0 and {NO_REGION}"
+                " mean no class"
+            )
     classes = np.maximum(labels, 0)
-    if classes.max() > MAX_CLASS:
-        raise MeshError(f"label {classes.max()} is not a class: classes are 0 to {MAX_CLASS}")
-    for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
-        known = with_new(known, class_id)
+    new = sorted({*np.unique(classes).tolist()} - {0, *names_of(known)})
+    known = with_new(known, dict.fromkeys(new))
     objects = np.zeros(len(labels), np.uint16)
     cells = np.arange(len(labels), dtype=np.uint32)
     return Imported(cells, classes.astype(np.uint16), objects, known, has_objects=False)
