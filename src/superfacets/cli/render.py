@@ -169,7 +169,7 @@ def _series_of(
     """
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
-        first, *others = [labels_for(cells, path, name, is_quiet=True) for path in paths]
+        first, *others = [labels_for(source, cells, path, name, is_quiet=True) for path in paths]
         return first, others, _titles(paths) if compare else None
     shown = source.labels(cells.n_cells, name)
     if shown is None:

@@ -164,7 +164,9 @@ def lift(
     array([-1,  7], dtype=int32)
     """
     cells = as_cells(mesh)
-    labels, n_regions = checked_regions(regions, cells.n_cells, getattr(cells, "n_vertices", None))
+    labels, n_regions = checked_regions(
+        regions, cells.n_cells, getattr(cells, "n_vertices", None), "regions"
+    )
     views = _checked_cameras(cameras)
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
     least = checked_fraction(agreement, "agreement")
