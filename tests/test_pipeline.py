@@ -508,6 +508,7 @@ def test_an_error_in_on_stage_ends_the_run():
         ("k", "n_seg"),
         ("n_superpoints", "n_segments"),
         ("kThresh", "n_segments, or superfacets.segmentator"),
+        ("voxel_size", "expected_radius: the radius of a region in the unit of the file"),
         ("segMinVerts", "min_size"),
         ("scans", r"\*\*superfacets.SCANS"),
     ],

@@ -921,7 +921,10 @@ def usable_cores() -> int:
 def _integer_array(value: Any, name: str) -> Array:
     """Return `value` as a checked one-dimensional array of integers, in its original dtype."""
     refuse_mask(value, name)
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # the items differ in shape
+        raise ValueError(f"{name} must be one-dimensional, got items of different shapes") from None
     if array.ndim != 1:
         raise ValueError(f"{name} must be one-dimensional, got shape {array.shape}")
     if array.size and array.dtype.kind not in "iu":

@@ -109,6 +109,8 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "n_superpoints": "use n_segments",
         "kThresh": "use n_segments, or superfacets.segmentator, which takes kThresh",
         "segMinVerts": "use min_size: a fraction of the mean area of regions",
+        "voxel_size": "use expected_radius: the radius of a region in the unit of the file",
+        "seed_resolution": "use expected_radius: the radius of a region in the unit of the file",
         "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
         # Not "use": the command would then suggest its option --barriers, which takes a file.
@@ -340,8 +342,8 @@ def segment(
     BalanceWarning
         If some regions are disconnected, because of `cells_per_region`.
     SliverWarning
-        If faces that are too long and thin for good regions cover more than a tenth of the area;
-        see `subdivide`.
+        If faces that are too long and thin for good regions cover more than a tenth of the area,
+        or of the area inside `mask`, if it is given; see `subdivide`.
     IslandWarning
         If there are more regions than `n_segments`, because components have no seed, or fewer,
         because of `min_measure`. There is no warning if barriers are given and `n_segments` is 1,

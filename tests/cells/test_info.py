@@ -1,5 +1,6 @@
 """Facts about small meshes."""
 
+import numpy as np
 import pytest
 import shapes
 
@@ -66,3 +67,24 @@ def test_terrain_that_faces_down_is_found():
     plate = Mesh(shapes.inside_out_cube().vertices * [9, 9, 1], shapes.inside_out_cube().faces)
     for mesh in (wall, turned(wall), plate, turned(plate)):  # vertical, or closed
         assert not mesh_info(mesh).faces_down
+
+
+def roof(slopes):
+    """Return a unit square, seen from z, whose strips have these slopes along x and face down."""
+    x = np.linspace(0, 1, len(slopes) + 1)
+    z = np.concatenate([[0], np.cumsum(slopes) / len(slopes)])
+    vertices = np.column_stack([np.repeat(x, 2), np.tile([0, 1], len(x)), np.repeat(z, 2)])
+    first = 2 * np.arange(len(slopes))[:, np.newaxis]
+    return Mesh(vertices, np.concatenate([first + [0, 1, 2], first + [1, 3, 2]]))
+
+
+@pytest.mark.parametrize(("mean_z", "expected"), [(-0.51, True), (-0.49, False)])
+def test_terrain_faces_down_if_its_mean_normal_is_less_than_60_degrees_from_down(mean_z, expected):
+    """All strips of a corrugated roof are equally steep, and their normals have this z."""
+    slope = np.sqrt(1 / mean_z**2 - 1)
+    assert mesh_info(roof([slope, -slope] * 8)).faces_down is expected
+
+
+@pytest.mark.parametrize(("height", "expected"), [(0.49, True), (0.51, False)])
+def test_terrain_is_at_most_half_as_high_as_wide(height, expected):
+    assert mesh_info(roof([2 * height, -2 * height])).faces_down is expected

@@ -346,6 +346,9 @@ class TestObj:
         write_mesh(tmp_path / "a.obj", house, [17, -1])
         lines = (tmp_path / "a.obj").read_text().splitlines()
         assert lines[5:] == ["g unlabeled", "f 4 3 5", "g region_17", "f 1 2 3 4"]
+        write_mesh(tmp_path / "c.obj", house, [17, 2], classes=["a #1\\", "a #1\\"])
+        lines = (tmp_path / "c.obj").read_text().splitlines()
+        assert lines[5:] == ["g a__1_", "f 4 3 5", "f 1 2 3 4"]  # one group per class
         write_mesh(tmp_path / "b.obj", house)
         assert (tmp_path / "b.obj").read_text().splitlines()[5:] == ["f 1 2 3 4", "f 4 3 5"]
         assert read_mesh(tmp_path / "b.obj").sizes.tolist() == [4, 3]
@@ -582,7 +585,8 @@ class TestNamesAndVertices:
                 "a.ply",
                 {"classes": ["a"]},
                 ValueError,
-                r"classes needs an output with the ending \.glb or \.stl or \.aggregation\.json",
+                r"classes needs an output with the ending"
+                r" \.glb or \.obj or \.stl or \.aggregation\.json",
             ),
             (
                 "a.glb",

@@ -9,7 +9,17 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 from models import read_off
-from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip, table
+from shapes import (
+    bumpy_sheet,
+    cube,
+    fins,
+    inside_out_cube,
+    moebius,
+    slivers,
+    soup,
+    strip,
+    table,
+)
 from tools.sample_bear import parts_of
 
 from superfacets import (
@@ -18,6 +28,7 @@ from superfacets import (
     PointCloud,
     PolygonMesh,
     TetMesh,
+    plot,
     render,
     sample_mesh,
 )
@@ -25,6 +36,7 @@ from superfacets.pictures import drawing, rendering
 from superfacets.pictures.backend import RenderError
 from superfacets.pictures.colors import face_colors
 from superfacets.pictures.rendering import View
+from superfacets.pictures.scene import build_scene
 
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0, up="y")
@@ -205,6 +217,21 @@ def test_the_number_of_a_visible_region_is_written_near_its_center(gl):
     np.testing.assert_array_equal(*pictures)
 
 
+def test_each_region_has_its_own_number(gl):
+    """The text on a region is the same if the other region has no label."""
+    labels = np.array([42, 7])
+    colors = np.full((2, 3), 200, dtype=np.uint8)
+    style = {"colors": colors, "size": SIZE, "view": FRONT, "border_width": 0}
+    plain, both = (render(square(), labels, numbers=n, **style) for n in (False, True))
+    n_pixels = 0
+    for label in labels:
+        alone = render(square(), np.where(labels == label, label, -1), numbers=True, **style)
+        pixels = tuple(changed(plain, alone).T)
+        np.testing.assert_array_equal(both[pixels], alone[pixels])
+        n_pixels += len(pixels[0])
+    assert n_pixels == len(changed(plain, both)) > 0
+
+
 def tets():
     return TetMesh([*np.eye(3), [0, 0, 0], [1, 1, 1]], [[3, 0, 1, 2], [4, 2, 1, 0]])
 
@@ -220,7 +247,7 @@ def tets():
     ],
 )
 def test_numbers_are_the_labels_that_were_given(gl, cells, options):
-    """Two labels of the same region differ only in the text."""
+    """If the same regions have other labels, pictures differ only in the numbers."""
     labels = np.arange(cells.n_cells) % 2
     options = {"size": SIZE, "view": View(azimuth=40, elevation=40, up="z"), **options}
     plain, ones, more = (
@@ -259,6 +286,78 @@ def test_smooth_borders_are_shorter_lines_and_keep_the_colors_of_regions(gl):
     assert difference(below, edges[130:160, 30:60]) == 0
     with pytest.raises(TypeError, match="smooth_borders must be True or False"):
         render(mesh, labels, smooth_borders="yes")
+
+
+def test_walls_seen_from_behind_are_hidden(gl):
+    """A room looks the same without its three walls that are nearest to the camera."""
+    room = inside_out_cube()
+    is_near = (room.vertices[room.faces] == 1).all(axis=1).any(axis=1)
+    stage = Mesh(room.vertices, room.faces[~is_near])
+    sides, colors = (
+        np.arange(12) // 2,
+        np.random.default_rng(0).integers(90, 255, (12, 3), np.uint8),
+    )
+    style = {"size": SIZE, "view": View(azimuth=20, elevation=10, up="y"), "border_width": 0}
+    for numbers in (False, True):
+        inside, closed = (
+            render(room, sides, colors=colors, numbers=numbers, see_inside=see_inside, **style)
+            for see_inside in (True, False)
+        )
+        expected = render(stage, sides[~is_near], colors=colors[~is_near], numbers=numbers, **style)
+        assert difference(inside, expected) < 0.1
+        assert difference(inside, closed) > 5
+    outward = [render(cube(), see_inside=see_inside, **style) for see_inside in (True, False)]
+    assert difference(*outward) < 0.1
+    with pytest.raises(TypeError, match="see_inside must be True or False"):
+        render(room, see_inside="yes")
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_borders_on_walls_seen_from_behind_are_hidden(gl, smooth):
+    """One of the walls has two regions or one, and is seen from behind, then from the front."""
+    room = inside_out_cube()
+    is_front = (room.vertices[room.faces][..., 2] == 1).all(axis=1)
+    one, two = is_front.astype(int), np.cumsum(is_front) * is_front
+    style = {"colors": np.full((12, 3), 200, np.uint8), "view": FRONT, "smooth_borders": smooth}
+    turns = [
+        plot(room, labels, see_inside=True, size=SIZE, border_width=3, n_frames=2, **style).frames
+        for labels in (one, two)
+    ]
+    np.testing.assert_array_equal(turns[0][0], turns[1][0])
+    assert dark(turns[0][0]).sum() > 100  # the rim of the wall
+    assert dark(turns[1][1]).sum() > dark(turns[0][1]).sum() + 100
+
+
+def test_a_border_is_in_front_if_one_of_its_faces_is():
+    for mesh, n_borders in ((cube(), 5), (inside_out_cube(), 17)):  # of 18 edges
+        scene = build_scene(mesh, np.arange(12), None)
+        assert scene.are_borders_in_front(np.array([0, 0, 3])).sum() == n_borders
+
+
+def test_points_that_face_away_are_hidden(gl):
+    """A red layer of points in front of a green layer. Normals point between the layers."""
+    layer = bumpy_sheet(12).vertices * [1, 1, 0.1]
+    points = np.concatenate([layer, layer + [0, 0, 1]])
+    normals = np.repeat([[0, 0, 1], [0, 0, -1]], len(layer), axis=0)
+    colors = np.repeat([[0, 200, 0], [200, 0, 0]], len(layer), axis=0).astype(np.uint8)
+
+    def shares(**given):
+        """Return the fractions of red and of green pixels."""
+        cloud = PointCloud(points, given.pop("normals", None), viewpoints=given.pop("at", None))
+        picture = render(cloud, colors=colors, size=SIZE, view=FRONT, **given).astype(int)
+        red, green, _ = np.moveaxis(picture, 2, 0)
+        return (red > green + 40).mean(), (green > red + 40).mean()
+
+    assert shares(normals=normals)[0] > 0.3
+    for fronts in ({"normals": normals}, {"at": [0.5, 0.5, 0.5]}):
+        red, green = shares(see_inside=True, **fronts)
+        assert red == 0
+        assert green > 0.3
+    with pytest.raises(
+        ValueError,
+        match=r"^see_inside needs a cloud with normals or viewpoints, but this cloud has neither$",
+    ):
+        shares(see_inside=True)
 
 
 def test_outlines_are_as_wide_as_asked_for(gl):
@@ -432,6 +531,11 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
             {"labels": [0, 1, 2]},
             ValueError,
             r"labels must have one value per cell \(2\), got 3 values",
+        ),
+        (
+            {"labels": [[0, 1], None]},
+            ValueError,
+            r"^labels must be one-dimensional, got items of different shapes$",
         ),
         ({"labels": [0.5, 1.0]}, TypeError, "labels must contain integers, got float64"),
         ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),

@@ -57,6 +57,17 @@ def test_a_region_that_is_mostly_in_no_mask_has_no_label():
     assert np.allclose(half.label_scores, [half.scores[0]])
 
 
+def test_labels_of_vertices_are_superpoints_with_a_row_each():
+    vertices = np.r_[SQUARE.vertices, [[9, 9, 9]]]  # the last vertex is in no face
+    mesh = sf.Mesh(vertices, SQUARE.faces)
+    superpoints = [10, 20, 10, 30, 99]  # no face gets 20, and 30 has one corner of the second face
+    result = sf.lift(mesh, superpoints, [np.full((4, 4), 7)], [above()], consistent_ids=True)
+    assert result.region_labels.tolist() == [7, -1, -1, -1]
+    assert result.labels.tolist() == [7, 7]
+    with pytest.raises(ValueError, match="regions must contain at least one region, but all"):
+        sf.lift(mesh, [-1] * 5, [UPPER], [above()])
+
+
 def test_labels_are_projected_to_the_images_of_cameras():
     (image,) = sf.project_labels(SQUARE, [7, 3], [above()])
     assert image.dtype == np.int32
@@ -258,7 +269,8 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
             "masks need a mesh, got points, which have no surface: lift the masks to a"
             " mesh of the object, then use transfer",
         ),
-        ({"regions": [0, 2]}, ValueError, "label"),
+        ({"regions": [0, 2]}, ValueError, r"^regions\[1\] must be -1 to 1 for 2 cells, got 2$"),
+        ({"regions": [-1, -1]}, ValueError, "^regions must contain at least one region, but"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
         ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),

@@ -16,7 +16,7 @@ from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 import superfacets
 from superfacets import PointCloud, PolygonMesh, write_mesh
 from superfacets.pictures.colors import PALETTE
-from superfacets.studio.regions.revisions import MAX_KEPT
+from superfacets.studio.regions.revisions import MAX_KEPT, similar_regions
 
 
 def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_path):
@@ -311,6 +311,23 @@ def test_regions_that_face_the_same_way_are_similar_to_a_flat_region(serve, tmp_
         found = client.done("similar", **body, tolerance=tolerance)["regions"]
         assert found == expected.tolist()
     assert len(client.done("similar", **body, tolerance=1)["regions"]) == graph.n_regions
+
+
+def test_an_object_on_a_floor_is_not_similar_to_the_floor():
+    """The mean normal of an object points up too, because the object has no bottom."""
+    xs, ys = np.meshgrid(np.arange(5.0), np.arange(5.0), indexing="ij")
+    vertices = np.column_stack([xs.ravel(), ys.ravel(), np.zeros(25)])
+    corner = 5 * np.arange(4)[:, None] + np.arange(4)
+    floor = np.stack([corner, corner + 5, corner + 6, corner + 1], axis=-1).reshape(-1, 4)
+    box = [[6, 11, 26, 25], [11, 12, 27, 26], [12, 7, 28, 27], [7, 6, 25, 28], [25, 26, 27, 28]]
+    top = vertices[[6, 11, 12, 7]] + [0.0, 0.0, 1.0]
+    faces = np.vstack([np.delete(floor, 5, axis=0), box])  # the box stands on a hole in the floor
+    mesh = PolygonMesh.of_faces(np.vstack([vertices, top]), faces)
+    labels = np.repeat([0, 1, 2], [7, 8, 5])  # two regions of the floor, and the box
+    graph = superfacets.region_graph(mesh, labels)
+    assert graph.normals[2].tolist() == [0.0, 0.0, 1.0]
+    for tolerance in (0.0, 0.05, 1.0):
+        assert similar_regions(graph, 0, tolerance) == [0, 1]
 
 
 def test_similar_regions_are_found(serve, tmp_path):

@@ -79,6 +79,21 @@ def test_a_mesh_has_the_colors_of_the_classes(painted):
     assert (attributes["blue"][painted.state.classes == 0] == 190).all()
 
 
+def test_groups_of_obj_are_named_by_class_or_by_region(painted):
+    def groups(what):
+        lines = export(painted, what, "obj").read_text().splitlines()
+        return [line[2:] for line in lines if line.startswith("g ")]
+
+    assert groups("cells") == ["unknown", "roof", "wall"]
+    assert groups("regions") == [f"region_{i}" for i in range(painted.revision.n_regions)]
+
+
+def test_glb_has_the_colors_of_the_classes(painted):
+    data = export(painted, "cells", "glb").read_bytes()
+    assert bytes([255, 0, 0, 255]) in data
+    assert bytes([190, 190, 190, 255]) in data  # no class
+
+
 @pytest.mark.parametrize("format", ["obj", "off", "glb", "sstk.json"])
 def test_classes_are_written_in_other_formats(painted, format):
     path = export(painted, "cells", format)

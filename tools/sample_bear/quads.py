@@ -34,7 +34,7 @@ def solids_of_vertices(surface: QuadSurface) -> IndexArray:
 
 
 def is_on_seam(solids_of_vertex: IndexArray) -> npt.NDArray[np.bool_]:
-    """Return whether each vertex must be on several solids, so that several bits are set."""
+    """Return whether each vertex must be on several solids: whether several of its bits are set."""
     return np.asarray(solids_of_vertex & (solids_of_vertex - 1) != 0)
 
 

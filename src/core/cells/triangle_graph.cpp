@@ -328,7 +328,7 @@ EdgeTally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, Thre
   int part_bits = kMinPartBits;  // the part of a vertex is vertex >> part_bits
   while ((n_vertices >> part_bits) >= kMaxParts) ++part_bits;
   // Faces grouped by the parts of the lower vertices of their sides. A face is in at most two
-  // parts, and usually in one, because its highest vertex is not the lower vertex of any side.
+  // parts, because its highest vertex is not the lower vertex of any side. Most faces are in one.
   const Lists<Face> parts = group<Face>(
       corners.n_faces(), (n_vertices >> part_bits) + 1,
       [&](std::int64_t begin, std::int64_t end, const auto& add) {

@@ -14,8 +14,8 @@ namespace superfacets {
 // center. The distortion of a region is the sum of A d1^2. Up to n_moves centers with the lowest
 // removal costs move to the farthest cells of the regions with the largest distortion. A center
 // moves only if its removal cost is less than half the distortion of the region that it will divide
-// (a quarter if the graph has a finite crease limit). Equal candidates are ordered by label or by
-// cell.
+// (a quarter if the graph has a finite crease limit). Regions with equal costs or equal distortions
+// are ordered by label. Of equally far cells, the lowest is used.
 //
 // Every cell must keep a path to some center. Therefore a center does not move if a cell of its
 // region has no second-nearest center, or if the center is second-nearest for a cell of a region

@@ -23,10 +23,10 @@ constexpr double kMaxCotangent = 3.0;
 constexpr int kRings = 4;
 
 // Change of a region's offset per relative area error. A border moves by (change of the offset) /
-// (slope of the label fractions). The slope is 1 / (3.2 edge lengths times sqrt(number of steps)).
-// A region with area A has a border of length 4 sqrt(A), and the edges of its n faces have length 2
-// sqrt(A / n). The factor 0.5 halves the change, because the two regions at a border both correct
-// this border.
+// (slope of the label fractions). The slope is estimated as 1 / (0.8 edge lengths times sqrt(number
+// of steps)), the length of the border of a region with area A as 4 sqrt(A), and the length of the
+// edges of its n faces as 2 sqrt(A / n). The factor 0.5 halves the change, because the two regions
+// at a border both correct this border.
 constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
 constexpr double kMaxStep = 0.05;   // maximum change of an offset per correction
 constexpr double kMaxOffset = 0.6;  // maximum magnitude of an offset

@@ -182,6 +182,10 @@ class Kind:
         """Make a mesh of the class of `cells` from new vertices and corners; see `mesh_like`."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
+    def has_fronts(self, cells: Any) -> bool:
+        """Return whether it is known from which side cells are seen from the front."""
+        return True
+
     def drawn_faces(self, cells: Any, keep: Bools | None = None) -> DrawnFaces | None:
         """Return the faces to draw in a picture of the cells, or None to draw `cloud` instead.
 
@@ -295,6 +299,9 @@ class _Points(Kind):
     noun = "point"
     plural = "points"
     are_points = True
+
+    def has_fronts(self, cells: PointCloud) -> bool:
+        return cells.normals is not None or cells.viewpoints is not None
 
     def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
         return find_point_graph(cells, n_threads), None

@@ -31,8 +31,8 @@ def features_of(
 ) -> FeatureTable | None:  # fmt: skip
     """Return the features with the given names, one row per cell, or None if there are no names.
 
-    - ``"color"`` is red, green and blue of the cloud or from the file. If there are no such colors
-      but a texture, it is the same as ``"texture"``.
+    - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If there
+      are no such colors, but a texture, it is the same as ``"texture"``.
     - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
       the standard deviation of the texel colors in a face.
     - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.

@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 import click
 
 from .._types import Array
+from .._validate import checked_choice
 from ..batches.files import seen_from
+from ..cells.kinds import kind_of
 from ..cells.named_features import colors_of_cells, property_of
+from ..cells.region_adjacency import column_names
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
@@ -69,15 +72,17 @@ def _values_named(
 ) -> Array | str | None:
     """Return the values in the file `color_by`, or of the property with this name.
 
-    If `color_by` is neither, it is returned unchanged, and must be a column of the table of
-    regions.
+    If `color_by` is a column of the table of regions, it is returned unchanged. The result is None
+    for the colors in the file.
     """
-    if color_by is None:
+    if color_by is None or color_by == _OWN_COLORS:
         return None
     if Path(color_by).suffix.lower() in VALUE_ENDINGS:
         return read_values(Path(color_by))
     values = property_of(color_by, cells, attributes)
-    return color_by if values is None else values
+    if values is not None:
+        return values
+    return checked_choice(color_by, "--color-by", column_names(kind_of(cells).dimension))
 
 
 @click.command("render")
@@ -112,13 +117,16 @@ def _values_named(
     option("--smooth-borders", FLAG,
            "Draw region borders of a mesh as smooth curves, as computed by superfacets cut."),
     option("--numbers", FLAG, "Write the number (label) of each visible region on the region."),
+    option("--see-inside", FLAG,
+           "Hide surfaces seen from behind, such as the walls in front of a room that was scanned"
+           " from inside; points need normals or --viewpoint."),
 )  # fmt: skip
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
     labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
     compare: tuple[Path, ...], color_by: str | None, viewpoint: tuple[float, ...] | None,
     side: str | None, size: tuple[int, int] | None, smooth_borders: bool,
-    numbers: bool,
+    numbers: bool, see_inside: bool,
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
@@ -136,15 +144,17 @@ def render_command(
     cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
         cells = seen_from(viewpoint, cells)
-    shown, others, titles = _series_of(source, labels, compare, cells, labels_named)
+    if see_inside and not kind_of(cells).has_fronts(cells):
+        raise click.UsageError(f"--see-inside needs normals, and {mesh} has none: give --viewpoint")
+    values = _values_named(color_by, cells, attributes)
+    by_region = f"--color-by {values}" if isinstance(values, str) else None
+    needed_by = "--numbers" if numbers else by_region
+    shown, others, titles = _series_of(source, labels, compare, cells, labels_named, needed_by)
     colors = None
     if color_by == _OWN_COLORS or (color_by is None and shown is None):
         colors = colors_of_cells(cells, attributes)
-    if color_by == _OWN_COLORS:
-        if colors is None:
-            raise MeshError(f"{mesh} has no colors of faces, vertices or points")
-        color_by = None
-    values = _values_named(color_by, cells, attributes)
+    if color_by == _OWN_COLORS and colors is None:
+        raise MeshError(f"{mesh} has no colors of faces, vertices or points")
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
@@ -152,6 +162,7 @@ def render_command(
                 cells, shown, output=path, compare=others, titles=titles, size=size, colors=colors,
                 color_by=values, scale_title=None if named is None else named.stem, view=view,
                 clip=clip, smooth_borders=smooth_borders, numbers=numbers,
+                see_inside=see_inside,
             )  # fmt: skip
         except (ValueError, TypeError) as error:
             if named is None or isinstance(error, MeshError):
@@ -161,17 +172,23 @@ def render_command(
 
 
 def _series_of(
-    source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
-) -> tuple[Array | None, list[Array], list[str] | None]:
+    source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str,
+    needed_by: str | None,
+) -> tuple[Array | None, list[Array], list[str] | None]:  # fmt: skip
     """Return the labels of the first picture, the labels of further pictures, and the titles.
 
-    The first labels are None if there are none. The titles are None without ``--compare``.
+    The first labels are None if there are none. The titles are None without ``--compare``. If
+    there are no labels and `needed_by`, an option that needs labels, is not None, a usage error is
+    raised.
     """
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(source, cells, path, name, is_quiet=True) for path in paths]
         return first, others, _titles(paths) if compare else None
     shown = source.labels(cells.n_cells, name)
+    if shown is None and needed_by is not None:
+        message = f"{needed_by} needs labels, and {source.text} has none: give --labels"
+        raise click.UsageError(message)
     if shown is None:
         note = "has no labels, so no regions are drawn: give labels with --labels"
         print_note(f"{source.text} {note}")

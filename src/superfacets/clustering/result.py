@@ -95,8 +95,9 @@ class Segmentation:
         ``cells_per_region`` is given and no connected regions of this size were found.
     sliver_share : float or None
         Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, where r is
-        the expected radius. If the fraction is above 0.1, regions become stripes, and `segment`
-        warns. None for a `CellGraph`, because its cells have no shape.
+        the expected radius. If a mask is given, only faces inside it count. If the fraction is
+        above 0.1, regions become stripes, and `segment` warns. None for a `CellGraph`, because its
+        cells have no shape.
     levels : tuple of Level
         One record of the loop per level, from the coarsest groups of faces to all faces.
     timings : dict of str to float

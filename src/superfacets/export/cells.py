@@ -70,7 +70,7 @@ ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of formats that store labels in a named array."""
 
-CLASS_OUTPUTS = (".glb", ".stl", ".aggregation.json")
+CLASS_OUTPUTS = (".glb", ".obj", ".stl", ".aggregation.json")
 """Endings of formats that store a class per region."""
 
 COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)

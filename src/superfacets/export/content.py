@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .._types import Bytes, Ints
+import numpy as np
+
+from .._types import Array, Bytes, Ints
 from ..io.attributes import MeshAttributes
 from ..io.textures import Texture
 
@@ -31,3 +33,14 @@ class Content:
     def texture(self) -> Texture | None:
         """Texture of the attributes, or None if there is no texture."""
         return None if self.attributes is None else self.attributes.texture
+
+    def part_names(self, values: Array) -> Array:
+        """Return the name of the part of the file for each of the distinct labels, ascending.
+
+        Names are ``region_17`` for label 17, or the name of its class with underscores instead of
+        spaces, and ``unlabeled`` for label -1.
+        """
+        regions = [f"region_{value}" for value in values.tolist() if value >= 0]
+        if self.classes is not None:
+            regions = ["_".join(name.split()) or "unnamed" for name in self.classes]
+        return np.array(["unlabeled"] * int((values < 0).any()) + regions)

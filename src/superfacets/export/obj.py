@@ -1,4 +1,4 @@
-"""Write OBJ with one group per region, and OFF with one color per face."""
+"""Write OBJ with one group per region or class, and OFF with one color per face."""
 
 from __future__ import annotations
 
@@ -20,10 +20,14 @@ NO_MATERIAL = "no_material"
 """Name of the material for faces without a material. It is needed only after faces with a material,
 because a ``usemtl`` line applies to all faces up to the next ``usemtl`` line."""
 
+# In OBJ, "#" begins a comment, and a backslash joins two lines.
+_SAFE = str.maketrans("#\\", "__")
+
 
 def write_obj(file: IO[bytes], content: Content) -> None:
-    """Write OBJ with one group per region; faces keep their order within a group.
+    """Write OBJ with one group per region, or per class; faces keep their order within a region.
 
+    Groups are named by `Content.part_names`, with underscores instead of ``#`` and backslashes.
     Materials are written to an MTL file in the same folder. Colors and attributes are not written.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
@@ -41,15 +45,16 @@ def write_obj(file: IO[bytes], content: Content) -> None:
             file.write(b"".join(lines))
         return
     order = np.argsort(labels, kind="stable")
-    begin, last = 0, -2  # -2 differs from every label
+    values, regions = np.unique(labels, return_inverse=True)
+    names, groups = np.unique(content.part_names(values), return_inverse=True)
+    group_lines = [f"g {name}\n".translate(_SAFE).encode() for name in names.tolist()]
+    begin, last = 0, -1
     for lines in lines_of(faces=order):
-        regions = labels[order[begin : begin + len(lines)]]
-        for place in np.flatnonzero(np.diff(regions, prepend=last)).tolist():
-            region = int(regions[place])
-            group = b"g region_%d\n" % region if region >= 0 else b"g unlabeled\n"
-            lines[place] = group + lines[place]
+        some = groups[regions[order[begin : begin + len(lines)]]]
+        for place in np.flatnonzero(np.diff(some, prepend=last)).tolist():
+            lines[place] = group_lines[some[place]] + lines[place]
         file.write(b"".join(lines))
-        begin, last = begin + len(lines), regions[-1]
+        begin, last = begin + len(lines), some[-1]
 
 
 def _textured_lines(

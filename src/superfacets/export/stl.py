@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import IO
 
 import numpy as np
 
-from .._types import Array
 from .._validate import checked_threads
 from ..io.readers.stl import HEADER_SIZE, TRIANGLE
 from ..mesh.faces import area_vectors
@@ -37,7 +35,7 @@ def write_stl(file: IO[bytes], content: Content) -> None:
     solids, names = np.zeros(mesh.n_faces, np.intp), np.array(["mesh"])
     if labels is not None:
         values, solids = np.unique(labels, return_inverse=True)
-        names = _names_of(values, content.classes)
+        names = content.part_names(values)
     number = coordinate_format(mesh.vertices)
     corner = " ".join(["      vertex", *[number] * 3]) + "\n"
     facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
@@ -47,11 +45,3 @@ def write_stl(file: IO[bytes], content: Content) -> None:
         file.write(b"solid %s\n" % name.encode("utf-8"))
         write_rows(file, facet, columns)
         file.write(b"endsolid %s\n" % name.encode("utf-8"))
-
-
-def _names_of(values: Array, classes: Sequence[str] | None) -> Array:
-    """Return the name of the solid for each of `values`: the distinct labels in ascending order."""
-    regions = [f"region_{value}" for value in values.tolist() if value >= 0]
-    if classes is not None:
-        regions = ["_".join(name.split()) or "unnamed" for name in classes]
-    return np.array(["unlabeled"] * int(values[0] < 0) + regions)

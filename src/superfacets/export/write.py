@@ -65,10 +65,11 @@ def write_mesh(
     path : path-like
         Output file. The ending selects the format:
 
-        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region), ``.stl`` (triangles only; text
-          with one solid per region, or per class with `classes`; binary without labels), ``.off``
-          (colors), ``.glb`` (region ids and a table of regions) or ``.ids.png`` (an image with the
-          region id of each texel; `attributes` must contain a texture);
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region, or per class with `classes`),
+          ``.stl`` (triangles only; text with one solid per region, or per class with `classes`;
+          binary without labels), ``.off`` (colors), ``.glb`` (region ids and a table of regions) or
+          ``.ids.png`` (an image with the region id of each texel; `attributes` must contain a
+          texture);
         - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
         - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
           LAZ need the extra ``las``);
@@ -105,7 +106,8 @@ def write_mesh(
         are computed by `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels. GLB stores classes as a column of
-        the table, STL as names of solids, and ``.aggregation.json`` as labels of groups.
+        the table, OBJ as names of groups, STL as names of solids, and ``.aggregation.json`` as
+        labels of groups.
     scores : array_like of float, length K, optional
         Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores; the studio sorts

@@ -73,8 +73,9 @@ class _Lines:
     """Border lines. For each camera, they are moved to positions in front of the surface."""
 
     actor: Any  # VTK actor of the lines
-    places: Any  # vtkPoints: ends of the lines after the move
+    data: Any  # vtkPolyData: visible lines, with their ends after the move
     ends: Floats  # (P, 3) ends of the lines on the surface, before the move
+    lines: Longs  # (B, 2) indices into `ends`, for each border of the scene
     lift: float  # move toward the camera, as a fraction of the distance from the camera
 
 
@@ -86,21 +87,28 @@ def draw(
     background: tuple[int, int, int],
     *,
     has_numbers: bool = False,
+    hides_backs: bool = False,
 ) -> list[Picture]:
     """Return a picture of the scene for each camera, (height, width, 3).
 
     `frame` is (width, height), and `line_width` is the width of borders in pixels; with 0, no
     borders are drawn. All cameras must have the same field of view. If `has_numbers` is True, the
-    label of each visible region is written on it.
+    label of each visible region is written on it. If `hides_backs` is True, triangles seen from
+    behind are hidden, and borders between two such triangles.
     """
     vtk = import_vtk()
     width, height = frame
     pictures = []
     with quiet_vtk():
         stage = _set_stage(vtk, scene, cameras[0].half_slope, height, line_width)
+        stage.surface.GetProperty().SetBackfaceCulling(hides_backs)
         try:
             for camera in cameras:
                 _aim(vtk, stage, camera)
+                if hides_backs and stage.lines is not None:
+                    in_front = scene.are_borders_in_front(camera.position)
+                    lines = stage.lines.lines[in_front]
+                    stage.lines.data.SetLines(_cell_array(vtk, lines))
                 _show(stage, background, shadows=False)
                 samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
                 _show(stage, (255, 255, 255), shadows=True)
@@ -154,15 +162,16 @@ def _surface(vtk: Any, scene: Scene) -> Any:
 
 
 def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Lines:
-    ends, borders = np.unique(scene.borders, return_inverse=True)
-    data = _poly_data(vtk, scene.points[ends], lines=borders.reshape(-1, 2))
+    ends, indices = np.unique(scene.borders, return_inverse=True)
+    lines = indices.reshape(-1, 2)
+    data = _poly_data(vtk, scene.points[ends], lines=lines)
     actor = _actor(vtk, data)
     look = actor.GetProperty()
     look.SetColor(*(channel / 255 for channel in _LINE_COLOR))
     look.SetLineWidth(line_width * _SAMPLES)
     look.LightingOff()
     look.RenderLinesAsTubesOn()  # plain lines are thinner along diagonals
-    return _Lines(actor, data.GetPoints(), scene.points[ends], lift)
+    return _Lines(actor, data, scene.points[ends], lines, lift)
 
 
 def _poly_data(
@@ -174,11 +183,16 @@ def _poly_data(
     data.SetPoints(places)
     for corners, put in ((faces, data.SetPolys), (lines, data.SetLines)):
         if corners is not None:
-            cells = vtk.vtkCellArray()
-            flat = corners.astype(np.int32).ravel()
-            cells.SetData(corners.shape[1], vtk.numpy_to_vtk(flat, deep=True))
-            put(cells)
+            put(_cell_array(vtk, corners))
     return data
+
+
+def _cell_array(vtk: Any, corners: Longs) -> Any:
+    """Create a vtkCellArray of cells with the given indices of points, (N, corners per cell)."""
+    cells = vtk.vtkCellArray()
+    flat = corners.astype(np.int32).ravel()
+    cells.SetData(corners.shape[1], vtk.numpy_to_vtk(flat, deep=True))
+    return cells
 
 
 def _actor(vtk: Any, data: Any) -> Any:
@@ -208,7 +222,8 @@ def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
     if stage.lines is not None:
         ends = stage.lines.ends
         lifted = ends + stage.lines.lift * (camera.position - ends)
-        stage.lines.places.SetData(vtk.numpy_to_vtk(lifted.astype(np.float32), deep=True))
+        places = stage.lines.data.GetPoints()
+        places.SetData(vtk.numpy_to_vtk(lifted.astype(np.float32), deep=True))
     eye = stage.renderer.GetActiveCamera()
     eye.SetPosition(*camera.position)
     eye.SetFocalPoint(*camera.target)

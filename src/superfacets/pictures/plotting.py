@@ -27,6 +27,7 @@ from .colors import Scale, checked_values, scale_of
 from .rendering import (
     Style,
     checked_picture_path,
+    checked_see_inside,
     checked_style,
     draw_scene,
     png_of_picture,
@@ -124,6 +125,7 @@ def plot(
     clip: Clip | None = None,
     smooth_borders: bool = False,
     numbers: bool = False,
+    see_inside: bool = False,
 ) -> Plot:
     """Return a picture or animation of cells and their regions, for one or several labelings.
 
@@ -133,7 +135,7 @@ def plot(
 
     Parameters
     ----------
-    cells, labels, colors, border_width, background, clip, smooth_borders, numbers
+    cells, labels, colors, border_width, background, clip, smooth_borders, numbers, see_inside
         Same as in `render`.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a rotation.
@@ -196,8 +198,9 @@ def plot(
     if color_by is not None and colors is not None:
         raise ValueError("give colors or color_by, not both")
     style = checked_style(
-        size or (_SIZE if n == 1 else _MOVING_SIZE), view, border_width, background, numbers=numbers
-    )
+        size or (_SIZE if n == 1 else _MOVING_SIZE), view, border_width, background,
+        numbers=numbers, hides_backs=checked_see_inside(see_inside, whole),
+    )  # fmt: skip
     import_vtk()
     shades, scale = [colors] * len(series), None
     if color_by is not None:

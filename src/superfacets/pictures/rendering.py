@@ -57,6 +57,7 @@ def render(
     clip: Clip | None = None,
     smooth_borders: bool = False,
     numbers: bool = False,
+    see_inside: bool = False,
 ) -> Picture:
     """Return a shaded picture of a mesh with colored and outlined regions.
 
@@ -100,6 +101,11 @@ def render(
         Whether the label of each visible region is written on it, near the center of its visible
         part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
         small regions are left out.
+    see_inside : bool, default False
+        Whether surfaces seen from behind are hidden, with the borders on them, so that the inside
+        of a room that was scanned from inside is visible. The corners of a face are
+        counterclockwise as seen from its front. Of a cloud, points whose normals face away are
+        hidden; a cloud must have normals, or viewpoints, which estimated normals face.
 
     Returns
     -------
@@ -121,7 +127,10 @@ def render(
     """
     cells = as_cells(mesh)
     is_smooth = checked_flag(smooth_borders, "smooth_borders")
-    style = checked_style(size, view, border_width, background, numbers=numbers)
+    style = checked_style(
+        size, view, border_width, background, numbers=numbers,
+        hides_backs=checked_see_inside(see_inside, cells),
+    )  # fmt: skip
     path = None if output is None else checked_picture_path(output, (".png",))
     import_vtk()
     scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
@@ -143,6 +152,7 @@ class Style:
     border_width: float | None  # in pixels; None for the width from `default_border_width`
     background: tuple[int, int, int]
     has_numbers: bool  # whether labels are written on regions
+    hides_backs: bool  # whether triangles seen from behind are hidden
 
     @property
     def aspect(self) -> float:
@@ -152,7 +162,7 @@ class Style:
 
 def checked_style(
     size: tuple[int, int], view: View | str | None, border_width: float | None, background: str,
-    *, numbers: bool,
+    *, numbers: bool, hides_backs: bool,
 ) -> Style:  # fmt: skip
     """Check arguments of `render`, and return them as a `Style`."""
     frame = (_checked_side(size, 0), _checked_side(size, 1))
@@ -160,7 +170,19 @@ def checked_style(
     if border_width is not None:
         border_width = checked_number(border_width, "border_width", zero=True)
     has_numbers = checked_flag(numbers, "numbers")
-    return Style(frame, view, border_width, _checked_background(background), has_numbers)
+    color = _checked_background(background)
+    return Style(frame, view, border_width, color, has_numbers, hides_backs)
+
+
+def checked_see_inside(see_inside: bool, cells: Cells) -> bool:
+    """Check `see_inside` (see `render`), and return it."""
+    if not checked_flag(see_inside, "see_inside"):
+        return False
+    if not kind_of(cells).has_fronts(cells):
+        raise ValueError(
+            "see_inside needs a cloud with normals or viewpoints, but this cloud has neither"
+        )
+    return True
 
 
 def scene_of(
@@ -251,7 +273,10 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
-    return draw(scene, cameras, style.frame, width, style.background, has_numbers=style.has_numbers)
+    return draw(
+        scene, cameras, style.frame, width, style.background, has_numbers=style.has_numbers,
+        hides_backs=style.hides_backs,
+    )  # fmt: skip
 
 
 def png_of_picture(picture: Picture) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Bytes, Floats, Ints, Longs
+from .._types import Array, Bools, Bytes, Floats, Ints, Longs
 from .._validate import checked_threads, compact_partial_labels, refuse_mask
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.point_graph import PointGraph, find_point_graph
@@ -60,6 +60,7 @@ _PLAIN_COLOR = (205, 197, 184)
 # This radius leaves few gaps between random points.
 _RADIUS = 1.32
 _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+_SIDES = np.array([[0, 1], [1, 2], [2, 0]])  # corners at the ends of each side of a triangle
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,26 @@ class Scene:
     def mean_region_area(self) -> float:
         """Mean area of a region, in the scale of `points`."""
         return float(np.linalg.norm(self.normals, axis=1).sum()) / self.n_regions
+
+    def are_borders_in_front(self, position: Floats) -> Bools:
+        """Return whether each border is a side of a triangle whose front faces `position`, (B,)."""
+        triangles, keys = self._sides_at_borders
+        toward = position - self.points[self.triangles[triangles, 0]]
+        in_front = (self.normals[triangles] * toward).sum(axis=1) > 0
+        return np.isin(self._keys_of(self.borders), keys[in_front])
+
+    @cached_property
+    def _sides_at_borders(self) -> tuple[Longs, Longs]:
+        """Triangle and key of each side in a superset of the sides at borders, (S,) each."""
+        is_end = np.zeros(len(self.points), dtype=bool)
+        is_end[self.borders] = True
+        near = np.flatnonzero(np.count_nonzero(is_end[self.triangles], axis=1) > 1)
+        sides = self.triangles[near][:, _SIDES].reshape(-1, 2)
+        return np.repeat(near, len(_SIDES)), self._keys_of(sides)
+
+    def _keys_of(self, edges: Longs) -> Longs:
+        """Return a number for each edge, (E,), which is the same for both directions."""
+        return np.asarray(edges.min(axis=1) * len(self.points) + edges.max(axis=1))
 
 
 def checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:

@@ -19,7 +19,9 @@ from .._validate import (
     checked_fraction,
     checked_regions,
     checked_threads,
+    checked_vertex_classes,
     counted,
+    ranked_labels,
 )
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.sums import sums_by_label, weighted_majority
@@ -27,6 +29,7 @@ from ..errors import MeshError
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
+from .vertices import labels_of_corners
 
 MAX_PAIRS = 500_000_000
 """Maximum of the following sum: for each mask, the squared number of regions in the mask is added.
@@ -101,8 +104,10 @@ def lift(
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         Same as in `segment`. Only the boundary of a tetrahedral mesh is visible. Point clouds are
         not supported, because points do not hide each other.
-    regions : Segmentation or array_like of int, shape (N,)
-        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
+    regions : Segmentation, or array_like of int, shape (N,) or (V,)
+        Labels of the cells of K regions. Each label from 0 to K - 1 must occur; -1 marks cells in
+        no region. For superpoints, labels of the vertices, which may have gaps: region i has the
+        i-th lowest label >= 0. If N = V, labels are those of cells.
     masks : iterable, one item per camera
         Masks of each image, in one of these forms:
 
@@ -164,9 +169,7 @@ def lift(
     array([-1,  7], dtype=int32)
     """
     cells = as_cells(mesh)
-    labels, n_regions = checked_regions(
-        regions, cells.n_cells, getattr(cells, "n_vertices", None), "regions"
-    )
+    labels, n_regions = _labels_of_regions(cells, regions)
     views = _checked_cameras(cameras)
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
     least = checked_fraction(agreement, "agreement")
@@ -236,6 +239,17 @@ def project_labels(
         image.reshape(camera.size[::-1])
         for (image, _), camera in zip(surface.visible_regions(views), views, strict=True)
     ]
+
+
+def _labels_of_regions(cells: Any, regions: Any) -> tuple[Ints, int]:
+    """Return the region of each cell, from 0 or -1, and the number of regions."""
+    n_vertices = getattr(cells, "n_vertices", None)
+    if n_vertices == cells.n_cells or np.shape(regions) != (n_vertices,):
+        return checked_regions(regions, cells.n_cells, n_vertices, "regions")
+    of_vertices, names = ranked_labels(checked_vertex_classes(regions, n_vertices, "regions"))
+    if not len(names):
+        raise ValueError("regions must contain at least one region, but all labels are -1")
+    return labels_of_corners(cells, of_vertices).astype(np.int32), len(names)
 
 
 def _checked_cameras(cameras: Any) -> list[PinholeCamera]:

@@ -298,7 +298,7 @@ def _run(
 def _make_tiles(
     made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
 ) -> tuple[TileStore, Options]:
-    """Run stages 0 and 1; return the tiles, and the options after smoothing.
+    """Run stages 0 and 1; return the tiles, and the options with the number of smoothing steps.
 
     `made` contains the input, the scratch folder and the tile size.
     """

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from studio_page import hue
 
-from superfacets import Mesh, write_mesh
+from superfacets import Mesh, PointCloud, write_mesh
 
 SCORES = (0.9, 0.6, 0.75, 0.3)
 
@@ -201,6 +201,69 @@ def test_the_key_w_looks_through_walls_seen_from_behind(serve, open_tab, tmp_pat
     assert (len(near), len(seen()), len(near | seen())) == (1, 1, 2)
     tab.press("w")
     assert seen() == near
+
+
+def test_the_key_w_hides_points_seen_from_behind_if_the_file_has_normals(serve, open_tab, tmp_path):
+    """Two parallel walls of points face each other; the next file has the same points alone."""
+    across, up = (place.ravel() for place in np.meshgrid(*[np.arange(40) / 40] * 2))
+    wall = np.column_stack([across, np.zeros(1600), up])
+    points = np.vstack([wall, wall + [0, 1, 0]])
+    normals = np.repeat([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 1600, axis=0)
+    write_mesh(tmp_path / "a.ply", PointCloud(points, normals))
+    write_mesh(tmp_path / "b.ply", PointCloud(points))
+    tab = open_tab(serve(tmp_path, 2).address)
+    tab.press("Alt+3")
+
+    def walls_seen():
+        cells = np.array(tab.evaluate("[...studio.workbench.drawing.cellsSeen().cells]"))
+        return [int(((low <= cells) & (cells < low + 1600)).sum()) for low in (0, 1600)]
+
+    def pressed():
+        return tab.locator("#inside").get_attribute("aria-pressed")
+
+    near = int(np.argmax(walls_seen()))
+    tab.press("w")
+    assert pressed() == "true"
+    assert walls_seen()[near] == 0
+    assert walls_seen()[1 - near] > 0
+    tab.press("PageDown")
+    tab.until("document.querySelector('#file-name').textContent === 'b.ply'")
+    tab.ready().press("Alt+3")
+    assert pressed() == "false"
+    before = walls_seen()
+    assert before[near] > 0
+    tab.press("w")
+    tab.wait_for_status("The point cloud has no normals")
+    assert (pressed(), walls_seen()) == ("false", before)
+
+
+def test_with_the_key_w_surfaces_at_different_depths_have_no_black_outlines(
+    serve, open_tab, tmp_path
+):
+    """Outlines would turn specks of noisy walls into black dots. Borders of regions remain."""
+    wall = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    speck = [0.4, 0.4, 1] + [0.1, 0.2, 0] * wall
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    vertices = np.concatenate([wall, wall + [1, 0, 0], speck])
+    write_mesh(tmp_path / "walls.ply", Mesh(vertices, [*faces, *(faces + 4), *(faces + 8)]))
+    tab = open_tab(serve(tmp_path / "walls.ply", 3).address)
+    tab.press("Alt+3")
+    tab.away()
+
+    def n_lines():
+        """Return the number of black lines across the middle row of the canvas."""
+        is_black = tab.evaluate("""() => {
+            const { clientWidth, clientHeight } = document.querySelector("#canvas");
+            const { drawing } = studio.workbench;
+            drawing.draw(1);
+            const row = [...Array(clientWidth).keys()];
+            return row.map((x) => Math.max(...drawing.pixel(x, clientHeight / 2)) < 100);
+        }""")
+        return int((np.diff(np.array(is_black, int)) == 1).sum())
+
+    assert n_lines() == 4
+    tab.press("w")
+    assert n_lines() == 2
 
 
 def test_the_help_begins_at_its_top_and_tells_the_buttons_of_the_chosen_scheme(studio):

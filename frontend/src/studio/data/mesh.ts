@@ -12,6 +12,7 @@ interface Header extends ShapeFacts {
   kind: Kind;
   n_cells: number;
   measure: "area" | "volume";
+  has_normals: boolean;
   palette: Rgb[]; // colors from which the colors of regions are chosen
   texture_problem: string; // reason why the texture is not shown; empty if there is no problem
 }
@@ -31,6 +32,7 @@ export class Mesh {
   readonly nCells: number;
   readonly areas: Float32Array; // area of each cell, or volume if cells are tetrahedra
   readonly measure: "area" | "volume";
+  readonly hasNormals: boolean; // whether the front of each cell is known; false for a point cloud with estimated normals
   readonly palette: Rgb[];
   readonly oneCell: string; // singular noun for a cell
   readonly cellName: string; // plural noun for cells
@@ -44,6 +46,7 @@ export class Mesh {
     this.textureProblem = header.texture_problem;
     this.nCells = header.n_cells;
     this.measure = header.measure;
+    this.hasNormals = header.has_normals;
     this.palette = header.palette;
     this.areas = arrays.areas as Float32Array;
     [this.oneCell, this.cellName] = CELL_NAMES[header.kind];

@@ -26,7 +26,7 @@ export abstract class Tool {
   enter(): void {}
   leave(): void {}
 
-  /** Handle the Enter key. By default, give the regions that `paintActive` chooses the current class and object. */
+  /** Handle the Enter key. By default, assign the current class and object to the regions that `paintActive` chooses. */
   confirm(): void {
     this.workbench.paintActive(this.workbench.currentPaint);
   }

@@ -37,14 +37,22 @@ export class Views {
     });
     element("views").prepend(...buttons);
     onClick("inside", () => this.toggleBacks());
+    workbench.session.events.on("file", (mesh) => this.hideBacks(workbench.drawing.hidesBacks && mesh.hasNormals));
   }
 
-  /** Hide or show triangles that are seen from behind. */
+  /** Hide or show triangles and points that are seen from behind. */
+  private hideBacks(on: boolean): void {
+    this.workbench.drawing.hidesBacks = on;
+    element("inside").ariaPressed = String(on);
+    this.workbench.drawing.changeView();
+  }
+
   private toggleBacks(): void {
-    const { drawing } = this.workbench;
-    drawing.hidesBacks = !drawing.hidesBacks;
-    element("inside").ariaPressed = String(drawing.hidesBacks);
-    drawing.changeView();
+    const { drawing, session } = this.workbench;
+    if (!session.mesh.hasNormals) {
+      return this.workbench.say("The point cloud has no normals, so it is unknown which points are seen from behind. Hide points with H or the clip box (C).");
+    }
+    this.hideBacks(!drawing.hidesBacks);
     this.workbench.say(drawing.hidesBacks ? "Surfaces seen from behind are hidden; W shows them." : "Surfaces are shown from both sides.");
   }
 

@@ -36,7 +36,7 @@ export class Drawing {
   readonly afterView: (() => void)[] = []; // callbacks that run after the view has stopped changing
   clip: Box | null = null; // box outside of which nothing is drawn; null for no clipping
   hasLabels = false; // whether any cell has a class; unlabeled cells are then gray
-  hidesBacks = false; // whether triangles seen from behind are hidden
+  hidesBacks = false; // whether triangles and points seen from behind are hidden
   readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
   private readonly ownColors: OwnColors;
@@ -281,7 +281,7 @@ export class Drawing {
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasLabels,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
       blend: this.ownColors.isShown ? this.blend.opacity : 0,
-      is_cloud: this.mesh.isCloud, height: this.canvas.height,
+      is_cloud: this.mesh.isCloud, hides_backs: this.hidesBacks, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
     this.gpu.drawNumbers(3);

@@ -6,6 +6,9 @@ import { N_SHADES } from "../data/colors";
 import { OWN_COLORS } from "../../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
 
+// With "See inside", no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
+const GAP = 0.01;
+
 export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${OWN_COLORS}
 uniform usampler2D cells;
 uniform bool has_hidden;
@@ -18,7 +21,7 @@ layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
-  if (hides_backs && !gl_FrontFacing) discard;
+  if (hides_backs && (is_cloud ? dot(normal, at) > 0.0 : !gl_FrontFacing)) discard;
   if (is_clipped) {
     vec3 here = transpose(rotation) * (at + vec3(0.0, 0.0, distance_)) + target;
     if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
@@ -55,6 +58,7 @@ uniform bool has_borders;
 uniform bool has_labels;  // whether any cell has a class
 uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
 uniform bool is_cloud;
+uniform bool hides_backs;
 uniform vec2 near_far;
 uniform vec3 high;  // background color at the top
 uniform vec3 low;  // background color at the bottom
@@ -146,7 +150,9 @@ vec3 shade(ivec2 p, ivec2 limit) {
     uint other = regionOf(neighbor);
     if (other == region) continue;
     if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
-    if (other < NONE - 1u && region < NONE - 1u) is_border = true;
+    // Hidden noisy walls leave specks, which would be black dots if they had outlines.
+    bool is_gap = hides_backs && abs(distanceAt(q) / distanceAt(p) - 1.0) > ${GAP};
+    if (other < NONE - 1u && region < NONE - 1u && !is_gap) is_border = true;
   }
   if (is_edge) return accent;
   if (is_outline) return tone.a > 0.5 ? accent : 0.55 * tone.rgb;

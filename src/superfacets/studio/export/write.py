@@ -37,7 +37,7 @@ _OF_KIND = {
     "tets": ("vtu", "vtk"),
     "points": ("ply", "csv", "las", "laz"),
 }
-_COLORED = ("ply", "off", "vtp", "las", "laz")
+_COLORED = ("ply", "off", "glb", "vtp", "las", "laz")
 _TEXTURED = (".obj", ".glb")
 
 MARKS = {
@@ -179,8 +179,10 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
         write_labels(path, classes)
         return
     names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
-    colors = _colors_of(document)[classes] if format in _COLORED else None
     attributes = _attributes_for(document, path)
+    is_textured = attributes is not None and attributes.texture is not None
+    is_colored = format in _COLORED and not is_textured  # viewers multiply colors with the texture
+    colors = _colors_of(document)[classes] if is_colored else None
     write_mesh(path, document.cells, classes, colors=colors, classes=names, attributes=attributes)
 
 
@@ -206,9 +208,10 @@ def _write_regions(document: Document, format: str, path: Path) -> None:
     if format in _LISTS:
         write_labels(path, revision.labels)
         return
-    is_named = any(path.name.endswith(ending) for ending in CLASS_OUTPUTS)
-    names = _names_of(document, class_of_regions(document, revision)[0]) if is_named else None
     attributes = _attributes_for(document, path)
+    names = None
+    if format == "glb":  # OBJ could name groups by class only instead of by region
+        names = _names_of(document, class_of_regions(document, revision)[0])
     write_mesh(path, document.cells, revision.labels, classes=names, attributes=attributes)
 
 

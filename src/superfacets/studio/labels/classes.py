@@ -40,7 +40,7 @@ which color-blind people can distinguish. The distance in CIELAB of each of the 
 earlier colors is at least 32. Gray is not used, because unlabeled cells are gray."""
 
 _MIN_DISTANCE = 0.06
-"""Smallest OKLab distance of a new color to colors in use: that of any two of `_COLORS`."""
+"""Minimum OKLab distance of a new color to the colors in use: the minimum between two `_COLORS`."""
 
 _N_DEFAULT = 6
 

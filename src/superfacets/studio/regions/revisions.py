@@ -24,6 +24,11 @@ FLAT = 0.95
 """A region is flat if its mean normal has at least this length. In noisy scans, over 90 % of a
 floor is in flat regions. A cap of a sphere is flat up to 26 degrees around its center."""
 
+NEARLY_FLAT = 0.85
+"""Regions are compared by direction only if their mean normals have at least this length. The value
+is less than `FLAT` because regions at the edge of a floor also contain bits of walls and furniture.
+A box on a floor is not nearly flat: its mean normal points up like the floor's, with length 0.2."""
+
 
 @dataclass(frozen=True)
 class Partition:
@@ -122,23 +127,24 @@ class Revisions:
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
     """Return `region` and all similar regions; size and position are ignored.
 
-    If `region` is flat, regions are similar if they face the same way, such as all regions of a
-    floor: `tolerance` is the maximum angle between the normals, in units of pi. Regions without a
-    normal are opposite to all others.
+    If `region` is flat, regions are similar if they are at least nearly flat and face the same way,
+    such as all regions of a floor: `tolerance` is the maximum angle between the mean normals, in
+    units of pi.
 
     Otherwise regions are similar if they have the same shape: `tolerance` is the maximum distance
     of their descriptors, as a fraction of the distance to the least similar region.
 
-    A tolerance of 0 gives regions of equal direction or shape only, and 1 gives all regions. Raises
-    ValueError or TypeError if the region does not exist, or if the tolerance is not between 0 and
-    1.
+    A tolerance of 0 gives regions of equal direction or shape only, and 1 gives all regions, or all
+    that are nearly flat if `region` is flat. Raises ValueError or TypeError if the region does not
+    exist, or if the tolerance is not between 0 and 1.
     """
     limit = checked_fraction(tolerance, "tolerance")
     _check_exists(region, graph.n_regions)
     if graph.normal_lengths[region] >= FLAT:
         halves = np.linalg.norm(graph.normals - graph.normals[region], axis=1) / 2.0
-        distances = np.nan_to_num(2.0 / np.pi * np.arcsin(np.minimum(halves, 1.0)), nan=1.0)
-        return list(np.flatnonzero(distances <= limit).tolist())
+        distances = 2.0 / np.pi * np.arcsin(np.minimum(halves, 1.0))
+        is_similar = (distances <= limit) & (graph.normal_lengths >= NEARLY_FLAT)
+        return list(np.flatnonzero(is_similar).tolist())
     shapes = _shapes(graph)
     scale = shapes.std(axis=0)
     steps = (shapes - shapes[region]) / np.where(scale > 0, scale, 1.0)

@@ -94,8 +94,8 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
     are merged, and sorted by their first use in a triangle. For polygons and tetrahedra, the array
     ``sources`` contains the cell that each triangle belongs to. For point clouds, ``normals``
-    contains packed normals. If the file has colors, and no texture that can be shown, the arrays of
-    `color_parts` are added.
+    contains packed normals, which are estimates if ``has_normals`` is false. If the file has
+    colors, and no texture that can be shown, the arrays of `color_parts` are added.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -104,6 +104,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
         "n_cells": document.n_cells,
         "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
+        "has_normals": _has_normals(document),
         **view_facts(shape, View()),
         "low": [0, 0, 0],
         "step": [1, 1, 1],
@@ -127,6 +128,14 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     for name, (array, _) in shape.parts((shape.points - center).astype(np.float32)).items():
         arrays[name] = array
     return packet(header, arrays)
+
+
+def _has_normals(document: Document) -> bool:
+    """Return whether the front of each cell is known; the sign of estimated normals is a guess."""
+    if document.source.kind != "points":
+        return True
+    cloud = kind_of(document.cells).cloud(document.cells)
+    return cloud.normals is not None or cloud.viewpoints is not None
 
 
 def _region_packet(document: Document, query: Body) -> bytes:
