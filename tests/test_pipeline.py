@@ -382,6 +382,8 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"tol": None}, TypeError, "tol must be a number"),
         ({"alpha": "200"}, TypeError, "alpha must be a number, got '200'"),
         ({"alpha": True}, TypeError, "alpha must be a number, got True"),
+        ({"alpha": np.float64(np.inf)}, ValueError, "not negative, got inf$"),
+        ({"alpha": np.bool_(True)}, TypeError, "alpha must be a number, got True$"),
         ({"alpha": 10**400}, ValueError, "alpha must be finite and not negative"),
         ({"alpha": 1.5, "weights": "stk02"}, ValueError, "alpha must be from 0 to 1, got 1.5"),
         ({"radius": "0.1"}, TypeError, "radius must be a number"),

@@ -616,11 +616,13 @@ def checked_partial_labels(
     return array, len(counts)
 
 
-def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+def checked_regions(
+    labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
+) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
+    array, n_regions = checked_partial_labels(labels, n_cells, name, n_vertices=n_vertices)
     if not n_regions:
-        raise ValueError("labels must contain at least one region, but all labels are -1")
+        raise ValueError(f"{name} must contain at least one region, but all labels are -1")
     return array, n_regions
 
 
@@ -712,12 +714,17 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
     return ranks[indices], names[is_used]
 
 
+def _shown(value: object) -> str:
+    """Return a short text for a wrong value; scalars of NumPy are shown as plain numbers."""
+    return str(value) if isinstance(value, (np.number, np.bool_)) else reprlib.repr(value)
+
+
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
     """Check and return an integer from `low` to `high`; `of` is the noun for what `high` counts."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
-        raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be an integer, got {_shown(value)}")
     if isinstance(value, np.ndarray):
         hint = ": pass vertices and faces as one pair (vertices, faces)"
         raise TypeError(
@@ -735,14 +742,14 @@ def checked_count(
 def checked_number(value: Any, name: str, *, zero: bool) -> float:
     """Return a number as float after checking that it is finite and > 0, or >= 0 if `zero`."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
-        raise TypeError(f"{name} must be a number, got {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be a number, got {_shown(value)}")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
         expected = "not negative" if zero else "positive"
-        raise ValueError(f"{name} must be finite and {expected}, got {reprlib.repr(value)}")
+        raise ValueError(f"{name} must be finite and {expected}, got {_shown(value)}")
     return number
 
 
@@ -771,7 +778,7 @@ def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
 def checked_flag(value: Any, name: str) -> bool:
     """Return `value` as bool; raise a TypeError if it is neither True nor False."""
     if not isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be True or False, got {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be True or False, got {_shown(value)}")
     return bool(value)
 
 
@@ -808,7 +815,7 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
     if isinstance(value, np.random.Generator):
         return value
     if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
-        raise TypeError(f"{name} must be an integer or a Generator, got {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be an integer or a Generator, got {_shown(value)}")
     seed = operator.index(value)
     if seed < 0:
         raise ValueError(f"{name} must not be negative, got {seed}")
@@ -875,14 +882,14 @@ def _numbers_of(value: Any, name: str) -> Floats:
     except ValueError:  # the nested lists are ragged
         array = np.empty(0, object)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be an array of numbers, got {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be an array of numbers, got {_shown(value)}")
     return array.astype(np.float64)
 
 
 def checked_callable(value: Any, name: str) -> Any:
     """Return `value`; raise a TypeError if it is neither callable nor None."""
     if value is not None and not callable(value):
-        raise TypeError(f"{name} must be callable, got {reprlib.repr(value)}")
+        raise TypeError(f"{name} must be callable, got {_shown(value)}")
     return value
 
 

@@ -206,6 +206,22 @@ def test_parts_of_a_las_file_keep_its_fields_offsets_and_reference_system(run, t
     assert not laspy.read(tmp_path / "parts/region_6.las").classification.any()
 
 
+@pytest.mark.parametrize("ending", ["csv", "las", "pcd", "ply"])
+def test_parts_of_a_cloud_keep_the_labels_of_the_input(run, tmp_path, ending):
+    if ending == "las":
+        pytest.importorskip("laspy")
+    points, labels = np.random.default_rng(0).random((30, 3)), np.repeat([0, 2, 6], 10)
+    write_mesh(tmp_path / "cloud.ply", PointCloud(points), labels)
+    split = ("--split", tmp_path / "parts", "--to", ending)
+    assert run("convert", tmp_path / "cloud.ply", *split)[::2] == (0, "")
+    for label in (0, 2, 6):
+        part = tmp_path / f"parts/region_{label}.{ending}"
+        assert np.array_equal(read_labels(part), np.full(10, label))
+    assert run("convert", tmp_path / "cloud.ply", *split, "--drop-attributes")[0] == 0
+    with pytest.raises(sf.MeshError, match="no property label"):
+        read_labels(part)
+
+
 def test_parts_of_a_textured_mesh_have_no_texture_and_a_note(run, tmp_path):
     texture = Texture([[0, 0], [1, 0], [0, 1]], [0, 1, 2] * 72, [Material("red")], [0] * 72)
     attributes = MeshAttributes(face={"kind": np.arange(72)}, texture=texture)

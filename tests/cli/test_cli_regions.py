@@ -4,13 +4,14 @@ import csv
 import json
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import MeshAttributes, PointCloud, write_mesh
+from superfacets import Mesh, MeshAttributes, PointCloud, write_mesh
 
 FOLD = shapes.fold(90)
 
@@ -143,6 +144,64 @@ def test_labels_at_other_positions_are_refused(run, tmp_path, ending):
         assert run(name, first, second, "-o", output)[::2] == (1, message)
         assert not output.exists()
     assert run("regions", first, rounded, "-o", table)[0] == 0
+
+
+def test_labels_of_other_vertices_are_refused(run, tmp_path):
+    mesh = shapes.bumpy_sheet(6)
+    write_mesh(tmp_path / "mesh.ply", mesh)
+    labels, found = np.arange(mesh.n_vertices) // 9, tmp_path / "found.npy"
+    write_mesh(tmp_path / "same.ply", PointCloud(mesh.vertices), labels)
+    assert run("convert", tmp_path / "mesh.ply", tmp_path / "same.ply", "-o", found, "-q")[0] == 0
+    found.unlink()
+    other = tmp_path / "other.ply"
+    for points in (mesh.vertices[::-1], mesh.vertices * 5, mesh.vertices + [0.01, 0, 0]):
+        write_mesh(other, PointCloud(points), labels)
+        assert run("convert", tmp_path / "mesh.ply", other, "-o", found)[::2] == (
+            1, f"superfacets: error: {other}: the vertices or their order differ from the input, so"
+            " the labels do not fit: use other.ply as the input, or give labels as .npy\n",
+        )  # fmt: skip
+        assert not found.exists()
+
+
+def test_swapped_neighbors_are_refused_but_rounding_is_not(run, tmp_path):
+    ticks = np.arange(0, 10_000, 0.6)  # a profile of 10 km
+    points = np.stack([ticks, 10_000 - ticks, np.sin(ticks)], axis=1)[:16_000]
+    write_mesh(tmp_path / "given.csv", PointCloud(points))
+    swapped = points.reshape(-1, 2, 3)[:, ::-1].reshape(-1, 3)
+    step = 2.0**-24 * 10_000  # maximum error of rounding to float32
+    for moved, expected in (
+        (swapped, 1),
+        (points + [0, 0, 0.001], 1),  # the heights are small, so their rounding is, too
+        (points + [3 * step, 0, 0], 1),
+        (points + [step, -step, 0], 0),
+        (points.astype(np.float32), 0),
+    ):
+        write_mesh(tmp_path / "moved.csv", PointCloud(moved), np.arange(16_000) // 4_000)
+        files = tmp_path / "given.csv", tmp_path / "moved.csv"
+        assert run("convert", *files, "-o", tmp_path / "found.npy")[0] == expected
+
+
+@pytest.mark.parametrize("kind", ["faces", "points"])
+@pytest.mark.parametrize("far", [0, 5.4e6])
+def test_labels_in_the_formats_that_are_written_fit_their_own_source(run, tmp_path, kind, far):
+    mesh = shapes.bumpy_sheet(6)
+    corners = mesh.vertices / 3 + [far / 10, far, 0]  # not exact in float32
+    if kind == "faces":
+        source, endings = Mesh(corners, mesh.faces), ["ply", "obj", "stl", "vtp"]
+    else:
+        source, endings = PointCloud(corners), ["ply", "csv", "pcd"]
+        endings += ["las"] * bool(find_spec("laspy"))
+    labels = np.arange(source.n_cells) // 9
+    first, found = tmp_path / "source.ply", tmp_path / "found.npy"
+    write_mesh(first, source)
+    for ending in endings:
+        for options in ({}, {"ascii": True}) if ending in ("ply", "pcd", "vtp") else ({},):
+            labeled = tmp_path / f"labeled.{ending}"
+            write_mesh(labeled, source, labels, **options)
+            for files in ((first, labeled), (labeled, labeled), (labeled, first)):
+                write_mesh(first, source, labels)
+                assert run("convert", *files, "-o", found)[::2] == (0, ""), files
+                assert np.array_equal(np.load(found), labels)
 
 
 def test_tables_and_borders_are_written(run, fold):

@@ -238,14 +238,84 @@ def test_wrong_exports_write_nothing(run, sheet, labeled, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_labels_of_a_command_may_be_a_work_file(run, sheet, labeled, tmp_path):
-    work = labeled.journal.path
-    status, _, err = run("convert", sheet, work, "-o", tmp_path / "cells.npy")
-    assert (status, err) == (0, "")
-    assert np.array_equal(np.load(tmp_path / "cells.npy"), labeled.state.classes)
-    other = tmp_path / "tri.obj"
-    other.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    status, _, err = run("convert", other, work, "-o", tmp_path / "no.npy")
-    assert status == 1
-    assert f"{work}: the work file has 1152 cells, but the mesh has 1" in err
+@pytest.fixture
+def classes(labeled, tmp_path):
+    """Write the classes in the work file to a label file, with -1 for no class; return its path."""
+    given = labeled.state.classes.astype(np.int32)
+    np.save(tmp_path / "classes.npy", np.where(given > 0, given, -1))
+    return tmp_path / "classes.npy"
+
+
+def test_labels_of_a_command_may_be_a_work_file(run, sheet, labeled, classes, tmp_path):
+    work, found = labeled.journal.path, tmp_path / "cells.npy"
+    assert run("convert", sheet, work, "-o", found)[::2] == (0, "")
+    assert np.array_equal(np.load(found), np.load(classes))
+    for labels in (work, classes):
+        picture = tmp_path / f"{labels.name}.png"
+        assert run("render", sheet, "--labels", labels, "-o", picture, "--size", "90x90")[0] == 0
+    pictures = [(tmp_path / f"{labels.name}.png").read_bytes() for labels in (work, classes)]
+    assert pictures[0] == pictures[1]  # unlabeled faces are gray
+    np.save(tmp_path / "halves.npy", np.arange(1152) // 576)
+    rated = [run("evaluate", sheet, tmp_path / "halves.npy", "--gt", truth)[:2]
+             for truth in (work, classes)]  # fmt: skip
+    assert rated[0] == rated[1]
+    assert rated[0][0] == 0
+
+
+def test_work_on_another_mesh_is_refused(run, sheet, labeled, tmp_path):
+    from superfacets import Mesh, read_mesh, write_mesh
+
+    work, mesh = labeled.journal.path, read_mesh(sheet)
+    order = np.random.default_rng(0).permutation(mesh.n_faces)
+    other = tmp_path / "other.ply"
+    write_mesh(other, Mesh(mesh.vertices, mesh.faces[order]))
+    message = "the work file belongs to sheet.ply, not to other.ply: restore the old file, or use"
+    for arguments in (
+        ("convert", other, work, "-o", tmp_path / "no.npy"),
+        ("segment", other, "-n", 5, "--mask", work, "-o", tmp_path / "no.npy"),
+    ):
+        status, _, err = run(*arguments)
+        assert status == 1
+        assert err.startswith(f"superfacets: error: {work}: {message}")
+        assert err.count("\n") == 1
     assert not (tmp_path / "no.npy").exists()
+    other.replace(sheet)
+    status, _, err = run("convert", sheet, work, "-o", tmp_path / "no.npy")
+    assert status == 1
+    assert f"{work}: {sheet} has changed since the work was begun" in err
+
+
+def test_work_that_was_lost_is_noted(run, sheet, labeled, tmp_path):
+    work = tmp_path / "cut.jsonl"
+    work.write_bytes(labeled.journal.path.read_bytes()[:-40])
+    note = f"note: {work}: the last line was incomplete, as after a crash, and was left out\n"
+    for quiet in ((), ("-q",)):
+        status, _, err = run("convert", sheet, work, "-o", tmp_path / "cells.npy", *quiet)
+        assert (status, err) == (0, f"superfacets: {note}")
+
+
+@pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
+def test_masks_and_barriers_may_be_work_files(run, sheet, labeled, classes, tmp_path):
+    from superfacets import read_mesh, segment
+
+    work, given, mesh = labeled.journal.path, np.load(classes), read_mesh(sheet)
+    for options, expected in (
+        (("--mask", work), {"mask": given > 0}),
+        (("--mask", work, "--mask-values", 3), {"mask": given == 3}),
+        (("--barriers", work), {"barriers": given}),
+    ):
+        found = tmp_path / "found.npy"
+        assert run("segment", sheet, "-n", 4, *options, "-o", found, "-q")[0] == 0
+        assert np.array_equal(np.load(found), segment(mesh, 4, **expected).labels)
+
+
+def test_read_labels_says_how_to_read_a_work_file(labeled):
+    from superfacets import MeshError, read_labels
+
+    with pytest.raises(
+        MeshError,
+        match=r"sheet\.ply\.studio\.jsonl: work files of the studio cannot be read without their"
+        r" mesh: write the labels with superfacets convert MESH sheet\.ply\.studio\.jsonl -o"
+        r" labels\.npy$",
+    ):
+        read_labels(labeled.journal.path)

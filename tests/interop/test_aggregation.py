@@ -69,7 +69,7 @@ def test_what_does_not_fit_segments_writes_no_groups(scene):
         ([0], r"objects must have one value per segment \(2\), got 1 value", {}),
         (0, "objects must have one value per segment", {}),
         ([0, -2], r"objects\[1\] must be -1 to", {}),
-        ([0, 1], r"classes must have one value per region \(2\), got 1", {"classes": ["a"]}),
+        ([0, 1], r"classes must have one value per object \(2\), got 1", {"classes": ["a"]}),
     ):
         with pytest.raises(ValueError, match=words):
             group_segments(segments, objects, output, **options)

@@ -269,7 +269,8 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
             "masks need a mesh, got points, which have no surface: lift the masks to a"
             " mesh of the object, then use transfer",
         ),
-        ({"regions": [0, 2]}, ValueError, "label"),
+        ({"regions": [0, 2]}, ValueError, r"^regions\[1\] must be -1 to 1 for 2 cells, got 2$"),
+        ({"regions": [-1, -1]}, ValueError, "^regions must contain at least one region, but"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
         ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),

@@ -211,7 +211,7 @@ def test_an_input_that_changed_under_the_work_is_refused(document):
     with pytest.raises(
         JournalError,
         match=r"the work file belongs to sheet\.ply, not to other\.ply: restore the old"
-        r" file, or give --work another file",
+        r" file, or use another work file \(--work of superfacets studio\)",
     ):
         Document.open(other, work)
     assert work.stat().st_size == size

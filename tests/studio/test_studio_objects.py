@@ -482,7 +482,7 @@ def test_the_work_on_another_mesh_is_not_compared(two, document):
     with pytest.raises(
         ValueError,
         match=r"the work file belongs to grid\.ply, not to sheet\.ply: restore the old"
-        r" file, or give --work another file",
+        r" file, or use another work file \(--work of superfacets studio\)",
     ):
         document.compare("mine", two[1].read_bytes())
 

@@ -283,6 +283,31 @@ def test_plys_that_cannot_be_read_in_pieces_are_read_whole(cloud, scratch, tmp_p
         open_pieces(path, scratch, for_workers=False)
 
 
+@pytest.mark.parametrize("block", [16, 1 << 20])
+@pytest.mark.parametrize("is_last", [True, False])
+def test_lists_of_a_ply_of_points_are_skipped(
+    cloud, scratch, tmp_path, monkeypatch, block, is_last
+):
+    monkeypatch.setattr("superfacets.io.readers.ply_body._BLOCK", block)
+    path, points = tmp_path / "a.ply", cloud.points.astype("<f4").tobytes()
+    vertex = [f"element vertex {cloud.n_points}", *(f"property float {axis}" for axis in "xyz")]
+    line = ["element line 40", "property short a", "property list uchar int b"]
+    elements = vertex + line if is_last else line + vertex
+    head = "\n".join(["ply", "format binary_little_endian 1.0", *elements, "end_header\n"]).encode()
+    lists = b"".join(bytes([7, 0, n]) + bytes(4 * n) for n in range(1, 41))
+    content = head + (points + lists if is_last else lists + points)
+    path.write_bytes(content + b"\0\n")
+    pieces = check_cloud(path, scratch, sf.read_cloud(path))
+    assert pieces.points.rows.path == path
+    for damaged in (content[:-8], content[:-8_000], content + bytes(9) + b"\1" * 70):
+        path.write_bytes(damaged)
+        with pytest.raises(MeshError) as in_memory:
+            sf.read_cloud(path)
+        with pytest.raises(MeshError) as tiled:
+            open_pieces(path, scratch, for_workers=False)
+        assert str(tiled.value) == str(in_memory.value)
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64, ">f8", np.int32])
 def test_npy_files_are_read_where_they_are(scratch, tmp_path, dtype):
     path = tmp_path / "a.npy"

@@ -33,6 +33,9 @@ from .options import FILE, option, options
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
 from .report import notes_on_numbers, notes_on_written
 
+_KEPT_IN_PARTS = (*ATTRIBUTE_OUTPUTS, ".csv")
+"""Endings of files of --split that keep properties of the input; CSV keeps only ``label``."""
+
 
 @click.command("convert")
 @click.argument("mesh", metavar="IN|FOLDER", type=FILE)
@@ -174,7 +177,7 @@ class _Run:
         if self.folder is None:
             return []
         ending = usual_ending(kind_of(cells).name) if self.ending is None else self.ending
-        kept = attributes if ending in ATTRIBUTE_OUTPUTS else None
+        kept = attributes if ending in _KEPT_IN_PARTS else None
         paths = write_regions(
             self.folder, cells, labels, ending=ending, attributes=kept, ascii=self.form.ascii
         )
@@ -183,7 +186,7 @@ class _Run:
         return [str(path) for path in paths]
 
     def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
-        is_kept_in_parts = self.folder is not None and self.ending in (None, *ATTRIBUTE_OUTPUTS)
+        is_kept_in_parts = self.folder is not None and self.ending in (None, *_KEPT_IN_PARTS)
         keep = (job.holds_attributes or is_kept_in_parts) and self.keeps_attributes
         path = Path(job.input)
         refuse_tileset(path)
@@ -192,7 +195,8 @@ class _Run:
             keep=keep, placement=self.placements[job.input]
         )
         if self.labels is not None:
-            return cells, given_labels(cells, self.labels, self.labels_named), attributes
+            of_file = given_labels(source, cells, self.labels, self.labels_named)
+            return cells, of_file, attributes
         labels = source.labels(cells.n_cells, self.labels_named)
         given = None if labels is None else GivenLabels(path, labels, False)
         return cells, given, attributes

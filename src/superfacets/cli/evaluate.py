@@ -8,10 +8,9 @@ from pathlib import Path
 import click
 
 from .._validate import counted
-from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .failures import print_note
-from .inputs import given_labels, labels_of_cells
+from .inputs import given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, option, options
 
@@ -48,8 +47,9 @@ def evaluate_command(
         )
 
     def compute() -> dict[str, float]:
-        cells = read_cells(mesh)
-        given = [given_labels(cells, path, labels_named) for path in (labels, *truths, *more)]
+        source = read_input(str(mesh))
+        cells, paths = source.cells(), (labels, *truths, *more)
+        given = [given_labels(source, cells, path, labels_named) for path in paths]
         if truths and all(each.are_of_vertices for each in given):
             regions, *segments = (each.labels for each in given)
             print_note(

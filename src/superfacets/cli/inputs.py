@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from .._types import Array, Ints
+from .._types import Array, Floats, Ints
 from .._validate import check_length, counted
 from ..cells.constraints import mask_of
 from ..cells.kinds import kind_of
@@ -20,20 +21,22 @@ from ..io.guards import Content, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import (
     LABEL_ENDINGS,
+    NO_REGION,
     PLACED_ENDINGS,
     VERTEX_ENDINGS,
+    WORK_ENDING,
     checked_labels,
     find_labels,
     parse_labels,
     read_labels,
 )
+from ..io.readers.las import las_steps
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.base import Cells
-from .failures import print_note
+from .failures import print_note, print_notes
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
-WORK_ENDING = ".jsonl"
 VALUE_ENDINGS = (".npy", ".txt")
 
 
@@ -94,13 +97,33 @@ class Input(NamedTuple):
         with named_errors(name_of(self.text)):
             return parse_labels(self.data, self.ending, n_cells, name)
 
+    def classes_in_work(self, path: Path, n_cells: int) -> Ints:
+        """Return the class of each cell in a work file of the studio; 0 means no class.
 
-def labels_for(cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
-    """Read labels of `cells` from a label file; `name` is the same as in `read_labels`.
+        Notes about labels that were lost are always printed. Raises a MeshError if the work file
+        belongs to another input.
+        """
+        from ..studio.documents.history import classes_in_work
+
+        content, digest = bytes(read_content(path)), hashlib.sha256(self.data).hexdigest()
+        source = Path(name_of(self.text))
+        classes, notes = classes_in_work(path, content, source, digest, n_cells)
+        print_notes(notes)
+        return classes
+
+    @property
+    def steps(self) -> Floats:
+        """Quantization steps of x, y and z, (3,), if this is a LAS or LAZ file; 0 otherwise."""
+        is_las = self.ending in (".las", ".laz")
+        return np.array(las_steps(self.data) if is_las else (0.0, 0.0, 0.0))
+
+
+def labels_for(source: Input, cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
+    """Read labels of `cells` from a label file; the other parameters are as in `given_labels`.
 
     Labels of vertices are converted by `labels_of_cells`, which also explains `is_quiet`.
     """
-    return labels_of_cells(cells, given_labels(cells, path, name), is_quiet=is_quiet)
+    return labels_of_cells(cells, given_labels(source, cells, path, name), is_quiet=is_quiet)
 
 
 def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints:
@@ -123,42 +146,51 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
     return labels
 
 
-def given_labels(cells: Cells, path: Path, name: str) -> GivenLabels:
+def given_labels(source: Input, cells: Cells, path: Path, name: str) -> GivenLabels:
     """Read a label file, which has one label per cell or, for a mesh, one label per vertex.
 
-    A work file of the studio has the class of each cell; 0 means no class.
+    `source` is the input that contains the `cells`, and `name` is the same as in `read_labels`. If
+    the label file is a work file of the studio, the labels are the classes, and -1 for no class.
     """
-    if path.suffix == WORK_ENDING:
-        from ..studio.documents.history import classes_in_work
-
-        classes = classes_in_work(path, bytes(read_content(path)), cells.n_cells)
-        return GivenLabels(path, classes, False)
+    if is_work(path):
+        classes = source.classes_in_work(path, cells.n_cells)
+        return GivenLabels(path, np.where(classes > 0, classes, np.int32(NO_REGION)), False)
     ending = known_ending(path, LABEL_ENDINGS)
-    source = Input(str(path), read_content(path), ending, path.parent)
+    labeled = Input(str(path), read_content(path), ending, path.parent)
     n_vertices = getattr(cells, "n_vertices", None)
     with named_errors(path):
-        labels = parse_labels(source.data, ending, None, name)
+        labels = parse_labels(labeled.data, ending, None, name)
         if n_vertices is not None and ending in VERTEX_ENDINGS:
             check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             return GivenLabels(path, labels, True)
-        if len(labels) == n_vertices != cells.n_cells:
-            return GivenLabels(path, labels, True)
-        checked_labels(labels, cells.n_cells)
+        are_of_vertices = len(labels) == n_vertices != cells.n_cells
+        if not are_of_vertices:
+            checked_labels(labels, cells.n_cells)
     if ending in PLACED_ENDINGS:
-        _check_same_order(cells, source.cells(), path)
-    return GivenLabels(path, labels, False)
+        _check_same_order(source, cells, labeled, are_of_vertices=are_of_vertices)
+    return GivenLabels(path, labels, are_of_vertices)
 
 
-def _check_same_order(cells: Cells, labeled: Cells, path: Path) -> None:
-    """Raise a MeshError if the cells of a labeled file differ from `cells` in position or order.
+def is_work(path: Path) -> bool:
+    """Return whether a path has the ending of work files of the studio."""
+    return path.suffix.lower() == WORK_ENDING
 
-    Positions may differ by rounding to float32, which many formats store.
+
+def _check_same_order(source: Input, cells: Any, labeled: Input, *, are_of_vertices: bool) -> None:
+    """Raise a MeshError if labeled cells differ from the cells of `source` in position or order.
+
+    If `are_of_vertices` is true, the points in `labeled` are compared with the vertices of `cells`.
+    Positions may differ by rounding to float32, which many formats store, and by one quantization
+    step of LAS. These tolerances are smaller than the distances that the formats can represent.
     """
-    expected, given = (kind_of(some).positions(some) for some in (cells, labeled))
-    rounding = np.finfo(np.float32).eps * np.abs(expected).max()
-    tolerance = 1e-4 * np.ptp(expected, axis=0).max() + rounding
-    if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:
-        plural = kind_of(cells).plural
+    kind, others = kind_of(cells), labeled.cells()
+    expected = cells.vertices if are_of_vertices else kind.positions(cells)
+    given = kind_of(others).positions(others)
+    # Half of `eps` is the maximum relative error of rounding.
+    tolerance = np.finfo(np.float32).eps * np.abs(cells.bounds).max(axis=0)
+    tolerance += np.maximum(source.steps, labeled.steps)
+    if expected.shape != given.shape or (np.abs(expected - given) > tolerance).any():
+        path, plural = Path(labeled.text), "vertices" if are_of_vertices else kind.plural
         raise MeshError(
             f"{path}: the {plural} or their order differ from the input, so the labels do not fit:"
             f" use {path.name} as the input, or give labels as .npy"
@@ -175,7 +207,7 @@ def labels_beside(
     """
     if labels is None:
         return source.labels(cells.n_cells, name)
-    return labels_for(cells, labels, name, is_quiet=is_quiet)
+    return labels_for(source, cells, labels, name, is_quiet=is_quiet)
 
 
 def read_input(text: str, format: str | None = None) -> Input:
@@ -248,20 +280,28 @@ def constraints_of(
     of `source`, the input that contains the `cells`. Raises a MeshError if no cell is kept.
     """
     keywords: dict[str, Any] = {}
+    n_cells = cells.n_cells
     if mask is not None:
-        keywords["mask"] = mask_of(_read_mask(mask, cells.n_cells, name), values, mask, cells)
+        keywords["mask"] = mask_of(_read_mask(mask, source, n_cells, name), values, mask, cells)
     elif values is not None:
-        labels = source.integers(cells.n_cells, name)
+        labels = source.integers(n_cells, name)
         keywords["mask"] = mask_of(labels, values, name_of(source.text), cells)
     if barriers is not None:
-        keywords["barriers"] = read_labels(barriers, cells.n_cells, name=name)
+        keywords["barriers"] = _read_integers(barriers, source, n_cells, name)
     return keywords
 
 
-def _read_mask(path: Path, n_cells: int, name: str) -> Ints:
+def _read_integers(path: Path, source: Input, n_cells: int, name: str) -> Ints:
+    """Read one integer per cell of `source`: a label, or the class in a work file of the studio."""
+    if is_work(path):
+        return source.classes_in_work(path, n_cells)
+    return read_labels(path, n_cells, name=name)
+
+
+def _read_mask(path: Path, source: Input, n_cells: int, name: str) -> Ints:
     """Read the value of each cell from a mask file; False is 0, and True is 1."""
-    if known_ending(path, LABEL_ENDINGS) != ".npy":
-        return read_labels(path, n_cells, name=name)
+    if is_work(path) or known_ending(path, LABEL_ENDINGS) != ".npy":
+        return _read_integers(path, source, n_cells, name)
     data = read_content(path)
     with named_errors(path):
         values = npy_array(data, "labels")

@@ -99,7 +99,8 @@ def levels_command(
         cells, attributes = source.cells_and_attributes(keep=keeps or bool(features))
         given = None
         if labels is not None:  # label numbers in a file may have gaps
-            given, _ = ranked_labels(labels_for(cells, labels, labels_named, is_quiet=is_quiet))
+            of_file = labels_for(source, cells, labels, labels_named, is_quiet=is_quiet)
+            given, _ = ranked_labels(of_file)
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
         n_threads, is_kept = checked_threads(options["n_threads"]), constraints.get("mask")

@@ -82,7 +82,7 @@ def lift_command(
         file = read_input(str(source), format)
         cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         check_fit(cells, None, run.job.endings, run.form)
-        of_file = given_labels(cells, labels, run.labels_named)
+        of_file = given_labels(file, cells, labels, run.labels_named)
         regions, names = ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]

@@ -47,8 +47,9 @@ def transfer_command(
     run = OneRun(target, (source, labels), given)
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
-        cells = read_input(str(source), format).cells()
-        of_source = labels_for(cells, labels, run.labels_named, is_quiet=run.is_quiet)
+        origin = read_input(str(source), format)
+        cells = origin.cells()
+        of_source = labels_for(origin, cells, labels, run.labels_named, is_quiet=run.is_quiet)
         file = read_input(str(target), target_format)
         goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         check_fit(goal, None, run.job.endings, run.form)

@@ -69,7 +69,7 @@ def view_command(
     shown = _levels_of(source, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} has no labels: give a label file with --labels")
-    truth = None if gt is None else labels_for(cells, gt, labels_named, is_quiet=True)
+    truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_quiet=True)
     values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title

@@ -118,15 +118,18 @@ class FormatOptions:
         names = None if classes is None else tuple(map(_checked_class, classes))
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
-    def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if the number of classes or scores is not the number of regions."""
+    def check_classes(self, labels: Ints | None, noun: str = "region") -> None:
+        """Raise a MeshError if the number of classes or scores is not the number of labels.
+
+        The label -1 is not counted. `noun` is the noun for what the labels stand for.
+        """
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
             if labels is None:
-                raise MeshError(f"{name} need labels, because there is one value per region")
-            n_regions = len(np.unique(labels[labels >= 0]))
-            check_length(given, n_regions, name, "region", error=MeshError)
+                raise MeshError(f"{name} need labels, because there is one value per {noun}")
+            n_labels = len(np.unique(labels[labels >= 0]))
+            check_length(given, n_labels, name, noun, error=MeshError)
 
 
 def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:

@@ -31,8 +31,14 @@ _MAX_LETTERS = 31
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:
-    """Write points as CSV: a header line, then one line per point with x, y, z and the label."""
+    """Write points as CSV: a header line, then one line per point with x, y, z and the label.
+
+    If there are no labels, the property ``label`` is written if it contains integers.
+    """
     cloud, labels = content.cells, content.labels
+    if labels is None and content.attributes is not None:
+        stored = content.attributes.vertex.get("label")
+        labels = stored if stored is not None and stored.dtype.kind in "iu" else None
     names = ["x", "y", "z"] + ([] if labels is None else ["label"])
     file.write((",".join(names) + "\n").encode())
     row = ",".join(["%.17g"] * 3 + ([] if labels is None else ["%d"])) + "\n"

@@ -95,7 +95,8 @@ def write_mesh(
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or created by you. A property
         is skipped if the file already has a property of this name, such as ``label`` or ``red`` in
-        PLY. Only PLY, VTP, PCD, LAS and LAZ store properties. OBJ, GLB and PLY store the texture,
+        PLY. Only PLY, VTP, PCD, LAS and LAZ store properties; CSV stores only an integer property
+        ``label``. OBJ, GLB and PLY store the texture,
         but a PLY file of polygons can store a texture only if the texture comes from a PLY file.
     ascii : bool, default False
         Whether to write text instead of binary numbers, for programs that read only text.

@@ -113,7 +113,7 @@ def group_segments(
     ids = ranked_labels(read_labels(segments))[1]
     check_length(np.atleast_1d(objects), len(ids), "objects", "segment")
     of_segments = checked_classes(objects, len(ids), "objects")
-    options.check_classes(of_segments)
+    options.check_classes(of_segments, "object")
     with atomic_outputs([output]) as (temporary,), temporary.open("wb") as file:
         write_aggregation(
             file, ids, of_segments, scene_of(Path(output), GROUPS), classes=options.classes,

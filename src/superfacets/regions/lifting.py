@@ -245,7 +245,7 @@ def _labels_of_regions(cells: Any, regions: Any) -> tuple[Ints, int]:
     """Return the region of each cell, from 0 or -1, and the number of regions."""
     n_vertices: Any = getattr(cells, "n_vertices", None)
     if n_vertices == cells.n_cells or np.shape(regions) != (n_vertices,):
-        return checked_regions(regions, cells.n_cells, n_vertices)
+        return checked_regions(regions, cells.n_cells, n_vertices, "regions")
     of_vertices, names = ranked_labels(checked_vertex_classes(regions, n_vertices, "regions"))
     if not len(names):
         raise ValueError("regions must contain at least one region, but all labels are -1")

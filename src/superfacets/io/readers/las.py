@@ -139,6 +139,11 @@ def read_las(data: Content) -> LasContent:
     return LasContent(points, columns, frame, left_out)
 
 
+def las_steps(data: Content) -> tuple[float, float, float]:
+    """Return the quantization steps of x, y and z in a LAS or LAZ file, in the unit of the file."""
+    return _header_of(data).scales
+
+
 def _header_of(data: Content) -> _Header:
     if data[:4] != b"LASF" or len(data) < 227:
         raise MeshError("not a LAS file: the header is missing or truncated")

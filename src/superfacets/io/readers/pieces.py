@@ -17,7 +17,8 @@ from ..tables import ConvertedRows, JoinedRows, RecordRows, Rows
 from .b3dm import Placement
 from .clouds import ROTATIONS, SCALES, holds_cloud, splat_axes
 from .npy import MAX_NPY_HEADER, npy_header
-from .ply_header import INDEX_NAMES, Element, read_header
+from .ply_body import check_end, skip_rows
+from .ply_header import INDEX_NAMES, Element, Header, read_header
 from .read import CELL_ENDINGS, cell_ending
 from .tileset import read_tileset, tileset_at
 
@@ -168,21 +169,11 @@ def _as_axes(rows: Array, begin: int) -> Array:
 def _ply_pieces(path: Path) -> Pieces | None:
     """Return the tables of a binary PLY file, or None if the file must be loaded completely."""
     header, content = read_header(path)
-    is_cloud, n_bytes = holds_cloud(content, ".ply"), path.stat().st_size
-    found, begin = dict[str, tuple[int, Element, np.dtype[Any]]](), header.size
-    for element in header.elements if header.byte_order else ():
-        record = element.record()
-        if record is None:
-            break
-        if element.n_rows * record.itemsize > n_bytes - begin:
-            if is_cloud or element.name == "face":
-                return None
-            raise MeshError(
-                f"{path}: the PLY header declares {counted(element.n_rows, 'row')} of element"
-                f" {element.name!r} but the file has fewer: it may be truncated"
-            )
-        found[element.name] = begin, element, record
-        begin += element.n_rows * record.itemsize
+    is_cloud = holds_cloud(content, ".ply")
+    located = _elements_in(path, header, is_cloud=is_cloud)
+    if located is None:
+        return None
+    found, end = located
 
     def rows(name: str, columns: tuple[str, ...], length: str | None = None) -> RecordRows | None:
         first, element, record = found.get(name, (0, None, np.dtype([])))
@@ -195,6 +186,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
         names = [stored.name for stored in found["vertex"][1].properties]
         if len(set(names)) < len(names):
             return None
+        check_end(path, end)
         normals = rows("vertex", NORMALS)
         if normals is not None and _are_zero(normals):  # as in `read_cloud`, zeros are ignored
             normals = None
@@ -207,7 +199,35 @@ def _ply_pieces(path: Path) -> Pieces | None:
         )
     tables = [rows("face", (name,), f"number of {name}") for name in INDEX_NAMES]
     corners = next((table for table in tables if table is not None), None)
-    return Pieces(points, corners) if points and corners and begin == n_bytes else None
+    return Pieces(points, corners) if points and corners and end == path.stat().st_size else None
+
+
+def _elements_in(
+    path: Path, header: Header, *, is_cloud: bool
+) -> tuple[dict[str, tuple[int, Element, np.dtype[Any]]], int] | None:
+    """Return the offset and row type of each element of a binary PLY file, and the end offset.
+
+    Elements with lists other than corners are left out. In a mesh, all elements after them are left
+    out, too. The result is None if the file must be loaded completely, because it is truncated.
+    """
+    found, begin, n_bytes = {}, header.size, path.stat().st_size
+    for element in header.elements if header.byte_order else ():
+        record = element.record()
+        if record is None and is_cloud:
+            begin = skip_rows(element, path, begin)
+            continue
+        if record is None:
+            break
+        if element.n_rows * record.itemsize > n_bytes - begin:
+            if is_cloud or element.name == "face":
+                return None
+            raise MeshError(
+                f"{path}: the PLY header declares {counted(element.n_rows, 'row')} of element"
+                f" {element.name!r} but the file has fewer: it may be truncated"
+            )
+        found[element.name] = begin, element, record
+        begin += element.n_rows * record.itemsize
+    return found, begin
 
 
 def _npy_pieces(path: Path) -> Pieces | None:

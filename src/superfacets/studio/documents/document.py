@@ -122,7 +122,7 @@ class Document:
 
     @classmethod
     def _of(cls, source: Source, journal: Journal, classes: ClassList | None) -> Document:
-        source.check_work(journal)
+        journal.check_source(source.path, source.digest, source.n_cells)
         history = History.replayed(journal, source.n_cells, classes)
         segmenter = Segmenter(source.cells)
         base = segmenter.base(history.state.partition.parameters)

@@ -131,16 +131,18 @@ class History:
         return self.state.is_reviewed and (is_new or kept)
 
 
-def classes_in_work(path: Path, data: bytes, n_cells: int) -> Ints:
-    """Return the class of each cell, (N,), in the content of a work file; 0 means no class.
+def classes_in_work(
+    path: Path, data: bytes, source: Path, digest: str, n_cells: int
+) -> tuple[Ints, list[str]]:
+    """Return the class of each cell, (N,), in the content of a work file, and notes about damage.
 
-    Raises JournalError if the data is not a valid work file of a mesh with `n_cells` cells.
+    The class 0 means no class. `digest` is the SHA-256 hash of `source`, the file of the cells.
+    Raises JournalError if the data is not a valid work file of this file.
     """
     journal = parsed_work(path, data)
-    found = journal.header.get("n_cells")
-    if found != n_cells:
-        raise JournalError(f"{path}: the work file has {found} cells, but the mesh has {n_cells}")
-    return History.replayed(journal, n_cells, None).state.classes.astype(np.int32)
+    journal.check_source(source, digest, n_cells)
+    state = History.replayed(journal, n_cells, None).state
+    return state.classes.astype(np.int32), journal.notes
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})

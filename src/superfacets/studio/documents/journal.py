@@ -83,6 +83,26 @@ class Journal:
             raise
         return journal
 
+    def check_source(self, source: Path, digest: str, n_cells: int) -> None:
+        """Raise a JournalError if this is not a work file of `source`, or if its header is damaged.
+
+        `digest` is the SHA-256 hash of the input file `source`, which has `n_cells` cells.
+        """
+        file, found = self.header.get("file"), self.header.get("n_cells")
+        if not isinstance(file, dict) or found is None:
+            raise JournalError(f"{self.path}: the first line of the work file is damaged")
+        if (file.get("sha256"), found) == (digest, n_cells):
+            return
+        name = file.get("name")
+        if name == source.name:
+            reason = f"{source} has changed since the work was begun"
+        else:
+            reason = f"the work file belongs to {name}, not to {source.name}"
+        raise JournalError(
+            f"{self.path}: {reason}: restore the old file, or use another work file (--work of"
+            " superfacets studio)"
+        )
+
     def append(self, line: Mapping[str, Any]) -> None:
         """Append a line, and return after it is on disk.
 

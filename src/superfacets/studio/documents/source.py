@@ -15,7 +15,6 @@ from ...io.guards import read_content
 from ...io.readers.read import cell_ending, parse_cells_and_attributes
 from ...io.textures import Texture
 from ...mesh.base import Cells
-from .journal import Journal, JournalError
 
 
 class ChangedError(RuntimeError):
@@ -79,22 +78,6 @@ class Source:
                 " start the studio again and give --work a new file (all work is saved)"
             )
         self._seen = stamp
-
-    def check_work(self, journal: Journal) -> None:
-        """Raise a JournalError if a work file belongs to another input, or has a damaged header."""
-        file, n_cells = journal.header.get("file"), journal.header.get("n_cells")
-        if not isinstance(file, dict) or n_cells is None:
-            raise JournalError(f"{journal.path}: the first line of the work file is damaged")
-        if (file.get("sha256"), n_cells) == (self.digest, self.n_cells):
-            return
-        name = file.get("name")
-        if name == self.path.name:
-            reason = f"{self.path} has changed since the work was begun"
-        else:
-            reason = f"the work file belongs to {name}, not to {self.path.name}"
-        raise JournalError(
-            f"{journal.path}: {reason}: restore the old file, or give --work another file"
-        )
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
