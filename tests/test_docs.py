@@ -312,12 +312,12 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(
     counts = np.zeros((5, 5), int)  # the last row and column: in no plane
     np.add.at(counts, (labels, planes), 1)
     assert counts[:4, :4].max(axis=1).sum() > least * (planes >= 0).sum()  # others are at ridges
-    # The formulas of the page for slope and aspect: the sides of the roofs face west and east.
-    cloud = sf.PointCloud(points, viewpoints=[500_100, 5_400_100, 10_000])
-    normals = sf.region_graph(cloud, labels).plane_normals[counts[:4, :4].argmax(axis=0)]
-    assert np.degrees(np.arccos(normals[:, 2])) == pytest.approx([26.57] * 4, abs=1)
-    aspects = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
-    assert aspects == pytest.approx([270, 90, 270, 90], abs=3)
+    pytest.importorskip("geopandas")
+    exec(code_of_clouds("concave_hull"), names := {"sf": sf, "np": np})
+    table = names["geopandas"].read_file("planes.gpkg").iloc[counts[:4, :4].argmax(axis=0)]
+    assert table["slope"].tolist() == pytest.approx([26.57] * 4, abs=1)
+    assert table["aspect"].tolist() == pytest.approx([270, 90, 270, 90], abs=3)  # west and east
+    assert table.geometry.area.tolist() == pytest.approx([70] * 4, rel=0.15)
 
 
 def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, monkeypatch):
@@ -343,6 +343,8 @@ def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, 
         offsets = tile.xyz[:, :2] - corner
         assert ((offsets >= 0) & (offsets < 20)).all()
         assert (tile.label >= 0).mean() > 0.98
+    first, *others = ({*tile.label} - {-1} for tile in written.values())
+    assert all(first.isdisjoint(labels) for labels in others)
     found = np.concatenate([tile.xyz for tile in written.values()])
     assert np.sort(found, axis=0) == pytest.approx(np.sort(points[planes >= 0], axis=0), abs=1e-3)
 
@@ -367,7 +369,7 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
     assert needs <= {
         "trimesh", "pyvista", "open3d", "psb", "meshio", "skimage", "pandas", "networkx", "xatlas",
-        "pyfqmr", "psutil", "scipy", "segment_anything", "torch",
+        "pyfqmr", "psutil", "scipy", "segment_anything", "torch", "geopandas",
     }  # fmt: skip
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
