@@ -302,7 +302,7 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(
 ):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
-    points, planes = write_tile("tile.las", density)
+    _, planes = write_tile("tile.las", density)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         exec(code_of_clouds("is_coplanar"), {"sf": sf, "np": np})
     assert printed.getvalue() == "4 roof planes\n"

@@ -104,6 +104,8 @@ from .regions.nearest_labels import transfer as transfer
 from .regions.pooling import pool as pool
 from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool
+from .regions.primitives import Primitives as Primitives
+from .regions.primitives import fit_primitives as fit_primitives
 from .regions.smooth import smooth_borders as smooth_borders
 from .regions.submeshes import Submesh as Submesh
 from .regions.submeshes import split_regions as split_regions
