@@ -163,6 +163,23 @@ def drilled_block(n_around=64, width=1.0, height=0.3, radius=0.3):
     return Mesh(vertices, faces)
 
 
+def rounded_slab(n_arc):
+    """Return a flat prism over a rounded rectangle: 2 triangles per side and per strip."""
+    turns = np.linspace(0, np.pi / 2, n_arc + 1)
+    corners = [(4, 2), (-4, 2), (-4, -2), (4, -2)]
+    arcs = [
+        np.stack([x + np.cos(turns + k * np.pi / 2), y + np.sin(turns + k * np.pi / 2)], axis=1)
+        for k, (x, y) in enumerate(corners)
+    ]
+    outline = np.concatenate(arcs)
+    n = len(outline)
+    i, j = np.arange(n), np.roll(np.arange(n), -1)
+    fan = np.stack([np.zeros(n - 2, int), i[1:-1], i[2:]], axis=1)
+    sides = [np.stack([i, j, n + j], axis=1), np.stack([i, n + j, n + i], axis=1)]
+    levels = [np.insert(outline, 2, z, axis=1) for z in (0, 3)]
+    return Mesh(np.concatenate(levels), np.concatenate([fan[:, ::-1], n + fan, *sides]))
+
+
 def bowl(n_around=24, thickness=0.1):
     """Return half a sphere with walls, closed and smooth except at its rim."""
     n_rings = n_around // 4

@@ -168,45 +168,17 @@ def test_the_python_of_a_page_runs_and_prints_what_it_says(path, files):
         run_page(path)
 
 
-def rounded_slab(n_arc):
-    """Return a flat prism over a rounded rectangle: 2 triangles per side and per strip."""
-    turns = np.linspace(0, np.pi / 2, n_arc + 1)
-    corners = [(4, 2), (-4, 2), (-4, -2), (4, -2)]
-    arcs = [
-        np.stack([x + np.cos(turns + k * np.pi / 2), y + np.sin(turns + k * np.pi / 2)], axis=1)
-        for k, (x, y) in enumerate(corners)
-    ]
-    outline = np.concatenate(arcs)
-    n = len(outline)
-    i, j = np.arange(n), np.roll(np.arange(n), -1)
-    fan = np.stack([np.zeros(n - 2, int), i[1:-1], i[2:]], axis=1)
-    sides = [np.stack([i, j, n + j], axis=1), np.stack([i, n + j, n + i], axis=1)]
-    levels = [np.insert(outline, 2, z, axis=1) for z in (0, 3)]
-    return sf.Mesh(np.concatenate(levels), np.concatenate([fan[:, ::-1], n + fan, *sides]))
-
-
 def cad_block(word):
     """The first block of the page of CAD parts that contains a word."""
     blocks = python_blocks(DOCS / "howto" / "cad.md")
     return next(block.code for block in blocks if word in block.code)
 
 
-def cad_table(part, labels):
-    """What the page of CAD parts prints for each region, without the number of the region."""
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(cad_block("lstsq"), {"part": part, "labels": labels, "sf": sf, "np": np})
-    return [line.split(" ", 1)[1] for line in printed.getvalue().splitlines()]
-
-
-def sharp_regions(part):
-    return sf.segment(part, 1, barriers=sf.sharp_edges(part, 30)).labels
-
-
 @pytest.mark.parametrize("n_arc", [4, 8, 40])
 def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_path, monkeypatch):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
-    part = rounded_slab(n_arc)
+    part = shapes.rounded_slab(n_arc)
     names = {"part": part, "sf": sf, "np": np}
     exec(cad_block("is_flat"), names)
     assert names["labels"].max() == 9
@@ -214,63 +186,13 @@ def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_p
     is_flat = (np.abs(normals) > 1e-9).sum(axis=1) == 1
     assert np.array_equal(names["is_flat"][names["patches"].labels], is_flat)
     assert np.array_equal(sf.read_labels("labels.npy"), names["labels"])
-    lines = cad_table(part, names["labels"])
-    assert sum(" flat " in line for line in lines) == 6
-    fillets = [line for line in lines if " boss 2.00 [0.0, 0.0, 1.0] " in line]
-    assert sorted(line.split("] ")[1] for line in fillets) == [
-        f"[{x}.0, {y}.0, 0.0]" for x, y in [(-4, -2), (-4, 2), (4, -2), (4, 2)]
-    ]
-
-
-@pytest.mark.parametrize("sides", [(1, 1), (40, 40), (1, 0.5), (0.2, 0.2)])
-def test_the_code_of_the_cad_page_finds_no_cylinder_in_a_prism(sides):
-    """All corners of a square with small fillets have about the same distance from its center."""
-    slab = rounded_slab(8)
-    inner = np.sign(slab.vertices) * [4, 2, 0]  # centers of the fillets
-    slab = sf.Mesh(slab.vertices - inner + np.sign(inner) * [*sides, 0] * 10, slab.faces)
-    kinds = [line.split()[1] for line in cad_table(slab, sharp_regions(slab))]
-    assert sorted(kinds) == ["flat", "flat", "other"]
-
-
-def test_the_code_of_the_cad_page_measures_a_tilted_bore_with_a_groove():
-    block = shapes.drilled_block(64)
-    labels = sharp_regions(block)
-    hole = np.argmin(sf.region_graph(block, labels).normal_lengths)
-    is_kept = np.ones(block.n_faces, bool)
-    is_kept[np.flatnonzero(labels == hole)[:16]] = False
-    axis = np.array([2, 3, 6]) / 7  # the direction of z after the turn
-    turn = np.stack([np.array([3, -6, 2]) / 7, np.array([6, 2, -3]) / 7, axis])
-    for flip, kind in [(1, "bore"), (-1, "boss")]:  # inside out, the hole is a boss
-        faces = block.faces[is_kept][:, ::flip]
-        part = sf.Mesh(10 * block.vertices @ turn + [50, 60, 70], faces)
-        lines = cad_table(part, sharp_regions(part))
-        [line] = [line for line in lines if "flat" not in line]
-        foot = np.array([50, 60, 70]) - axis * (axis @ [50, 60, 70])  # the hole was at the origin
-        assert line.endswith(f" {kind} 6.00 [0.29, 0.43, 0.86] {foot.round(2).tolist()}")
-
-
-def noisy_ring(n_around=100, n_along=10):
-    """A ring around z with noise: radii 0.5 and 1, height 0.5, squares of two triangles."""
-    corners = np.array([[1, 0], [1, 0.5], [0.5, 0.5], [0.5, 0]])  # radius and height
-    steps = np.linspace(0, 1, n_along, endpoint=False)[:, np.newaxis]
-    sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
-    radii, heights = np.concatenate([a + steps * (b - a) for a, b in sides]).T
-    turns = np.arange(n_around)[:, np.newaxis] * 2 * np.pi / n_around
-    grid = [radii * np.cos(turns), radii * np.sin(turns), np.broadcast_to(heights, (n_around, 40))]
-    points = np.stack(grid, axis=-1).reshape(-1, 3)
-    places = np.arange(len(points)).reshape(n_around, -1)
-    a, b = places, np.roll(places, -1, axis=0)
-    quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=-1).reshape(-1, 4)
-    noise = np.random.default_rng(0).normal(0, 0.001, points.shape)
-    return sf.Mesh(points + noise, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
-
-
-def test_the_code_of_the_cad_page_measures_noisy_bores():
-    part = noisy_ring()
-    lines = cad_table(part, sharp_regions(part))
-    kinds = sorted(line.split(" ", 1)[1].split(" [")[0] for line in lines)
-    assert kinds == ["bore 1.00", "boss 2.00", "flat", "flat"]
-    assert sum("[0.0, 0.0, 1.0] [" in line for line in lines) == 3
+    found = sf.fit_primitives(part, names["labels"])
+    fillets = found.kinds == "cylinder"
+    assert (fillets.sum(), (found.kinds == "plane").sum()) == (4, 6)
+    assert found.radii[fillets] == pytest.approx(1)
+    assert found.is_convex[fillets].all()
+    centers = sorted(found.points[fillets].round(6).tolist())
+    assert centers == [[-4, -2, 1.5], [-4, 2, 1.5], [4, -2, 1.5], [4, 2, 1.5]]
 
 
 def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monkeypatch):
