@@ -60,6 +60,32 @@ def test_options_are_handed_on(run, sheet, served, tmp_path):
         assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
 
 
+def test_other_classes_than_those_of_the_folder_are_an_error(run, sheet, served, tmp_path):
+    names = tmp_path / "names.txt"
+    names.write_text("roof\nwall\n")
+    assert run("studio", sheet.parent, "--no-browser", "--classes", names)[0] == 0
+    with served[0][0].document(0):
+        pass  # stores the classes
+    served[0][0].close()
+    assert run("studio", sheet.parent, "--list", "--classes", names)[0] == 0
+    stored = sheet.with_name("superfacets-classes.json")
+    before = stored.read_bytes()
+    names.write_text("wall\nroof\n")
+    status, _, err = run("studio", sheet.parent, "--list", "--classes", names)
+    assert (status, err.count("\n")) == (2, 1)
+    assert f"{stored}: the folder has other classes" in err
+    assert stored.read_bytes() == before
+
+
+def test_contradictory_options_and_folders_are_errors(run, sheet):
+    status, _, err = run("studio", sheet, "--list", "--export", "classes")
+    assert status == 2
+    assert "--list and --export exclude each other" in err
+    status, _, err = run("agree", sheet.parent, sheet, sheet)
+    assert status == 2
+    assert f"{sheet.parent} is a folder: compare the work of one mesh at a time" in err
+
+
 def test_a_port_in_use_is_an_error(run, sheet, served):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

@@ -419,6 +419,14 @@ def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
     document = Document.open(path)
     document.paint(_range(0, 40), 1, objects=1)
     document.compare("theirs", (tmp_path / "theirs.studio.jsonl").read_bytes())
+    rows = [row["objects"] for row in document.agreement()["classes"]]
+    assert rows == [
+        [
+            {"object": 1, "mine": 1, "theirs": 2, "iou": 0.5},
+            {"object": 2, "mine": None, "theirs": 1, "iou": 0},
+        ],
+        [{"object": 1, "mine": None, "theirs": 1, "iou": 0}],
+    ]
     document.accept(_range(0, 40), "theirs")
     assert document.instances[[0, 11, 12, 31, 32]].tolist() == [1002, 1002, 1001, 1001, 2001]
     document.close()
@@ -440,6 +448,14 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     assert result.exit_code == 0, result.output
     assert result.output.startswith("both labeled 56.2 % of the area\n")
     assert "both agree on 88.9 % of the area that both have labeled" in result.output
+    assert [line.split() for line in result.output.splitlines()[2:-1]] == [
+        ["IoU", "class", "object", "in", "MINE", "object", "in", "THEIRS"],
+        ["0.857", "chair", "all", "all"],
+        ["1.000", "chair", "1", "9"],
+        ["0.750", "chair", "2", "2"],
+        ["0.667", "table", "all", "all"],
+        ["0.667", "table", "1", "1"],
+    ]
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [
         1001,

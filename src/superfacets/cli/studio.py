@@ -55,6 +55,8 @@ def studio_command(
     from ..studio.documents.files import Files
     from ..studio.labels.classes import read_classes
 
+    if is_list and exports:
+        raise click.UsageError("--list and --export exclude each other: run the command twice")
     if output is not None and not exports:
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
     given = () if classes is None else read_classes(classes)
@@ -114,7 +116,7 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
         if targets.count(target) > 1:
             raise FileExistsError(
                 f"{inputs[index]}: inputs that differ only in the ending have the same exports:"
-                " export each of them to another folder with -o"
+                " export one input at a time, each to another folder with -o"
             )
         document = files.read(started[index])
         try:
@@ -150,12 +152,16 @@ def agree_command(
     MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
     percentage of the area that both have labeled, the percentage of this area on which class and
     object agree, and the IoU of each class and object. Cells that only one person has labeled do
-    not change the agreement or the IoU. Classes are matched by name, and objects by their overlap.
-    The merged work keeps labels of cells that only one person has labeled.
+    not change the agreement or the IoU. Classes are matched by name, and objects by their overlap;
+    objects that only one person has are marked with -. The merged work keeps labels of cells that
+    only one person has labeled.
     """
     _check_extra()
     from ..studio.documents.document import merged_work
 
+    for path in (mesh, mine, theirs):
+        if path.is_dir():
+            raise click.UsageError(f"{path} is a folder: compare the work of one mesh at a time")
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
@@ -169,9 +175,14 @@ def _text(found: dict[str, Any]) -> str:
         f"both labeled {100 * found['labeled']:.1f} % of the area",
         f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
     ]
+    rows = [("IoU", "class", "object in MINE", "object in THEIRS")]
     for row in found["classes"]:
-        lines.append(f"{row['iou']:.3f}  {row['name']}")
-        lines += [f"  {one['iou']:.3f}  {row['name']} {one['object']}" for one in row["objects"]]
+        rows.append((f"{row['iou']:.3f}", row["name"], "all", "all"))
+        for one in row["objects"]:
+            mine, theirs = ("-" if one[side] is None else one[side] for side in ("mine", "theirs"))
+            rows.append((f"{one['iou']:.3f}", row["name"], mine, theirs))
+    width = max(len(name) for _, name, *_ in rows)
+    lines += [f"{a:5}  {b:{width}}  {c:>14}  {d:>16}" for a, b, c, d in rows]
     return "\n".join(lines)
 
 

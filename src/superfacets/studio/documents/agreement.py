@@ -30,6 +30,7 @@ class Theirs:
     name: str
     paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
     class_list: ClassList  # my classes, followed by classes that only they use
+    objects: dict[int, int]  # from ``class * 1000 + object`` in `paint` to their object number
 
     def differs(self, mine: Paint) -> Bools:
         """Return a mask of cells that both people have labeled, but with different labels."""
@@ -50,8 +51,8 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
     own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
-    given = _matched_objects(own, classes * INSTANCES + objects, areas)
-    return Theirs(name, paint_of(classes, given), class_list)
+    given, numbers_of_theirs = _matched_objects(own, classes * INSTANCES + objects, areas)
+    return Theirs(name, paint_of(classes, given), class_list, numbers_of_theirs)
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
@@ -66,13 +67,14 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
     return numbers, known
 
 
-def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
+def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> tuple[Longs, dict[int, int]]:
     """Renumber the objects in `theirs` so that matching objects have the same number as in `mine`.
 
     Both arrays contain ``class * 1000 + object`` for each cell. Returns the new object number of
-    each cell, or 0 for cells that are in no object of `theirs`. Objects of the same class are
-    matched one to one, greedily in descending order of IoU. Unmatched objects of a class get
-    numbers above all object numbers of this class in `mine`.
+    each cell, or 0 for cells that are in no object of `theirs`, and a dict that maps
+    ``class * 1000 + new number`` to the old number. Objects of the same class are matched one to
+    one, greedily in descending order of IoU. Unmatched objects of a class get numbers above all
+    object numbers of this class in `mine`.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -86,7 +88,7 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
     for own in np.unique(mine).tolist():
         highest[own // INSTANCES] = own % INSTANCES
     found, ranks = np.unique(theirs, return_inverse=True)
-    numbers = np.zeros(len(found), np.int64)
+    numbers, old_numbers = np.zeros(len(found), np.int64), {}
     for rank, other in enumerate(found.tolist()):
         class_id, object_id = divmod(other, INSTANCES)
         if object_id and other not in number_of:
@@ -95,8 +97,10 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
                 raise JournalError(
                     f"the two work files together have {INSTANCES} or more objects of a class"
                 )
-        numbers[rank] = number_of[other] if object_id else 0
-    return numbers[ranks]
+        if object_id:
+            numbers[rank] = number_of[other]
+            old_numbers[class_id * INSTANCES + number_of[other]] = object_id
+    return numbers[ranks], old_numbers
 
 
 def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
@@ -120,11 +124,13 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
     ``labeled`` is the fraction of the whole area that both people have labeled. All other numbers
     refer to this area only: ``share`` is the fraction of it with equal class and object, and
-    ``classes`` is a list with the IoU of each class and of its objects. ``object`` is an object
-    number in my labels, or a new number if only they have the object.
+    ``classes`` is a list with the IoU of each class and of its objects. ``object`` is the number of
+    the object in merged labels, and ``mine`` and ``theirs`` are its numbers in my and their labels;
+    None if it does not exist there.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
+    own = set(np.unique(paint).tolist())
     whole = float(areas.sum())
     paint, other, areas = paint[both], theirs.paint[both], areas[both]
     total = float(areas.sum())
@@ -135,7 +141,12 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     rows = []
     for class_id, iou in of_classes.items():
         objects = [
-            {"object": one >> 16, "iou": round(share, 6)}
+            {
+                "object": one >> 16,
+                "mine": one >> 16 if one in own else None,
+                "theirs": theirs.objects.get(class_id * INSTANCES + (one >> 16)),
+                "iou": round(share, 6),
+            }
             for one, share in of_objects.items()
             if one & 0xFFFF == class_id and one >> 16
         ]
