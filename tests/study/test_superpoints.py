@@ -124,8 +124,8 @@ def test_a_missing_label_file_is_named(plain_room, tmp_path):
     with pytest.raises(MeshError) as caught:
         study([plain_room], [tmp_path / "mine"])
     assert str(caught.value) == (
-        f"{tmp_path / 'mine' / 'sheet_n1.segs.json'} does not exist: add the labels of this room,"
-        f" or remove the room {plain_room}"
+        f"{tmp_path / 'mine'} has no labels of the room sheet_n1: add sheet_n1.segs.json or"
+        f" sheet_n1.0.010000.segs.json, or remove {plain_room}"
     )
 
 

@@ -207,8 +207,8 @@ def _labels_in(folder: Path, room: Path) -> Ints:
     paths = [path for path in folder.glob(f"{name}.*") if path.name.endswith(LABEL_ENDINGS)]
     if not paths:
         raise MeshError(
-            f"{folder / name}.segs.json does not exist: add the labels of this room, or remove the"
-            f" room {room}"
+            f"{folder} has no labels of the room {name}: add {name}.segs.json or"
+            f" {name}.0.010000.segs.json, or remove {room}"
         )
     # Segments are preferred to a picture of them, such as .ply.
     paths = [path for path in paths if path.name.endswith(".segs.json")] or paths
