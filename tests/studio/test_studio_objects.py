@@ -388,7 +388,13 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
     chair = next(row for row in found["classes"] if row["name"] == "chair")
     # Faces 8 to 80 are labeled in both works. Faces labeled in only one do not affect the IoU.
     assert chair["iou"] == 1.0
-    assert {row["object"]: row["iou"] for row in chair["objects"]} == {1: 1.0, 2: 1.0}
+    names = ("object", "mine", "theirs", "iou")
+    assert [tuple(row[name] for name in names) for row in chair["objects"]] == [
+        (1, 1, 9, 1.0),
+        (2, 2, 2, 1.0),
+        (5, 5, None, None),
+        (6, None, 5, None),  # a new number
+    ]
     assert found["share"] == 1.0
     assert found["labeled"] == pytest.approx(72 / 128)
     assert not len(document.differing())
@@ -439,7 +445,17 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     result = CliRunner().invoke(agree_command, arguments)
     assert result.exit_code == 0, result.output
     assert result.output.startswith("both labeled 56.2 % of the area\n")
-    assert "both agree on 88.9 % of the area that both have labeled" in result.output
+    assert result.output.splitlines()[1:-1] == [
+        "both agree on 88.9 % of the area that both have labeled",
+        "IoU    class  object in MINE  object in THEIRS  object when merged",
+        "0.857  chair",
+        "1.000  chair  1               9                 1",
+        "0.750  chair  2               2                 2",
+        "-      chair  5               -                 5",
+        "-      chair  -               5                 6",
+        "0.667  table",
+        "0.667  table  1               1                 1",
+    ]
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [
         1001,

@@ -30,6 +30,7 @@ class Theirs:
     name: str
     paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
     class_list: ClassList  # my classes, followed by classes that only they use
+    objects: dict[int, int]  # object number in their file of each value that `paint` had at first
 
     def differs(self, mine: Paint) -> Bools:
         """Return a mask of cells that both people have labeled, but with different labels."""
@@ -51,7 +52,10 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     classes, objects = numbers[state.classes], state.objects
     own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
     given = _matched_objects(own, classes * INSTANCES + objects, areas)
-    return Theirs(name, paint_of(classes, given), class_list)
+    paint = paint_of(classes, given)
+    found, first = np.unique(paint, return_index=True)
+    numbers_of_objects = dict(zip(found.tolist(), state.objects[first].tolist(), strict=True))
+    return Theirs(name, paint, class_list, numbers_of_objects)
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
@@ -118,38 +122,45 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     """Return a dict that says how well my labels and their labels agree.
 
-    ``labeled`` is the fraction of the whole area that both people have labeled. All other numbers
-    refer to this area only: ``share`` is the fraction of it with equal class and object, and
-    ``classes`` is a list with the IoU of each class and of its objects. ``object`` is an object
-    number in my labels, or a new number if only they have the object.
+    ``labeled`` is the fraction of the whole area that both people have labeled, and ``share`` is
+    the fraction of this part with equal class and object. ``classes`` is a list with the IoU, in
+    this part, of each class and of its objects; the IoU is None if the class or object has no cell
+    in this part. ``mine`` and ``theirs`` are the numbers of an object in the two files, or None,
+    and ``object`` is its number in merged work: my number, or a new one if only they have it.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
-    whole = float(areas.sum())
-    paint, other, areas = paint[both], theirs.paint[both], areas[both]
-    total = float(areas.sum())
-    agreed = float(areas[paint == other].sum())
-    of_classes = _ious(class_of(paint), class_of(other), areas)
-    of_objects = _ious(paint, other, areas)
-    names = names_of(theirs.class_list)
-    rows = []
-    for class_id, iou in of_classes.items():
-        objects = [
-            {"object": one >> 16, "iou": round(share, 6)}
-            for one, share in of_objects.items()
-            if one & 0xFFFF == class_id and one >> 16
-        ]
-        name = names.get(class_id, f"class {class_id}")
-        rows.append({"class": class_id, "name": name, "iou": round(iou, 6), "objects": objects})
+    whole, total = float(areas.sum()), float(areas[both].sum())
+    agreed = float(areas[both & (paint == theirs.paint)].sum())
     return {
         "name": theirs.name,
         "labeled": total / whole if whole else 0.0,
         "share": agreed / total if total else 0.0,
-        "classes": rows,
+        "classes": _rows(paint, theirs, both, areas[both]),
     }
 
 
+def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
+    """Return the ``classes`` of `agreement`; `areas` are those of the cells in the mask `both`."""
+    paint, other = mine[both], theirs.paint[both]
+    of_classes, of_objects = (
+        _ious(class_of(paint), class_of(other), areas), _ious(paint, other, areas)
+    )  # fmt: skip
+    names, own = names_of(theirs.class_list), {*np.unique(mine).tolist()}
+    rows: dict[int, dict[str, Any]] = {}
+    for one in sorted({*own, *theirs.objects} - {0}):
+        object_id, class_id = divmod(one, 1 << 16)
+        name, iou = names.get(class_id, f"class {class_id}"), of_classes.get(class_id)
+        new = {"class": class_id, "name": name, "iou": iou, "objects": []}
+        objects = rows.setdefault(class_id, new)["objects"]
+        if object_id:
+            numbers = {"mine": object_id if one in own else None, "theirs": theirs.objects.get(one)}
+            objects.append({"object": object_id, **numbers, "iou": of_objects.get(one)})
+    return [rows[class_id] for class_id in sorted(rows)]
+
+
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """Return a dict from each positive value to the IoU of its areas in `mine` and `theirs`."""
-    same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
+    """Return a dict from each positive value to the IoU of its areas, rounded to 6 digits."""
+    overlaps = _overlaps(mine, theirs, areas)
+    same = {own: round(iou, 6) for own, other, iou in overlaps if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}
