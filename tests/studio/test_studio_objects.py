@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import zipfile
 import zlib
 
@@ -14,7 +15,7 @@ from superfacets import write_mesh
 from superfacets.regions.vertices import vertex_labels
 from superfacets.studio.documents.document import Document, merged_work, work_file_of
 from superfacets.studio.documents.files import Files
-from superfacets.studio.documents.journal import _coded
+from superfacets.studio.documents.journal import JournalError, _coded
 from superfacets.studio.export.write import export, export_bytes
 from superfacets.studio.labels.classes import default_classes
 from superfacets.studio.labels.coding import base64_of
@@ -501,6 +502,16 @@ def test_the_work_on_another_mesh_is_not_compared(two, document):
         r" file, or use another work file \(--work of superfacets studio\)",
     ):
         document.compare("mine", two[1].read_bytes())
+
+
+@pytest.mark.parametrize("wrong", [1, 2])
+def test_agree_names_the_work_file_on_another_mesh(two, sheet, tmp_path, wrong):
+    other = tmp_path / "other.studio.jsonl"
+    Document.open(sheet, other).close()
+    paths = [*two]
+    paths[wrong] = other
+    with pytest.raises(JournalError, match=re.escape(f"{other}: the work file belongs to sheet")):
+        merged_work(*paths)
 
 
 def test_more_objects_than_fit_are_refused(two, monkeypatch):
