@@ -61,8 +61,9 @@ export class Comparison {
     const data = toBase64(new Uint8Array(await file.arrayBuffer()));
     field.value = "";
     this.shown.clear();
-    this.take(await this.workbench.session.compare([{ name: file.name, data }]));
-    await this.next();
+    const reply = await this.workbench.session.compare([{ name: file.name, data }]);
+    this.take(reply);
+    if (reply) await this.next();
   }
 
   private take(reply: CompareReply | null): void {
