@@ -60,32 +60,6 @@ def test_options_are_handed_on(run, sheet, served, tmp_path):
         assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
 
 
-def test_other_classes_than_those_of_the_folder_are_an_error(run, sheet, served, tmp_path):
-    names = tmp_path / "names.txt"
-    names.write_text("roof\nwall\n")
-    assert run("studio", sheet.parent, "--no-browser", "--classes", names)[0] == 0
-    with served[0][0].document(0):
-        pass  # stores the classes
-    served[0][0].close()
-    assert run("studio", sheet.parent, "--list", "--classes", names)[0] == 0
-    stored = sheet.with_name("superfacets-classes.json")
-    before = stored.read_bytes()
-    names.write_text("wall\nroof\n")
-    status, _, err = run("studio", sheet.parent, "--list", "--classes", names)
-    assert (status, err.count("\n")) == (2, 1)
-    assert f"{stored}: the folder has other classes" in err
-    assert stored.read_bytes() == before
-
-
-def test_contradictory_options_and_folders_are_errors(run, sheet):
-    status, _, err = run("studio", sheet, "--list", "--export", "classes")
-    assert status == 2
-    assert "--list and --export exclude each other" in err
-    status, _, err = run("agree", sheet.parent, sheet, sheet)
-    assert status == 2
-    assert f"{sheet.parent} is a folder: compare the work of one mesh at a time" in err
-
-
 def test_a_port_in_use_is_an_error(run, sheet, served):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
@@ -181,6 +155,45 @@ def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served
     assert not served
 
 
+def test_classes_other_than_the_stored_ones_are_refused(run, sheet, served, tmp_path):
+    scans, names = tmp_path / "scans", tmp_path / "names.txt"
+    scans.mkdir()
+    sheet.rename(scans / "sheet.ply")
+    names.write_text("roof\nwall\n")
+    arguments = ("studio", scans, "--classes", names)
+    assert run(*arguments, "--no-browser")[0] == 0
+    with served[0][0].document(0):
+        pass
+    stored = scans / "superfacets-classes.json"
+    content = stored.read_bytes()
+    assert run(*arguments, "--list")[::2] == (0, "")
+    names.write_text("roof\n")
+    status, out, err = run(*arguments, "--no-browser")
+    assert (status, out) == (2, "")
+    assert f"error: {stored} stores other classes than {names}: omit --classes" in err
+    assert err.count("\n") == 1
+    assert (len(served), stored.read_bytes()) == (1, content)
+
+
+def test_classes_that_old_work_does_not_use_are_noted(run, labeled, served, tmp_path):
+    (tmp_path / "names.txt").write_text("roof\n")
+    labeled.close()
+    arguments = ("studio", labeled.path, "--no-browser", "--classes", tmp_path / "names.txt")
+    status, _, err = run(*arguments)
+    assert status == 0
+    assert "note: the work has other classes than --classes, which is for new work" in err
+
+
+@pytest.mark.parametrize("wrong", [0, 1, 2])
+def test_agree_refuses_a_folder(run, labeled, tmp_path, wrong):
+    arguments = [labeled.path, labeled.journal.path, labeled.journal.path]
+    arguments[wrong] = tmp_path
+    status, out, err = run("agree", *arguments)
+    assert (status, out) == (2, "")
+    assert f"error: {tmp_path} is a folder: give a mesh and two work files of it" in err
+    assert err.count("\n") == 1
+
+
 @pytest.fixture
 def labeled(sheet):
     """The file with 20 regions, of which one is chair 1; a studio still has it open."""
@@ -235,6 +248,7 @@ def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
     assert status == 1
     assert "c.ply.studio.jsonl: is not a work file" in err
     assert err.count("inputs that differ only in the ending have the same exports") == 2
+    assert err.count("export one input at a time, each to another folder with -o") == 2
     assert "3 of 5 files failed" in err
     written = sorted(path for path in out.rglob("*") if path.is_file())
     assert written == [out / "a.objects.json", out / "b" / "a.objects.json"]
@@ -249,6 +263,7 @@ def test_wrong_exports_write_nothing(run, sheet, labeled, tmp_path):
         (("--export", "faces"), 2, "--export must be one of classes, vertex-classes"),
         (("--export", "objects.ply"), 2, "format must be one of json, npz"),
         (("-o", tmp_path / "out"), 2, "say what to export with --export"),
+        (("--list", "--export", "objects"), 2, "--list and --export exclude each other"),
         (("--export", "objects", "--work", tmp_path / "no.jsonl"), 1, "there is no work file"),
     ):
         status, out, err = run("studio", sheet, *arguments)

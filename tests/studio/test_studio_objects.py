@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import zipfile
 import zlib
 
@@ -14,7 +15,7 @@ from superfacets import write_mesh
 from superfacets.regions.vertices import vertex_labels
 from superfacets.studio.documents.document import Document, merged_work, work_file_of
 from superfacets.studio.documents.files import Files
-from superfacets.studio.documents.journal import _coded
+from superfacets.studio.documents.journal import JournalError, _coded
 from superfacets.studio.export.write import export, export_bytes
 from superfacets.studio.labels.classes import default_classes
 from superfacets.studio.labels.coding import base64_of
@@ -388,7 +389,13 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
     chair = next(row for row in found["classes"] if row["name"] == "chair")
     # Faces 8 to 80 are labeled in both works. Faces labeled in only one do not affect the IoU.
     assert chair["iou"] == 1.0
-    assert {row["object"]: row["iou"] for row in chair["objects"]} == {1: 1.0, 2: 1.0}
+    names = ("object", "mine", "theirs", "iou")
+    assert [tuple(row[name] for name in names) for row in chair["objects"]] == [
+        (1, 1, 9, 1.0),
+        (2, 2, 2, 1.0),
+        (5, 5, None, None),
+        (6, None, 5, None),  # a new number
+    ]
     assert found["share"] == 1.0
     assert found["labeled"] == pytest.approx(72 / 128)
     assert not len(document.differing())
@@ -419,14 +426,6 @@ def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
     document = Document.open(path)
     document.paint(_range(0, 40), 1, objects=1)
     document.compare("theirs", (tmp_path / "theirs.studio.jsonl").read_bytes())
-    rows = [row["objects"] for row in document.agreement()["classes"]]
-    assert rows == [
-        [
-            {"object": 1, "mine": 1, "theirs": 2, "iou": 0.5},
-            {"object": 2, "mine": None, "theirs": 1, "iou": 0},
-        ],
-        [{"object": 1, "mine": None, "theirs": 1, "iou": 0}],
-    ]
     document.accept(_range(0, 40), "theirs")
     assert document.instances[[0, 11, 12, 31, 32]].tolist() == [1002, 1002, 1001, 1001, 2001]
     document.close()
@@ -447,14 +446,16 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     result = CliRunner().invoke(agree_command, arguments)
     assert result.exit_code == 0, result.output
     assert result.output.startswith("both labeled 56.2 % of the area\n")
-    assert "both agree on 88.9 % of the area that both have labeled" in result.output
-    assert [line.split() for line in result.output.splitlines()[2:-1]] == [
-        ["IoU", "class", "object", "in", "MINE", "object", "in", "THEIRS"],
-        ["0.857", "chair", "all", "all"],
-        ["1.000", "chair", "1", "9"],
-        ["0.750", "chair", "2", "2"],
-        ["0.667", "table", "all", "all"],
-        ["0.667", "table", "1", "1"],
+    assert result.output.splitlines()[1:-1] == [
+        "both agree on 88.9 % of the area that both have labeled",
+        "IoU    class  object in MINE  object in THEIRS  object when merged",
+        "0.857  chair",
+        "1.000  chair  1               9                 1",
+        "0.750  chair  2               2                 2",
+        "-      chair  5               -                 5",
+        "-      chair  -               5                 6",
+        "0.667  table",
+        "0.667  table  1               1                 1",
     ]
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [
@@ -501,6 +502,16 @@ def test_the_work_on_another_mesh_is_not_compared(two, document):
         r" file, or use another work file \(--work of superfacets studio\)",
     ):
         document.compare("mine", two[1].read_bytes())
+
+
+@pytest.mark.parametrize("wrong", [1, 2])
+def test_agree_names_the_work_file_on_another_mesh(two, sheet, tmp_path, wrong):
+    other = tmp_path / "other.studio.jsonl"
+    Document.open(sheet, other).close()
+    paths = [*two]
+    paths[wrong] = other
+    with pytest.raises(JournalError, match=re.escape(f"{other}: the work file belongs to sheet")):
+        merged_work(*paths)
 
 
 def test_more_objects_than_fit_are_refused(two, monkeypatch):

@@ -106,6 +106,8 @@ def test_notes_say_what_segment_warns_of():
     notes = segmenter.run(default_parameters(40, 20)).notes
     assert any("Triangles are long and thin" in note for note in notes)
     assert "20 small disconnected pieces of the mesh became additional regions." in notes
+    notes = segmenter.run(default_parameters(40, 39)).notes
+    assert "1 small disconnected piece of the mesh became an additional region." in notes
     segmenter.close()
 
 

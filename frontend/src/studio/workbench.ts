@@ -370,7 +370,7 @@ export class Workbench {
     const before = countBare();
     this.paintRegions(filled, this.currentPaint);
     const done = `${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`;
-    const why = left.length ? ` ${left.length} more are similar: ${left.length - apart} labeled already, ${apart} not connected to this region by similar regions.` : "";
+    const why = left.length ? ` Similar regions left out: ${left.length - apart} labeled already, ${apart} not connected to this region by similar regions.` : "";
     this.say(`${done}${why}${this.tolerance < 1 ? ` For more, raise “Similar shapes” (now ${this.tolerance}).` : ""}`);
   }
 

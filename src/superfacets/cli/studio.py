@@ -15,11 +15,12 @@ import click
 
 from ..errors import MissingExtraError
 from ..io.atomic import output_folder
-from .failures import EXIT_DATA, count_failures, print_notes
+from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
 
 if TYPE_CHECKING:
     from ..studio.documents.files import Files
+    from ..studio.labels.classes import ClassList
 
 
 @click.command("studio")
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
            "File in which the work is saved.  [default: IN.studio.jsonl, beside IN]"),
     option("--classes FILE", FILE,
            "Classes for new work: a .txt file with one class name per line, a .json list of"
-           " classes, or an .objects.json file exported by the studio."),
+           " classes, or an .objects.json file exported by the studio. All files of a folder share"
+           " them."),
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
     option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
@@ -53,14 +55,12 @@ def studio_command(
     """
     _check_extra()
     from ..studio.documents.files import Files
-    from ..studio.labels.classes import read_classes
 
     if is_list and exports:
         raise click.UsageError("--list and --export exclude each other: run the command twice")
     if output is not None and not exports:
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
-    given = () if classes is None else read_classes(classes)
-    files = Files.of(path, work, n_segments, given)
+    files = Files.of(path, work, n_segments, () if classes is None else _read_new(classes, path))
     if exports:
         if _export(files, exports, output):
             ctx.exit(EXIT_DATA)
@@ -73,6 +73,18 @@ def studio_command(
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
         return
     _serve(files, port, is_shown=not no_browser)
+
+
+def _read_new(file: Path, path: Path) -> ClassList:
+    """Read classes for new work; raise a ValueError if the folder `path` stores other classes."""
+    from ..studio.labels.classes import CLASSES_FILE, read_classes
+
+    given, stored = read_classes(file), path / CLASSES_FILE
+    if stored.is_file() and read_classes(stored) != given:
+        raise ValueError(
+            f"{stored} stores other classes than {file}: omit --classes, or edit the stored classes"
+        )
+    return given
 
 
 def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
@@ -96,6 +108,8 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
         if files.folder is None:
             with files.document(0) as document:
                 print_notes(document.notes)
+                if files.classes and document.class_list != files.classes:
+                    print_note("the work has other classes than --classes, which is for new work")
         serve(files, opened, address, show)
 
 
@@ -151,17 +165,21 @@ def agree_command(
 
     MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
     percentage of the area that both have labeled, the percentage of this area on which class and
-    object agree, and the IoU of each class and object. Cells that only one person has labeled do
-    not change the agreement or the IoU. Classes are matched by name, and objects by their overlap;
-    objects that only one person has are marked with -. The merged work keeps labels of cells that
-    only one person has labeled.
+    object agree, and a table with the IoU of each class and object. Cells that only one person has
+    labeled do not change the agreement or the IoU. Classes are matched by name, and objects by
+    their overlap; "-" means that only the other person has the object, or that no cell of it is
+    labeled by both. The merged work keeps labels of cells that only one person has labeled, and
+    objects that only THEIRS has get new numbers.
     """
     _check_extra()
     from ..studio.documents.document import merged_work
 
     for path in (mesh, mine, theirs):
         if path.is_dir():
-            raise click.UsageError(f"{path} is a folder: compare the work of one mesh at a time")
+            raise click.UsageError(
+                f"{path} is a folder: give a mesh and two work files of it, and run agree once per"
+                " mesh of a folder"
+            )
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
@@ -175,15 +193,21 @@ def _text(found: dict[str, Any]) -> str:
         f"both labeled {100 * found['labeled']:.1f} % of the area",
         f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
     ]
-    rows = [("IoU", "class", "object in MINE", "object in THEIRS")]
+    rows = [("IoU", "class", "object in MINE", "object in THEIRS", "object when merged")]
     for row in found["classes"]:
-        rows.append((f"{row['iou']:.3f}", row["name"], "all", "all"))
+        rows.append((_iou(row), row["name"], "", "", ""))
         for one in row["objects"]:
-            mine, theirs = ("-" if one[side] is None else one[side] for side in ("mine", "theirs"))
-            rows.append((f"{one['iou']:.3f}", row["name"], mine, theirs))
-    width = max(len(name) for _, name, *_ in rows)
-    lines += [f"{a:5}  {b:{width}}  {c:>14}  {d:>16}" for a, b, c, d in rows]
+            mine, theirs = ("-" if one[who] is None else one[who] for who in ("mine", "theirs"))
+            rows.append((_iou(one), row["name"], str(mine), str(theirs), str(one["object"])))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for cells in rows:
+        padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
+        lines.append("  ".join(padded).rstrip())
     return "\n".join(lines)
+
+
+def _iou(row: dict[str, Any]) -> str:
+    return "-" if row["iou"] is None else f"{row['iou']:.3f}"
 
 
 def _check_extra() -> None:

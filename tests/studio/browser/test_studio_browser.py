@@ -105,6 +105,7 @@ def test_a_region_is_split_between_red_and_blue(studio):
     tab.drag((x + 14, y - 4), (x + 14, y + 4))
     tab.page.keyboard.up("Shift")
     blue = tab.evaluate("([x, y]) => studio.cellAt(x, y)", [x + 14, y])
+    assert tab.status == "Enter cuts between red and blue."
     tab.away()
     np.testing.assert_allclose(tab.hue_at(x - 14, y), hue("#d91220"), atol=0.06)
     tab.press("Enter")
@@ -116,6 +117,18 @@ def test_a_region_is_split_between_red_and_blue(studio):
     tab.settled()
     assert tab.evaluate("studio.nRegions") == 40
     np.testing.assert_array_equal(tab.labels(), before)
+
+
+def test_a_stroke_in_another_region_is_refused(studio):
+    _, tab = studio
+    (region, x, y), (_, u, v) = tab.spots(2)
+    tab.press("x")
+    tab.drag((x, y), (x, y + 4))
+    assert tab.status == "Now draw a blue stroke with Shift-drag."
+    tab.page.keyboard.down("Shift")
+    tab.drag((u, v), (u, v + 4))
+    tab.page.keyboard.up("Shift")
+    assert tab.status == f"Both strokes must be in region {region}. X removes the strokes."
 
 
 def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
@@ -340,7 +353,7 @@ def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(stud
     tab.press("f")  # the neighbors have a class, so the fill ends there
     tab.wait_for_status(
         f"1 similar region: class 2 #1. Unlabeled regions: {n - len(ring)} before,"
-        f" {n - len(ring) - 1} now. {n - 1} more are similar: {len(ring)} labeled already,"
+        f" {n - len(ring) - 1} now. Similar regions left out: {len(ring)} labeled already,"
         f" {n - 1 - len(ring)} not connected to this region by similar regions."
     )
     assert "raise" not in tab.status  # the tolerance is at its maximum

@@ -70,6 +70,33 @@ def test_the_table_follows_taken_labels_undo_and_strokes(compared):
     tab.wait_for_status("There are no differences.")
 
 
+def test_the_table_says_which_objects_only_one_work_has(serve, open_tab, bear, tmp_path):
+    tab = open_tab(serve(bear, 40).address)
+    (_, x, y), (theirs, *_) = tab.spots(2)
+    tab.click(x, y)
+    tab.settled()
+    document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
+    document.paint(np.flatnonzero(tab.labels() == theirs).astype(np.uint32), 1, objects=7)
+    document.close()
+    tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
+    tab.page.wait_for_selector("#comparison:not([hidden])")
+    assert tab.locator("#comparison tr.part").all_text_contents() == [
+        "class 1 1 (only mine)-",
+        "class 1 2 (only theirs)-",
+    ]
+
+
+def test_a_file_that_is_not_a_work_file_is_named_as_it_is(compared, tmp_path):
+    _, tab, _ = compared
+    first, status = shown(tab), tab.status
+    (tmp_path / "other.jsonl").write_text("{}")
+    tab.locator("#compare").set_input_files(tmp_path / "other.jsonl")
+    tab.page.wait_for_selector("#error:not([hidden])")
+    tab.settled()
+    assert tab.locator("#error span").text_content().startswith("other.jsonl: is not a work file")
+    assert (shown(tab), tab.status) == (first, status)
+
+
 def test_the_key_t_takes_labels_and_leaves_the_opacity_of_colors(compared):
     _, tab, _ = compared
     before = tab.evaluate("studio.workbench.drawing.blend.opacity")

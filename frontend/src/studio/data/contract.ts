@@ -74,12 +74,20 @@ export interface Effect extends Progress {
   paint: string; // new paint (class and object) of each changed cell, as base64 of uint32 numbers
 }
 
+/** Agreement on one object. */
+export interface ObjectAgreement {
+  object: number; // object number after a merge
+  mine: number | null; // object number in this file
+  theirs: number | null; // object number in the other file
+  iou: number | null; // null if no cell of it is labeled in both files
+}
+
 /** Agreement of the labels in two work files. */
 export interface Agreement {
   name: string;
   labeled: number; // fraction of the whole area that is labeled in both files
   share: number; // fraction of the area labeled in both files that has the same labels
-  classes: { class: number; name: string; iou: number; objects: { object: number; iou: number }[] }[];
+  classes: { class: number; name: string; iou: number | null; objects: ObjectAgreement[] }[]; // null as below
 }
 
 export interface CompareReply extends Progress {

@@ -329,9 +329,6 @@ export class Splitter extends Tool {
     this.isBlue = isOther;
     this.last = place;
     const region = this.workbench.regionOf(this.workbench.picker.cellAt(place));
-    if (region >= 0 && region !== this.region && !this.blue.size !== !this.red.size) {
-      this.workbench.say("Both strokes must be in the same region.");
-    }
     if (this.region < 0) this.region = region;
     this.touch(place);
   }
@@ -353,8 +350,11 @@ export class Splitter extends Tool {
   }
 
   end(): void {
-    if (this.red.size && this.blue.size) this.workbench.say("Enter cuts between red and blue.");
-    else if (this.red.size) this.workbench.say("Now draw a blue stroke with Shift-drag.");
+    const { red, blue, isBlue, workbench } = this;
+    const isDrawn = (isBlue ? blue : red).size > 0;
+    if (red.size && blue.size) workbench.say("Enter cuts between red and blue.");
+    else if (isDrawn) workbench.say(isBlue ? "Now draw a red stroke." : "Now draw a blue stroke with Shift-drag.");
+    else if (this.region >= 0) workbench.say(`Both strokes must be in region ${this.region}. X removes the strokes.`);
   }
 
   override confirm(): void {

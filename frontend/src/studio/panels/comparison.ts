@@ -61,8 +61,9 @@ export class Comparison {
     const data = toBase64(new Uint8Array(await file.arrayBuffer()));
     field.value = "";
     this.shown.clear();
-    this.take(await this.workbench.session.compare([{ name: file.name, data }]));
-    await this.next();
+    const reply = await this.workbench.session.compare([{ name: file.name, data }]);
+    this.take(reply);
+    if (reply) await this.next();
   }
 
   private take(reply: CompareReply | null): void {
@@ -80,13 +81,16 @@ export class Comparison {
   }
 
   private show({ name, labeled, share, classes }: Agreement): void {
-    const row = (text: string, iou: number, kind: string): HTMLElement =>
-      make("tr", { class: kind }, make("td", {}, text), make("td", {}, iou.toFixed(3)));
+    const row = (text: string, iou: number | null, kind: string): HTMLElement =>
+      make("tr", { class: kind }, make("td", {}, text), make("td", {}, iou?.toFixed(3) ?? "-"));
     const rows = classes.flatMap((one) => [
       row(one.name, one.iou, "whole"),
-      ...one.objects.map(({ object, iou }) => row(`${one.name} ${object}`, iou, "part")),
+      ...one.objects.map(({ object, mine, theirs, iou }) => {
+        const only = mine === null ? " (only theirs)" : theirs === null ? " (only mine)" : "";
+        return row(`${one.name} ${object}${only}`, iou, "part");
+      }),
     ]);
-    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union. Cells labeled in only one file are ignored" }, "IoU"));
+    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union. Cells labeled in only one file are ignored: '-' means that there are no others" }, "IoU"));
     this.box.replaceChildren(
       make("p", {}, `${name}: both files label ${(100 * labeled).toFixed(1)} % of the area, and agree on ${(100 * share).toFixed(1)} % of this part.`),
       make("table", {}, head, ...rows),

@@ -439,7 +439,8 @@ export class Session {
   report(error: unknown): void {
     if (error instanceof ServerGone) this.lose();
     const line = error instanceof Error ? error.message : String(error);
-    this.events.emit("error", `${line[0]?.toUpperCase() ?? ""}${line.slice(1)}`);
+    const isWord = /^[a-z]+[ ,]/.test(line); // and not a file name, such as scan.ply
+    this.events.emit("error", isWord ? `${line[0].toUpperCase()}${line.slice(1)}` : line);
   }
 
   /** Handle a stroke that the server rejected: show the error, and load the labels from the server. */

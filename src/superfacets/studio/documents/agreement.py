@@ -30,7 +30,7 @@ class Theirs:
     name: str
     paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
     class_list: ClassList  # my classes, followed by classes that only they use
-    objects: dict[int, int]  # from ``class * 1000 + object`` in `paint` to their object number
+    objects: dict[int, int]  # object number in their file of each value that `paint` had at first
 
     def differs(self, mine: Paint) -> Bools:
         """Return a mask of cells that both people have labeled, but with different labels."""
@@ -51,8 +51,11 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
     own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
-    given, numbers_of_theirs = _matched_objects(own, classes * INSTANCES + objects, areas)
-    return Theirs(name, paint_of(classes, given), class_list, numbers_of_theirs)
+    given = _matched_objects(own, classes * INSTANCES + objects, areas)
+    paint = paint_of(classes, given)
+    found, first = np.unique(paint, return_index=True)
+    numbers_of_objects = dict(zip(found.tolist(), state.objects[first].tolist(), strict=True))
+    return Theirs(name, paint, class_list, numbers_of_objects)
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
@@ -67,14 +70,13 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
     return numbers, known
 
 
-def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> tuple[Longs, dict[int, int]]:
+def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
     """Renumber the objects in `theirs` so that matching objects have the same number as in `mine`.
 
     Both arrays contain ``class * 1000 + object`` for each cell. Returns the new object number of
-    each cell, or 0 for cells that are in no object of `theirs`, and a dict that maps
-    ``class * 1000 + new number`` to the old number. Objects of the same class are matched one to
-    one, greedily in descending order of IoU. Unmatched objects of a class get numbers above all
-    object numbers of this class in `mine`.
+    each cell, or 0 for cells that are in no object of `theirs`. Objects of the same class are
+    matched one to one, greedily in descending order of IoU. Unmatched objects of a class get
+    numbers above all object numbers of this class in `mine`.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -88,7 +90,7 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> tuple[Longs, 
     for own in np.unique(mine).tolist():
         highest[own // INSTANCES] = own % INSTANCES
     found, ranks = np.unique(theirs, return_inverse=True)
-    numbers, old_numbers = np.zeros(len(found), np.int64), {}
+    numbers = np.zeros(len(found), np.int64)
     for rank, other in enumerate(found.tolist()):
         class_id, object_id = divmod(other, INSTANCES)
         if object_id and other not in number_of:
@@ -97,10 +99,8 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> tuple[Longs, 
                 raise JournalError(
                     f"the two work files together have {INSTANCES} or more objects of a class"
                 )
-        if object_id:
-            numbers[rank] = number_of[other]
-            old_numbers[class_id * INSTANCES + number_of[other]] = object_id
-    return numbers[ranks], old_numbers
+        numbers[rank] = number_of[other] if object_id else 0
+    return numbers[ranks]
 
 
 def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
@@ -122,45 +122,45 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     """Return a dict that says how well my labels and their labels agree.
 
-    ``labeled`` is the fraction of the whole area that both people have labeled. All other numbers
-    refer to this area only: ``share`` is the fraction of it with equal class and object, and
-    ``classes`` is a list with the IoU of each class and of its objects. ``object`` is the number of
-    the object in merged labels, and ``mine`` and ``theirs`` are its numbers in my and their labels;
-    None if it does not exist there.
+    ``labeled`` is the fraction of the whole area that both people have labeled, and ``share`` is
+    the fraction of this part with equal class and object. ``classes`` is a list with the IoU, in
+    this part, of each class and of its objects; the IoU is None if the class or object has no cell
+    in this part. ``mine`` and ``theirs`` are the numbers of an object in the two files, or None,
+    and ``object`` is its number in merged work: my number, or a new one if only they have it.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
-    own = set(np.unique(paint).tolist())
-    whole = float(areas.sum())
-    paint, other, areas = paint[both], theirs.paint[both], areas[both]
-    total = float(areas.sum())
-    agreed = float(areas[paint == other].sum())
-    of_classes = _ious(class_of(paint), class_of(other), areas)
-    of_objects = _ious(paint, other, areas)
-    names = names_of(theirs.class_list)
-    rows = []
-    for class_id, iou in of_classes.items():
-        objects = [
-            {
-                "object": one >> 16,
-                "mine": one >> 16 if one in own else None,
-                "theirs": theirs.objects.get(class_id * INSTANCES + (one >> 16)),
-                "iou": round(share, 6),
-            }
-            for one, share in of_objects.items()
-            if one & 0xFFFF == class_id and one >> 16
-        ]
-        name = names.get(class_id, f"class {class_id}")
-        rows.append({"class": class_id, "name": name, "iou": round(iou, 6), "objects": objects})
+    whole, total = float(areas.sum()), float(areas[both].sum())
+    agreed = float(areas[both & (paint == theirs.paint)].sum())
     return {
         "name": theirs.name,
         "labeled": total / whole if whole else 0.0,
         "share": agreed / total if total else 0.0,
-        "classes": rows,
+        "classes": _rows(paint, theirs, both, areas[both]),
     }
 
 
+def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
+    """Return the ``classes`` of `agreement`; `areas` are those of the cells in the mask `both`."""
+    paint, other = mine[both], theirs.paint[both]
+    of_classes, of_objects = (
+        _ious(class_of(paint), class_of(other), areas), _ious(paint, other, areas)
+    )  # fmt: skip
+    names, own = names_of(theirs.class_list), {*np.unique(mine).tolist()}
+    rows: dict[int, dict[str, Any]] = {}
+    for one in sorted({*own, *theirs.objects} - {0}):
+        object_id, class_id = divmod(one, 1 << 16)
+        name, iou = names.get(class_id, f"class {class_id}"), of_classes.get(class_id)
+        new = {"class": class_id, "name": name, "iou": iou, "objects": []}
+        objects = rows.setdefault(class_id, new)["objects"]
+        if object_id:
+            numbers = {"mine": object_id if one in own else None, "theirs": theirs.objects.get(one)}
+            objects.append({"object": object_id, **numbers, "iou": of_objects.get(one)})
+    return [rows[class_id] for class_id in sorted(rows)]
+
+
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """Return a dict from each positive value to the IoU of its areas in `mine` and `theirs`."""
-    same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
+    """Return a dict from each positive value to the IoU of its areas, rounded to 6 digits."""
+    overlaps = _overlaps(mine, theirs, areas)
+    same = {own: round(iou, 6) for own, other, iou in overlaps if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

@@ -44,7 +44,7 @@ from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
 from .history import History
-from .journal import Journal, Line, parsed_work, with_header
+from .journal import Journal, JournalError, Line, parsed_work, with_header
 from .journal_lines import line_of
 from .source import Source
 
@@ -548,9 +548,12 @@ def merged_work(
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         copy = Path(folder, mine.name)
         copy.write_bytes(_with_own_classes(mine))
-        document = Document.open(path, copy)
         try:
-            document.compare(theirs.name, _with_own_classes(theirs))
+            document = Document.open(path, copy)
+        except JournalError as error:
+            raise JournalError(str(error).replace(str(copy), str(mine))) from None
+        try:
+            document.compare(str(theirs), _with_own_classes(theirs))
             found = document.agreement()
             paint = document.state.paint
             wanted = paint != document._compared().paint if prefer_theirs else paint == 0

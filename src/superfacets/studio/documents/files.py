@@ -12,14 +12,7 @@ from typing import Any
 
 from ..._validate import counted
 from ...batches.sources import find_sources
-from ..labels.classes import (
-    CLASSES_FILE,
-    ClassList,
-    default_classes,
-    names_of,
-    read_classes,
-    write_classes,
-)
+from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .changes import REVIEW_MARKS
 from .document import Document, work_file_of
 from .journal import JournalError, Line, summary
@@ -49,7 +42,7 @@ class Files:
         """Return the input files at a path, which is a file or a folder.
 
         Raises ValueError if a work file is given for a folder, or if the folder's list of classes
-        is damaged or has other names than `classes`. Raises OSError if no input file is found.
+        is damaged. Raises OSError if no input file is found.
         """
         if not path.is_dir():
             return cls([path], work, n_segments, classes)
@@ -59,17 +52,11 @@ class Files:
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
+        if classes:
+            return cls(paths, None, n_segments, classes, path, _must_store=True)
         shared = path / CLASSES_FILE
-        if not shared.is_file():
-            given = classes or default_classes()
-            return cls(paths, None, n_segments, given, path, _must_store=bool(classes))
-        stored = read_classes(shared)
-        if classes and names_of(classes) != names_of(stored):
-            raise ValueError(
-                f"{shared}: the folder has other classes: change them in the studio, or remove this"
-                " file to use --classes"
-            )
-        return cls(paths, None, n_segments, stored, path)
+        classes = read_classes(shared) if shared.is_file() else default_classes()
+        return cls(paths, None, n_segments, classes, path)
 
     @property
     def home(self) -> Path:

@@ -232,7 +232,8 @@ def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tup
             notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
         elif warning.category is IslandWarning:
             n_pieces = counted(result.n_unreached, "small disconnected piece")
-            notes.append(f"{n_pieces} of the mesh became additional regions.")
+            became = "an additional region" if result.n_unreached == 1 else "additional regions"
+            notes.append(f"{n_pieces} of the mesh became {became}.")
         else:
             notes.append(str(warning.message))
     return tuple(notes)
