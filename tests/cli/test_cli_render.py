@@ -7,7 +7,7 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import MeshAttributes, Plot, read_mesh, write_labels, write_mesh
+from superfacets import MeshAttributes, Plot, face_colors, read_mesh, write_labels, write_mesh
 from superfacets.cli.render import _titles
 
 
@@ -256,6 +256,10 @@ def test_own_colors_are_drawn_without_labels_and_on_request(run, tmp_path, drawn
         assert drawn[-1][2]["colors"] is None
     status, _, err = run("render", plain, "-o", tmp_path / "a.png", "--color-by", "color")
     assert (status, "plain.ply has no colors of faces, vertices or points" in err) == (1, True)
+    labeled = tmp_path / "labeled.ply"
+    write_mesh(labeled, mesh, [0, 1])
+    assert run("render", labeled, "-o", tmp_path / "a.png", "--color-by", "color")[0] == 0
+    assert drawn[-1][2]["colors"].tolist() == face_colors(mesh, [0, 1]).tolist()
 
 
 def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):

@@ -244,17 +244,20 @@ def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
         document.paint(np.arange(9, dtype=np.uint32), 1, objects=2)
         document.close()
     (scans / "c.ply.studio.jsonl").write_text("no\n")
+    Document.open(scans / "new.ply", None, 5, shared, lambda _: None).close()  # labels nothing
     status, printed, err = run("studio", scans, "--export", "objects", "-o", out)
     assert status == 1
     assert "c.ply.studio.jsonl: is not a work file" in err
     assert err.count("inputs that differ only in the ending have the same exports") == 2
     assert err.count("export one input at a time, each to another folder with -o") == 2
-    assert "3 of 5 files failed" in err
+    assert "3 of 6 files failed" in err
+    assert f"note: {scans / 'new.ply'}: no labels are exported, because nothing is labeled\n" in err
     written = sorted(path for path in out.rglob("*") if path.is_file())
     assert written == [out / "a.objects.json", out / "b" / "a.objects.json"]
     assert len(printed.splitlines()) == 2
     assert '"name":"leg","color":[230,159,0]' in written[0].read_text()
-    assert not (scans / "new.ply.studio.jsonl").exists()
+    run("studio", scans, "--export", "objects", "--export", "superfacets", "-o", tmp_path)
+    assert [path.name for path in tmp_path.glob("new*")] == ["new.superfacets.npy"]
 
 
 def test_wrong_exports_write_nothing(run, sheet, labeled, tmp_path):

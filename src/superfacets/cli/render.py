@@ -101,10 +101,10 @@ def _values_named(
            "Label file for another picture beside the first; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
-           "What the colors show: color (the colors in IN); a .npy or .txt file with one value per"
-           " cell, per region, or per vertex of a mesh; a property of IN, such as intensity; or a"
-           " column of the table that superfacets regions prints, such as area.  [default: regions;"
-           " without labels, color]"),
+           "What the colors show: color (the colors in IN, or else its colors of labels); a .npy or"
+           " .txt file with one value per cell, per region, or per vertex of a mesh; a property of"
+           " IN, such as intensity; or a column of the table that superfacets regions prints, such"
+           " as area.  [default: regions; without labels, color]"),
     opts.viewpoint_option,
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),
@@ -153,6 +153,8 @@ def render_command(
     colors = None
     if color_by == _OWN_COLORS or (color_by is None and shown is None):
         colors = colors_of_cells(cells, attributes)
+    if color_by == _OWN_COLORS and colors is None and attributes is not None:
+        colors = attributes.region_colors
     if color_by == _OWN_COLORS and colors is None:
         raise MeshError(f"{mesh} has no colors of faces, vertices or points")
     named = None if values is None or isinstance(values, str) else Path(str(color_by))

@@ -135,8 +135,13 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
         document = files.read(started[index])
         try:
             print_notes(document.notes)
+            exported = wanted
+            if not document.progress:
+                exported = [(what, format) for what, format in wanted if what == "regions"]
+            if len(exported) < len(wanted):
+                print_note(f"{inputs[index]}: no labels are exported, because nothing is labeled")
             with output_folder(target.parent):
-                for what, format in wanted:
+                for what, format in exported:
                     click.echo(f"wrote {export(document, what, format, folder=target.parent)}")
         finally:
             document.close()

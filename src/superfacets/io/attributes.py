@@ -172,8 +172,16 @@ class MeshAttributes:
         the result is also None if all colors are black. Colors that `write_mesh` writes beside
         labels are left out, because they are colors of regions.
         """
+        return self._colors_that(are_of_regions=False)
+
+    @property
+    def region_colors(self) -> Bytes | None:
+        """Colors that `write_mesh` writes beside labels; otherwise the same as `colors`."""
+        return self._colors_that(are_of_regions=True)
+
+    def _colors_that(self, *, are_of_regions: bool) -> Bytes | None:
         for stored in (self.face, self.vertex):
-            if stored.keys() >= {*COLORS} and not _have_region_colors(stored):
+            if stored.keys() >= {*COLORS} and _have_region_colors(stored) == are_of_regions:
                 return _bytes_of(np.column_stack([stored[name] for name in COLORS])[:, :3])
         return None
 
