@@ -330,6 +330,19 @@ def test_an_object_on_a_floor_is_not_similar_to_the_floor():
         assert similar_regions(graph, 0, tolerance) == [0, 1]
 
 
+@pytest.mark.parametrize(("height", "found"), [(0.05, [0, 1, 2, 3]), (0.5, [0, 1, 3])])
+def test_a_board_on_a_floor_is_not_similar_to_the_floor(height, found):
+    """Region 2 lies higher than 0 and 1, behind a slope; region 3 is another floor."""
+    xs = np.array([0, 1, 2, 3, 3.2, 7, 9, 10])
+    zs = np.array([0, 0, 0, 0, height, height, 0, 0])
+    vertices = np.array([[x, y, z] for x, z in zip(xs, zs, strict=True) for y in (0, 2)])
+    strips = [[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in (0, 1, 2, 3, 4, 6)]
+    labels = [0, 1, 1, 2, 2, 3]  # the slope belongs to the board
+    graph = superfacets.region_graph(PolygonMesh.of_faces(vertices, strips), labels)
+    assert similar_regions(graph, 0, 0.09) == found
+    assert similar_regions(graph, 0, 0.5) == [0, 1, 2, 3]
+
+
 def test_similar_regions_are_found(serve, tmp_path):
     write_mesh(tmp_path / "bear.ply", superfacets.sample_mesh(5_000))
     client = serve(tmp_path / "bear.ply", n_segments=20)
