@@ -240,6 +240,8 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(
     assert table["slope"].tolist() == pytest.approx([26.57] * 4, abs=1)
     assert table["aspect"].tolist() == pytest.approx([270, 90, 270, 90], abs=3)  # west and east
     assert table.geometry.area.tolist() == pytest.approx([70] * 4, rel=0.15)
+    assert table["label"].tolist() == counts[:4, :4].argmax(axis=0).tolist()
+    assert table["area"].tolist() == pytest.approx([70 * np.sqrt(1.25)] * 4, rel=0.15)
 
 
 def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, monkeypatch):

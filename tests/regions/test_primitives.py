@@ -194,6 +194,47 @@ def test_polygons_are_cut_into_triangles():
     assert (found.kinds[0], found.radii[0]) == ("cylinder", pytest.approx(2))
 
 
+@pytest.mark.parametrize(("flip", "is_convex"), [(1, False), (-1, True)])
+def test_a_tilted_bore_with_a_groove(flip, is_convex):
+    block = shapes.drilled_block(64)
+    labels = sharp_regions(block)
+    hole = np.argmin(sf.region_graph(block, labels).normal_lengths)
+    is_kept = np.ones(block.n_faces, bool)
+    is_kept[np.flatnonzero(labels == hole)[:16]] = False
+    part = Mesh(10 * block.vertices @ TURN + ORIGIN, block.faces[is_kept][:, ::flip])
+    found = fit_primitives(part, sharp_regions(part))
+    [bore] = np.flatnonzero(found.kinds != "plane")
+    assert (found.kinds[bore], found.is_convex[bore]) == ("cylinder", is_convex)
+    assert 2 * found.radii[bore] == pytest.approx(6)
+    assert found.axes[bore] == pytest.approx(AXIS)
+    assert np.cross(found.points[bore] - ORIGIN, AXIS) == pytest.approx([0] * 3, abs=1e-9)
+
+
+def test_a_ring_with_little_noise():
+    """Radii of 0.5 and 1, height 0.5, and noise of 0.001: the default tolerance is enough."""
+    corners = np.array([[1, 0], [1, 0.5], [0.5, 0.5], [0.5, 0]])  # radius and height
+    steps = np.linspace(0, 1, 10, endpoint=False)[:, np.newaxis]
+    sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+    ring = revolved(np.concatenate([a + steps * (b - a) for a, b in sides] + [corners[:1]]), 100)
+    distinct, places = np.unique(ring.vertices.round(9), axis=0, return_inverse=True)
+    noise = np.random.default_rng(0).normal(0, 0.001, distinct.shape)
+    part = Mesh(distinct + noise, places.reshape(-1)[ring.faces])
+    found = fit_primitives(part, sharp_regions(part))
+    assert sorted(found.kinds) == ["cylinder", "cylinder", "plane", "plane"]
+    round_sides = found.kinds == "cylinder"
+    sizes = zip(found.is_convex[round_sides], found.radii[round_sides], strict=True)
+    assert sorted(sizes) == [
+        (False, pytest.approx(0.5, abs=0.001)),
+        (True, pytest.approx(1, abs=0.001)),
+    ]
+    assert np.abs(found.axes[:, 2]) == pytest.approx([1] * 4, abs=1e-3)
+
+
+@pytest.mark.parametrize("n_sides", [9, 12])
+def test_prisms_of_many_sides_are_cylinders(n_sides):
+    assert primitive_of(revolved(TUBE, n_sides))[0] == "cylinder"
+
+
 @pytest.mark.parametrize("sides", [(1, 1), (40, 40), (1, 0.5), (0.2, 0.2)])
 def test_a_rounded_prism_is_no_cylinder(sides):
     """All corners of a square with small fillets have about the same distance from its center."""

@@ -176,7 +176,10 @@ class MeshAttributes:
 
     @property
     def region_colors(self) -> Bytes | None:
-        """Colors that `write_mesh` writes beside labels; otherwise the same as `colors`."""
+        """Colors of regions that `write_mesh` writes beside labels, (n, 3) uint8, or None.
+
+        There is one color per face or, in a point cloud, per point.
+        """
         return self._colors_that(are_of_regions=True)
 
     def _colors_that(self, *, are_of_regions: bool) -> Bytes | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ N_PARAMETERS = (0, 5, 6, 4)
 
 FACET_DEPTH = 0.05
 """Largest depth of the centroids of triangles below a curved surface, relative to its radius. On a
-cylinder whose facets are two triangles each, neighboring facets have this depth at 38 degrees."""
+cylinder whose facets are two triangles each, this is the depth at 38 degrees between facets."""
 
 
 BATCH_SIZE = 8192
@@ -82,9 +83,10 @@ class Primitives:
 def fit_primitives(mesh: MeshLike, labels: npt.ArrayLike, *, tolerance: float = 0.01) -> Primitives:
     """Find the plane, cylinder, cone or sphere that fits each region of a mesh.
 
-    Axes are computed from the normals of faces, and radii from vertices. Therefore the radius of a
-    cylinder is exact even if it has few facets. Neighboring facets may form angles of up to 38
-    degrees, so a prism of eight sides is not a cylinder.
+    Axes of cylinders and cones are computed from the normals of faces, and radii from vertices.
+    Therefore the radius of a cylinder is exact even if it has few facets. With the default
+    tolerance, neighboring facets may form angles of up to 40 degrees: a prism of nine sides is a
+    cylinder, and a prism of eight sides is not.
 
     Parameters
     ----------
@@ -125,7 +127,8 @@ def fit_primitives(mesh: MeshLike, labels: npt.ArrayLike, *, tolerance: float = 
     return Primitives(np.array(KINDS)[kinds], *values)
 
 
-class _Triangles(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Triangles:
     """T triangles of K regions, in a unit in which their extent is 1."""
 
     regions: Ints  # (T,) region of each triangle, in ascending order
@@ -138,7 +141,7 @@ class _Triangles(NamedTuple):
 
     @classmethod
     def of(cls, corners: Floats, regions: Ints) -> _Triangles:
-        """Make an instance from the corners (T, 3, 3) in the unit of the mesh."""
+        """Convert corners (T, 3, 3) in the unit of the mesh; regions are in ascending order."""
         starts = np.flatnonzero(np.diff(regions, prepend=-1))
         origin = corners.reshape(-1, 3).min(axis=0)
         unit = float((corners.reshape(-1, 3).max(axis=0) - origin).max()) or 1.0
@@ -166,9 +169,15 @@ class _Triangles(NamedTuple):
         means: Floats = self.means(vectors.transpose(0, 2, 1) @ others) / vectors.shape[1]
         return means
 
+    @cached_property
     def spreads(self) -> Floats:
-        """Return the mean of ``p p^T`` for the corners p of each region, shape (K, 3, 3)."""
+        """Mean of ``p p^T`` for the corners p of each region, shape (K, 3, 3)."""
         return self.products(self.corners, self.corners)
+
+    @cached_property
+    def normal_spreads(self) -> Floats:
+        """Mean of ``n n^T`` for the normals n of each region, shape (K, 3, 3)."""
+        return self.products(self.normals[:, None], self.normals[:, None])
 
     def counts(self) -> Floats:
         """Return the number of triangles in each region, shape (K,)."""
@@ -209,7 +218,7 @@ class _Fits(NamedTuple):
     radii: Floats  # (K,) radius, or largest distance from the axis of a cone
     angles: Floats  # (K,)
     misfits: Floats  # (K,) root mean square distance of corners
-    depths: Floats  # (K,) root mean square distance of centroids of triangles
+    depths: Floats  # (K,) root mean square distance of the centroids of triangles
     cosines: Floats  # (K,) mean cosine between normals of triangles and surface
     curvature_radii: Floats  # (K,) mean distance along the normal from the axis; 0 for planes
 
@@ -230,7 +239,7 @@ def _read(mesh: MeshLike, labels: npt.ArrayLike) -> Iterator[_Triangles]:
 
 
 def _fitted(triangles: _Triangles, limit: float) -> tuple[Array, ...]:
-    """Return indices in `KINDS`, and the other attributes of `Primitives`."""
+    """Return the index in `KINDS` for each region, and the other attributes of `Primitives`."""
     fits = [
         _rated(triangles, surfaces(triangles))
         for surfaces in (_planes, _cylinders, _cones, _spheres)
@@ -258,7 +267,7 @@ def _fitted(triangles: _Triangles, limit: float) -> tuple[Array, ...]:
 
 def _planes(triangles: _Triangles) -> _Surfaces:
     """Return the least-squares plane of the corners of each region."""
-    axes = np.linalg.eigh(triangles.spreads())[1][:, :, 0]
+    axes = np.linalg.eigh(triangles.spreads)[1][:, :, 0]
     is_turned = np.einsum("ij,ij->i", axes, triangles.means(triangles.normals)) < 0
     axes = np.where(is_turned[:, None], -axes, axes)
     n = len(axes)
@@ -267,8 +276,7 @@ def _planes(triangles: _Triangles) -> _Surfaces:
 
 def _cylinders(triangles: _Triangles) -> _Surfaces:
     """Return cylinders with axes perpendicular to the normals, and the radius of the corners."""
-    normals = triangles.normals[:, None]
-    frames = np.linalg.eigh(triangles.products(normals, normals))[1]
+    frames = np.linalg.eigh(triangles.normal_spreads)[1]
     axes, across = frames[:, :, 0], frames[:, :, 1:]
     largest = np.take_along_axis(axes, np.abs(axes).argmax(axis=1)[:, None], axis=1)
     centers, radii = _circles(triangles, triangles.corners @ across[triangles.regions])
@@ -288,7 +296,7 @@ def _cones(triangles: _Triangles) -> _Surfaces:
     The axis passes through the point that is closest to the planes of all triangles.
     """
     normals, middles = triangles.normals[:, None], triangles.corners.mean(axis=1)[:, None]
-    squares, means = triangles.products(normals, normals), triangles.means(normals[:, 0])[:, None]
+    squares, means = triangles.normal_spreads, triangles.means(triangles.normals)[:, None]
     axes = np.linalg.eigh(squares - means.transpose(0, 2, 1) @ means)[1][:, :, 0]
     heights = (normals * middles).sum(axis=2, keepdims=True)
     points = (_inverses(squares) @ triangles.products(normals, heights))[:, :, 0]
@@ -325,7 +333,7 @@ def _inverses(matrices: Floats) -> Floats:
 
 
 def _rated(triangles: _Triangles, surfaces: _Surfaces) -> _Fits:
-    """Measure how well the surfaces fit the regions."""
+    """Return the surfaces, and how well each of them fits its region."""
     regions, corners = triangles.regions, triangles.corners
     distances, r, _ = surfaces.distances(regions, corners)
     largest = np.maximum.reduceat(r.max(axis=1), triangles.starts)
@@ -344,7 +352,7 @@ def _rated(triangles: _Triangles, surfaces: _Surfaces) -> _Fits:
 
 def _chosen(triangles: _Triangles, fits: list[_Fits], limit: float) -> Ints:
     """Return the index in `KINDS` of the primitive of each region."""
-    widths = np.sqrt(np.maximum(np.linalg.eigvalsh(triangles.spreads())[:, 1], 0))
+    widths = np.sqrt(np.maximum(np.linalg.eigvalsh(triangles.spreads)[:, 1], 0))
     n_vertices = triangles.counts() + 2  # of a region without holes whose triangles are connected
     best, chosen = np.full(len(widths), np.inf), np.full(len(widths), OTHER)
     for kind, fit in enumerate(fits):

@@ -30,7 +30,7 @@ class Theirs:
     name: str
     paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
     class_list: ClassList  # my classes, followed by classes that only they use
-    objects: dict[int, int]  # object number in their file of each value that `paint` had at first
+    objects: dict[int, int]  # from each value in `paint` to the object number in their file
 
     def differs(self, mine: Paint) -> Bools:
         """Return a mask of cells that both people have labeled, but with different labels."""

@@ -30,9 +30,10 @@ is less than `FLAT` because regions at the edge of a floor also contain bits of 
 A box on a floor is not nearly flat: its mean normal points up like the floor's, with length 0.2."""
 
 STEP = np.radians(12)
-"""A border between two flat regions of similar direction is a step, such as from a floor to a board
-that lies on it, if its mean signed angle is larger. In nine rooms with 300 regions, the areas that
-were taken for floor by mistake are 44 % smaller than if steps are ignored."""
+"""A border between two flat regions of similar direction is a step if the absolute value of its
+mean signed angle is larger. An example is the border between a floor and a board that lies on it.
+In nine synthetic rooms with 300 regions, 44 % less area is taken for floor by mistake than without
+this limit."""
 
 
 @dataclass(frozen=True)
@@ -159,9 +160,10 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
 
 
 def _beyond_steps(graph: RegionGraph, region: int, is_similar: Bools, limit: float) -> Bools:
-    """Return a mask of similar regions that similar regions connect to `region`, but with steps.
+    """Return a mask of the similar regions that can be reached from `region` only across steps.
 
-    A border is a step if its mean signed angle is larger than `limit`.
+    A path leads through similar regions. A border is a step if the absolute value of its mean
+    signed angle is larger than `limit`.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
