@@ -180,6 +180,41 @@ def rounded_slab(n_arc):
     return Mesh(np.concatenate(levels), np.concatenate([fan[:, ::-1], n + fan, *sides]))
 
 
+def revolved(profile, n_around, arc=2 * math.pi):
+    """Return the surface that a profile of radius and height sweeps around z: squares cut in two.
+
+    Normals point outward if the heights ascend.
+    """
+    radii, heights = np.transpose(profile)
+    turns = np.linspace(0, arc, n_around + 1)[:, np.newaxis]
+    points = [
+        radii * np.cos(turns),
+        radii * np.sin(turns),
+        np.broadcast_to(heights, (len(turns), len(radii))),
+    ]
+    places = np.arange(len(turns) * len(radii)).reshape(len(turns), -1)
+    a, b, c, d = places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]
+    faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
+    return Mesh(np.stack(points, axis=-1).reshape(-1, 3), faces.reshape(-1, 3))
+
+
+def filleted_boss(n_around=48):
+    """Return a thin disk with a bore and a boss along z, and a fillet at the foot of the boss.
+
+    One facet of the rim is wider than its neighbors, as between holes.
+    """
+    fillet = [(4 - math.sin(t), 1.1 - math.cos(t)) for t in np.linspace(0, math.pi / 2, 9)]
+    mesh = revolved([(1, 6), (1, 0), (6, 0), (6, 0.1), *fillet, (3, 6), (1, 6)], n_around)
+    vertices = mesh.vertices.copy()
+    turns, radii = np.arctan2(vertices[:, 1], vertices[:, 0]), np.hypot(*vertices[:, :2].T)
+    step = 2 * math.pi / n_around
+    offsets = turns - 10.5 * step
+    is_wide = (radii > 5) & (abs(offsets) < step)
+    turns[is_wide] += 0.6 * step * np.sign(offsets[is_wide])
+    vertices[:, 0], vertices[:, 1] = radii * np.cos(turns), radii * np.sin(turns)
+    return Mesh(vertices, mesh.faces)
+
+
 def bowl(n_around=24, thickness=0.1):
     """Return half a sphere with walls, closed and smooth except at its rim."""
     n_rings = n_around // 4

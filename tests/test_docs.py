@@ -195,6 +195,20 @@ def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_p
     assert centers == [[-4, -2, 1.5], [-4, 2, 1.5], [4, -2, 1.5], [4, 2, 1.5]]
 
 
+@pytest.mark.parametrize("n_around", [24, 48, 200])
+def test_the_code_of_the_cad_page_separates_a_boss_from_the_fillet_at_its_foot(
+    n_around, tmp_path, monkeypatch
+):
+    pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
+    names = {"part": shapes.filleted_boss(n_around), "sf": sf, "np": np}
+    exec(cad_block("is_flat"), names)
+    found = sf.fit_primitives(names["part"], names["labels"])
+    assert sorted(found.kinds) == ["cylinder"] * 3 + ["other"] + ["plane"] * 3
+    radii = found.radii[found.kinds == "cylinder"]
+    assert sorted(radii) == pytest.approx([1, 3, 6])
+
+
 def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monkeypatch):
     meshio = pytest.importorskip("meshio")
     monkeypatch.chdir(tmp_path)

@@ -13,24 +13,6 @@ TURN = np.stack([np.array([3, -6, 2]) / 7, np.array([6, 2, -3]) / 7, AXIS])  # t
 ORIGIN = np.array([50.0, 60, 70])
 
 
-def revolved(profile, n_around, arc=2 * np.pi):
-    """Return the surface that a profile of radius and height sweeps around z: squares cut in two.
-
-    Normals point outward if the heights ascend.
-    """
-    radii, heights = np.transpose(profile)
-    turns = np.linspace(0, arc, n_around + 1)[:, np.newaxis]
-    points = [
-        radii * np.cos(turns),
-        radii * np.sin(turns),
-        np.broadcast_to(heights, (len(turns), len(radii))),
-    ]
-    places = np.arange(len(turns) * len(radii)).reshape(len(turns), -1)
-    a, b, c, d = places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]
-    faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
-    return Mesh(np.stack(points, axis=-1).reshape(-1, 3), faces.reshape(-1, 3))
-
-
 def moved(mesh, *, flip=False, scale=1.0, noise=0.0, origin=ORIGIN):
     """Return the mesh turned so that z becomes AXIS, and moved to the origin."""
     vertices = mesh.vertices + np.random.default_rng(0).normal(0, noise or 0, mesh.vertices.shape)
@@ -60,7 +42,7 @@ DOME = [(np.sin(t), 1 - np.cos(t)) for t in np.linspace(0.2, 1.2, 6)]
 )
 def test_cylinders_have_the_radius_of_their_vertices(n_around, arc, flip):
     kind, axis, point, radius, half_angle, is_convex, misfit = primitive_of(
-        moved(revolved(TUBE, n_around, arc), flip=flip)
+        moved(shapes.revolved(TUBE, n_around, arc), flip=flip)
     )
     assert (kind, is_convex) == ("cylinder", not flip)
     assert axis == pytest.approx(AXIS)
@@ -73,12 +55,12 @@ def test_cylinders_have_the_radius_of_their_vertices(n_around, arc, flip):
 @pytest.mark.parametrize("n_sides", [3, 4, 5, 6, 8])
 @pytest.mark.parametrize("n_strips", [1, 6])
 def test_prisms_of_few_sides_are_no_cylinders(n_sides, n_strips):
-    prism = revolved(TUBE, n_sides)
+    prism = shapes.revolved(TUBE, n_sides)
     corners = prism.vertices.reshape(n_sides + 1, 1, 2, 3)
     steps = np.linspace(0, 1, n_strips, endpoint=False)[:, np.newaxis, np.newaxis]
     strips = (corners[:-1] + steps * (corners[1:] - corners[:-1])).reshape(-1, 3)
     vertices = np.concatenate([strips, corners[-1, 0]])
-    divided = Mesh(vertices, revolved(TUBE, n_sides * n_strips).faces)
+    divided = Mesh(vertices, shapes.revolved(TUBE, n_sides * n_strips).faces)
     assert primitive_of(divided)[0] == "other"
 
 
@@ -86,7 +68,7 @@ def test_prisms_of_few_sides_are_no_cylinders(n_sides, n_strips):
 @pytest.mark.parametrize("arc", [2 * np.pi, np.pi / 2])
 @pytest.mark.parametrize("height", [0.2, 1, 20])
 def test_cones_and_countersinks(height, arc, flip):
-    mesh = moved(revolved([(2, 0), (1, height)], 24, arc), flip=flip)
+    mesh = moved(shapes.revolved([(2, 0), (1, height)], 24, arc), flip=flip)
     kind, axis, point, radius, half_angle, is_convex, misfit = primitive_of(mesh)
     assert (kind, is_convex) == ("cone", not flip)
     assert axis == pytest.approx(-AXIS)  # from the apex into the cone
@@ -100,7 +82,7 @@ def test_cones_and_countersinks(height, arc, flip):
 @pytest.mark.parametrize("arc", [2 * np.pi, 1])
 def test_spheres(arc, flip):
     kind, axis, point, radius, half_angle, is_convex, _ = primitive_of(
-        moved(revolved(DOME, 24, arc), flip=flip)
+        moved(shapes.revolved(DOME, 24, arc), flip=flip)
     )
     assert (kind, is_convex) == ("sphere", not flip)
     assert point == pytest.approx(ORIGIN + AXIS)
@@ -110,7 +92,7 @@ def test_spheres(arc, flip):
 
 def test_planes_are_on_the_side_of_their_normals():
     for flip in (False, True):
-        mesh = moved(revolved([(2, 0), (1, 0)], 24), flip=flip)
+        mesh = moved(shapes.revolved([(2, 0), (1, 0)], 24), flip=flip)
         kind, axis, point, *others, misfit = primitive_of(mesh)
         assert kind == "plane"
         assert axis == pytest.approx(-AXIS if flip else AXIS)
@@ -124,7 +106,7 @@ def test_planes_are_on_the_side_of_their_normals():
 @pytest.mark.parametrize("arc", [2 * np.pi, 0.5])
 def test_other_surfaces(arc):
     fillet = [(5 - np.sin(t), 1 - np.cos(t)) for t in np.linspace(0, np.pi / 2, 9)]
-    found = fit_primitives(revolved(fillet, 48, arc), np.zeros(48 * 16, int))
+    found = fit_primitives(shapes.revolved(fillet, 48, arc), np.zeros(48 * 16, int))
     assert found.kinds.tolist() == ["other"]
     assert np.isnan([*found.axes[0], *found.points[0], found.radii[0], found.misfits[0]]).all()
     assert not found.is_convex[0]
@@ -141,7 +123,7 @@ def test_a_region_of_two_planes_or_without_area_is_other():
     ("scale", "origin"), [(1e-6, [0, 0, 0]), (1e9, [0, 0, 0]), (0.01, [5e7, 5e8, 1e4])]
 )
 def test_neither_unit_nor_position_matters(scale, origin):
-    mesh = moved(revolved(TUBE, 32), scale=scale, origin=np.array(origin))
+    mesh = moved(shapes.revolved(TUBE, 32), scale=scale, origin=np.array(origin))
     kind, axis, point, radius, *_ = primitive_of(mesh)
     assert kind == "cylinder"
     assert axis == pytest.approx(AXIS, abs=1e-6)
@@ -159,7 +141,7 @@ def test_neither_unit_nor_position_matters(scale, origin):
     ],
 )
 def test_noise_needs_more_tolerance(profile, kind, size):
-    mesh = moved(revolved(profile, 60), noise=0.01)
+    mesh = moved(shapes.revolved(profile, 60), noise=0.01)
     assert primitive_of(mesh)[0] == "other"
     found, axis, _, radius, _, _, misfit = primitive_of(mesh, tolerance=0.05)
     assert found == kind
@@ -187,7 +169,7 @@ def test_parts_are_measured_in_all_regions_at_once(monkeypatch):
 
 
 def test_polygons_are_cut_into_triangles():
-    tube = revolved(TUBE, 16)
+    tube = shapes.revolved(TUBE, 16)
     half = tube.n_faces // 2
     quads = np.column_stack([tube.faces[:half], tube.faces[half:, 2]])
     found = fit_primitives(PolygonMesh.of_faces(tube.vertices, quads.tolist()), np.zeros(16, int))
@@ -215,7 +197,9 @@ def test_a_ring_with_little_noise():
     corners = np.array([[1, 0], [1, 0.5], [0.5, 0.5], [0.5, 0]])  # radius and height
     steps = np.linspace(0, 1, 10, endpoint=False)[:, np.newaxis]
     sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
-    ring = revolved(np.concatenate([a + steps * (b - a) for a, b in sides] + [corners[:1]]), 100)
+    ring = shapes.revolved(
+        np.concatenate([a + steps * (b - a) for a, b in sides] + [corners[:1]]), 100
+    )
     distinct, places = np.unique(ring.vertices.round(9), axis=0, return_inverse=True)
     noise = np.random.default_rng(0).normal(0, 0.001, distinct.shape)
     part = Mesh(distinct + noise, places.reshape(-1)[ring.faces])
@@ -232,7 +216,7 @@ def test_a_ring_with_little_noise():
 
 @pytest.mark.parametrize("n_sides", [9, 12])
 def test_prisms_of_many_sides_are_cylinders(n_sides):
-    assert primitive_of(revolved(TUBE, n_sides))[0] == "cylinder"
+    assert primitive_of(shapes.revolved(TUBE, n_sides))[0] == "cylinder"
 
 
 @pytest.mark.parametrize("sides", [(1, 1), (40, 40), (1, 0.5), (0.2, 0.2)])
