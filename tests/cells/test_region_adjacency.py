@@ -461,6 +461,18 @@ def test_a_matrix_of_scipy():
     assert region_graph(grid(2, 1), [0, 0]).to_scipy().toarray().tolist() == [[0]]
 
 
+def test_changing_a_matrix_or_an_array_of_neighbors_in_place_leaves_the_graph():
+    pytest.importorskip("scipy")
+    graph = region_graph(L_SHAPE, [0, 1, 2])
+    neighbors = graph.neighbors(1).tolist()
+    matrix = graph.to_scipy("concavity")
+    matrix.data = matrix.data > 0
+    matrix.eliminate_zeros()
+    graph.neighbors(1)[:] = 7
+    assert graph.neighbors(1).tolist() == neighbors
+    assert graph.to_scipy().toarray().tolist() == [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
+
+
 def test_arrays_for_pytorch_geometric():
     arrays = region_graph(L_SHAPE, [1, 0, 2]).to_pyg()
     assert arrays["edge_index"].tolist() == [[0, 0, 1, 2], [1, 2, 0, 0]]

@@ -241,7 +241,7 @@ class RegionGraph:
         if not 0 <= region < self.n_regions:
             raise IndexError(f"region must be 0 to {self.n_regions - 1}, got {region}")
         offsets, targets, _ = self._both_ways
-        return targets[offsets[region] : offsets[region + 1]]
+        return targets[offsets[region] : offsets[region + 1]].copy()
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
@@ -330,7 +330,8 @@ class RegionGraph:
         offsets, targets, arcs = self._both_ways
         shape = (self.n_regions, self.n_regions)
         # SciPy 1.11 does not find the connected components of graphs with int64 offsets.
-        return sparse.csr_array((values[arcs], targets, offsets.astype(np.int32)), shape=shape)
+        structure = targets.copy(), offsets.astype(np.int32)  # the matrix can be changed in place
+        return sparse.csr_array((values[arcs], *structure), shape=shape)
 
     def to_pyg(self) -> dict[str, Array]:
         """Return the arrays of a PyTorch Geometric graph of the regions, keyed by name.
