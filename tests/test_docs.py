@@ -215,11 +215,18 @@ def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monke
     whole = shapes.drilled_block(16)
     part = shapes.soup(whole)  # as in an STL file
     cad_faces = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30))
-    exec(cad_block("gmsh"), {"part": part, "cad_faces": cad_faces, "np": np})
+    classes = ["wall"] * cad_faces.n_segments
+    classes[2] = classes[5] = "inlet"
+    names = {"part": part, "cad_faces": cad_faces, "classes": classes, "np": np}
+    exec(cad_block("gmsh"), names)
     written = meshio.read("part.msh")
-    [groups] = written.cell_data["gmsh:physical"]
-    assert np.array_equal(groups, cad_faces.labels + 1)
-    assert written.field_data["inlet"].tolist() == [6, 2]
+    assert np.array_equal(written.cell_data["gmsh:geometrical"][0], cad_faces.labels + 1)
+    is_wall = ~np.isin(cad_faces.labels, [2, 5])
+    assert np.array_equal(written.cell_data["gmsh:physical"][0], 1 + is_wall)
+    assert {name: [*group] for name, group in written.field_data.items()} == {
+        "inlet": [1, 2],
+        "wall": [2, 2],
+    }
     faces = written.cells_dict["triangle"]
     assert np.array_equal(written.points[faces], part.vertices[part.faces])
     assert len(written.points) == whole.n_vertices
@@ -240,7 +247,7 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(
     monkeypatch.chdir(tmp_path)
     _, planes = write_tile("tile.las", density)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(code_of_clouds("is_coplanar"), {"sf": sf, "np": np})
+        exec(code_of_clouds("label_roofs"), {"sf": sf, "np": np})
     assert printed.getvalue() == "4 roof planes\n"
     labels = sf.read_labels("planes.las")
     assert (labels[planes < 0] == -1).all()
@@ -249,13 +256,67 @@ def test_the_code_of_the_page_of_clouds_finds_the_planes_of_roofs(
     np.add.at(counts, (labels, planes), 1)
     assert counts[:4, :4].max(axis=1).sum() > least * (planes >= 0).sum()  # others are at ridges
     pytest.importorskip("geopandas")
-    exec(code_of_clouds("concave_hull"), names := {"sf": sf, "np": np})
+    exec(code_of_clouds("delaunay"), names := {"sf": sf, "np": np})
     table = names["geopandas"].read_file("planes.gpkg").iloc[counts[:4, :4].argmax(axis=0)]
     assert table["slope"].tolist() == pytest.approx([26.57] * 4, abs=1)
     assert table["aspect"].tolist() == pytest.approx([270, 90, 270, 90], abs=3)  # west and east
     assert table.geometry.area.tolist() == pytest.approx([70] * 4, rel=0.15)
     assert table["label"].tolist() == counts[:4, :4].argmax(axis=0).tolist()
-    assert table["area"].tolist() == pytest.approx([70 * np.sqrt(1.25)] * 4, rel=0.15)
+    assert table["roof_area"].tolist() == pytest.approx([70 * np.sqrt(1.25)] * 4, rel=0.15)
+
+
+def houses(density, noise=0.03):
+    """Return points of a hipped roof, a wall, and a gable roof with a flat dormer and a chimney.
+
+    Also returns the plane of each point, from 0 to 6, or -1 for the chimney, wall and ground.
+    """
+    rng = np.random.default_rng(5)
+    points = np.insert(rng.uniform([0, 0], [60, 30], (1800 * density, 2)), 2, 0.0, axis=1)
+    planes = np.full(len(points), -1)
+    along, across = points[:, :2].T - 15
+    planes_of_hip = np.stack([5 - across, 5 + across, 9 - along, 9 + along], axis=1) * 0.7
+    is_hip = planes_of_hip.min(axis=1) > 0
+    points[is_hip, 2] = 5 + planes_of_hip[is_hip].min(axis=1)
+    planes[is_hip] = planes_of_hip[is_hip].argmin(axis=1)
+    along -= 30
+    is_gable = (abs(along) < 9) & (abs(across) < 5)
+    points[is_gable, 2] = 5 + 0.7 * (5 - abs(across[is_gable]))
+    planes[is_gable] = 4 + (across[is_gable] > 0)
+    is_dormer = (abs(along) < 2) & (across > -4) & (across < -1)
+    points[is_dormer, 2], planes[is_dormer] = 7.8, 6
+    is_chimney = (abs(along - 5) < 0.4) & (abs(across - 1) < 0.4)
+    points[is_chimney, 2], planes[is_chimney] = 9.5, -1
+    wall = rng.uniform([6, 10, 2], [24, 10, 5], (20 * density, 3))
+    points, planes = np.append(points, wall, axis=0), np.append(planes, np.full(len(wall), -1))
+    points[:, 2] += rng.normal(0, noise, len(points))
+    return points, planes
+
+
+@pytest.mark.parametrize("density", [4, 8, 30])
+def test_the_code_of_the_page_of_clouds_separates_hips_and_a_dormer(density, tmp_path, monkeypatch):
+    pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
+    points, planes = houses(density)
+    classes = np.where(points[:, 2] > 1, 6, 2).astype(np.uint8)
+    attributes = sf.MeshAttributes(vertex={"classification": classes})
+    sf.write_mesh("tile.las", points, attributes=attributes)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code_of_clouds("label_roofs"), {"sf": sf, "np": np})
+    assert printed.getvalue() == "7 roof planes\n"
+    labels = sf.read_labels("planes.las")
+    counts = np.zeros((8, 8), int)  # the last row and column: in no plane
+    np.add.at(counts, (labels, planes), 1)
+    labels_of_planes = counts[:7, :7].argmax(axis=0)
+    shared = counts[labels_of_planes, range(7)]
+    union = counts.sum(axis=1)[labels_of_planes] + counts.sum(axis=0)[:7] - shared
+    assert (shared / union).min() > 0.8
+    pytest.importorskip("geopandas")
+    exec(code_of_clouds("delaunay"), names := {"sf": sf, "np": np})
+    table = names["geopandas"].read_file("planes.gpkg").iloc[labels_of_planes]
+    area = [counts[:7, plane].sum() / density for plane in range(7)]
+    assert table.geometry.area.tolist() == pytest.approx(area, rel=0.2)
+    assert table["slope"].tolist() == pytest.approx([35] * 6 + [0], abs=2)
+    assert np.isnan(table["aspect"]).tolist() == [False] * 6 + [True]
 
 
 def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, monkeypatch):
@@ -272,7 +333,7 @@ def test_the_code_of_the_page_of_clouds_labels_each_point_in_one_tile(tmp_path, 
         laspy.LasReader, "chunk_iterator", lambda file, _: chunk_iterator(file, 7_000)
     )
     with contextlib.redirect_stdout(io.StringIO()):
-        exec(code_of_clouds("is_coplanar"), names := {"sf": sf, "np": np})
+        exec(code_of_clouds("label_roofs"), names := {"sf": sf, "np": np})
         exec(code_of_clouds("chunk_iterator"), names)
     written = {path.stem: laspy.read(path) for path in Path("tiles").iterdir()}
     assert written.keys() == {"25000_270000", "25001_270000", "25001_270001"}

@@ -78,7 +78,8 @@ def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, L
     is_las = source.ending in (".las", ".laz")
     cells, attributes = source.cells_and_attributes(keep=keep or is_las)
     frame = None if attributes is None else attributes.las
-    return facts_of(cells), attributes if keep else None, frame
+    # Most LAS files leave some of their fixed fields unused.
+    return facts_of(cells), attributes if keep and not is_las else None, frame
 
 
 def _facts_of(frame: LasFrame) -> dict[str, str | int]:
