@@ -310,6 +310,7 @@ def test_the_code_of_the_page_of_clouds_separates_hips_and_a_dormer(density, tmp
     shared = counts[labels_of_planes, range(7)]
     union = counts.sum(axis=1)[labels_of_planes] + counts.sum(axis=0)[:7] - shared
     assert (shared / union).min() > 0.8
+    assert (labels[points[:, 2] > 9] == -1).all()  # the chimney
     pytest.importorskip("geopandas")
     exec(code_of_clouds("delaunay"), names := {"sf": sf, "np": np})
     table = names["geopandas"].read_file("planes.gpkg").iloc[labels_of_planes]
