@@ -214,22 +214,22 @@ def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     whole = shapes.drilled_block(16)
     part = shapes.soup(whole)  # as in an STL file
-    cad_faces = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30))
-    classes = ["wall"] * cad_faces.n_segments
+    labels = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30)).labels
+    classes = ["wall"] * (labels.max() + 1)
     classes[2] = classes[5] = "inlet"
-    names = {"part": part, "cad_faces": cad_faces, "classes": classes, "np": np}
+    names = {"part": part, "labels": labels, "classes": classes, "np": np, "sf": sf}
     exec(cad_block("gmsh"), names)
-    written = meshio.read("part.msh")
-    assert np.array_equal(written.cell_data["gmsh:geometrical"][0], cad_faces.labels + 1)
-    is_wall = ~np.isin(cad_faces.labels, [2, 5])
+    fine, written = names["fine"], meshio.read("part.msh")
+    surfaces = labels[fine.sources]
+    assert np.array_equal(written.cell_data["gmsh:geometrical"][0], surfaces + 1)
+    is_wall = ~np.isin(surfaces, [2, 5])
     assert np.array_equal(written.cell_data["gmsh:physical"][0], 1 + is_wall)
     assert {name: [*group] for name, group in written.field_data.items()} == {
         "inlet": [1, 2],
         "wall": [2, 2],
     }
     faces = written.cells_dict["triangle"]
-    assert np.array_equal(written.points[faces], part.vertices[part.faces])
-    assert len(written.points) == whole.n_vertices
+    assert np.array_equal(written.points[faces], fine.mesh.vertices[fine.mesh.faces])
     sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()  # watertight
 
@@ -285,7 +285,7 @@ def houses(density, noise=0.03):
     is_dormer = (abs(along) < 2) & (across > -4) & (across < -1)
     points[is_dormer, 2], planes[is_dormer] = 7.8, 6
     is_chimney = (abs(along - 5) < 0.4) & (abs(across - 1) < 0.4)
-    points[is_chimney, 2], planes[is_chimney] = 9.5, -1
+    points[is_chimney, 2], planes[is_chimney] = 10.5, -1
     wall = rng.uniform([6, 10, 2], [24, 10, 5], (20 * density, 3))
     points, planes = np.append(points, wall, axis=0), np.append(planes, np.full(len(wall), -1))
     points[:, 2] += rng.normal(0, noise, len(points))
@@ -310,7 +310,7 @@ def test_the_code_of_the_page_of_clouds_separates_hips_and_a_dormer(density, tmp
     shared = counts[labels_of_planes, range(7)]
     union = counts.sum(axis=1)[labels_of_planes] + counts.sum(axis=0)[:7] - shared
     assert (shared / union).min() > 0.8
-    assert (labels[points[:, 2] > 9] == -1).all()  # the chimney
+    assert (labels[points[:, 2] > 10] == -1).all()  # the chimney
     pytest.importorskip("geopandas")
     exec(code_of_clouds("delaunay"), names := {"sf": sf, "np": np})
     table = names["geopandas"].read_file("planes.gpkg").iloc[labels_of_planes]
