@@ -230,6 +230,8 @@ def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monke
     }
     faces = written.cells_dict["triangle"]
     assert np.array_equal(written.points[faces], fine.mesh.vertices[fine.mesh.faces])
+    edges = fine.mesh.n_faces * 3 // 2
+    assert len(written.points) - edges + len(faces) == whole.n_vertices - whole.n_faces // 2
     sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()  # watertight
 

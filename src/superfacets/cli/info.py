@@ -78,7 +78,7 @@ def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, L
     is_las = source.ending in (".las", ".laz")
     cells, attributes = source.cells_and_attributes(keep=keep or is_las)
     frame = None if attributes is None else attributes.las
-    # Most LAS files leave some of their fixed fields unused.
+    # Constant fields of LAS files are not reported: most files leave some fields unused.
     return facts_of(cells), attributes if keep and not is_las else None, frame
 
 
