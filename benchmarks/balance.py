@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from research.baselines import metis_partition
+from research.princeton import Benchmark, Model
+from research.table_writer import markdown_table
 
 import superfacets as sf
 from superfacets import metrics
-from superfacets.study.baselines import metis_partition
-from superfacets.study.princeton import Benchmark, Model
-from superfacets.study.table_writer import markdown_table
 
 from .meshes import Arrays
 from .rivals import run_pyacvd

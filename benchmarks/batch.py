@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from superfacets.study.table_writer import markdown_table
+from research.table_writer import markdown_table
 
 from .checks import require
 from .clock import interleaved, median, summary

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import reference
 
 import superfacets as sf
-from superfacets import reference
 
 from .meshes import Arrays
 
@@ -138,7 +138,7 @@ def n_pieces(
 
 
 def check_against_reference(n_segments: int = 20) -> None:
-    """Raise an error unless `superfacets.reference` gives the same labels for a small mesh."""
+    """Raise an error unless `reference` gives the same labels for a small mesh."""
     mesh = sf.sample_mesh(3_000)
     arcs = reference.build_face_graph(mesh)
     weights = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2)

@@ -242,7 +242,7 @@ def render_report(results: Path, document: Path | None) -> None:
 @selection
 @click.option("--output", type=FILE, default=EXPECTED, help="File for the hashes.")
 def expect(meshes: str | None, output: Path, **options: Any) -> None:
-    """Store new hashes of labels, after a check of labels against superfacets.reference.
+    """Store new hashes of labels, after a check of labels against reference.
 
     Hashes of other meshes are kept.
     """

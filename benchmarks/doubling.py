@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from research.table_writer import markdown_table
 
 import superfacets as sf
-from superfacets.study.table_writer import markdown_table
 
 LIMIT = 1.2
 """Maximum exponent that is accepted as linear. Sorting and trees take O(n log n), and arrays larger
@@ -118,11 +118,6 @@ def graph_of_regions(cells: Cells) -> object:
     return sf.region_graph(cells, np.arange(cells.n_cells) // 2, n_threads=1)
 
 
-def thickness(cells: Cells) -> object:
-    """Measure the thickness of the shape at each face."""
-    return sf.shape_diameter(cells, n_threads=1)
-
-
 def smooth_borders_of_regions(cells: Cells) -> object:
     """Cut faces along smooth borders between regions of 32 faces each."""
     assert isinstance(cells, sf.Mesh | sf.PolygonMesh)
@@ -150,7 +145,6 @@ JOBS: dict[str, Job] = {
     "halted": partial(segment, share=0.5, radius_factor=2.0),
     "halted, 150": partial(segment, radius_factor=2.0),
     "parts": partial(segment, weights="parts"),
-    "shape_diameter": thickness,
     "region_graph": graph_of_regions,
     "cut_borders": smooth_borders_of_regions,
     "vertex_labels": labels_along_creases,
@@ -158,13 +152,11 @@ JOBS: dict[str, Job] = {
 
 
 SHAPES_OF: dict[str, tuple[str, ...]] = {
-    "shape_diameter": ("flat grid", "star", "coin"),
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
 }
 """Names of the shapes on which a job runs, for jobs that need faces or vertices. All other jobs run
-on all shapes. `shape_diameter` does not run on dust, because its time is not linear: a ray passes
-all triangles in a row of the lattice."""
+on all shapes."""
 
 
 @dataclass(frozen=True)

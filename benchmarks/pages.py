@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from research.table_writer import markdown_table
 
 import superfacets as sf
-from superfacets.study.table_writer import markdown_table
 
 OPTIONS = [
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox",

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from superfacets.study.table_writer import EMPTY, markdown_table
+from research.table_writer import EMPTY, markdown_table
 
 Results = dict[str, Any]
 Row = dict[str, Any]

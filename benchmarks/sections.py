@@ -35,7 +35,7 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
         If labels of superfacets are wrong. No times are returned in this case.
     """
     check_against_reference()
-    say("labels of a small mesh equal the labels of superfacets.reference")
+    say("labels of a small mesh equal the labels of reference")
     results: Results = {
         "machine": facts(),
         "runs": [],

@@ -12,7 +12,7 @@ from PIL import Image
 from shrink_images import IMAGES, read, save_small
 
 import superfacets as sf
-from superfacets.study.princeton import Benchmark
+from research.princeton import Benchmark
 
 SIZE = (480, 420)
 N_SEGMENTS = 150

@@ -17,8 +17,8 @@ from PIL import Image
 from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
-from superfacets.study.quality.measure import CREASES, DEFAULT, PAPERS, VARIANTS
-from superfacets.study.quality.tables import means
+from research.quality.measure import CREASES, DEFAULT, PAPERS, VARIANTS
+from research.quality.tables import means
 
 N_SEGMENTS = 150
 

@@ -6,13 +6,14 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from click.testing import CliRunner
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 import superfacets as sf
-from superfacets import _core, reference
+from superfacets import _core
 from superfacets.cells.kinds import as_surface
 from superfacets.cli.main import commands
 from superfacets.regions.edit import CREASE_SCALE, read_regions
@@ -137,7 +138,7 @@ def test_cell_weights_replace_areas():
     assert n_pieces(mesh, result.labels) == 30
 
 
-@pytest.mark.parametrize("weights", ["creases", "superfacets", "stk02"])
+@pytest.mark.parametrize("weights", ["creases", "superfacets"])
 def test_all_weights_can_be_balanced(weights):
     mesh = sf.sample_mesh(12_000)
     result = sf.segment(mesh, 25, balance=1.0, weights=weights)
@@ -557,8 +558,6 @@ def test_the_command_balances_and_writes_solids(tmp_path):
             "cells_per_region already sets the number of regions: leave out n_segments,"
             " radius and expected_radius, and do not pass seeds as init",
         ),
-        (("--tiled", "--balance", "1"), "--tiled does not support --balance"),
-        (("--tiled", "--cells-per-region", "64"), "--tiled does not support --cells-per-region"),
     ]:
         failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
         assert failed.exit_code != 0

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import shapes
 from models import read_off
+from research.princeton import Benchmark
 
 from superfacets import SliverWarning, build_face_graph, build_point_graph, hierarchy, segment
 from superfacets.metrics import area_overlap, compactness, undersegmentation_error
-from superfacets.study.princeton import Benchmark
 
 
 @pytest.fixture(scope="module")

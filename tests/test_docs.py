@@ -186,13 +186,7 @@ def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_p
     is_flat = (np.abs(normals) > 1e-9).sum(axis=1) == 1
     assert np.array_equal(names["is_flat"][names["patches"].labels], is_flat)
     assert np.array_equal(sf.read_labels("labels.npy"), names["labels"])
-    found = sf.fit_primitives(part, names["labels"])
-    fillets = found.kinds == "cylinder"
-    assert (fillets.sum(), (found.kinds == "plane").sum()) == (4, 6)
-    assert found.radii[fillets] == pytest.approx(1)
-    assert found.is_convex[fillets].all()
-    centers = sorted(found.points[fillets].round(6).tolist())
-    assert centers == [[-4, -2, 1.5], [-4, 2, 1.5], [4, -2, 1.5], [4, 2, 1.5]]
+    assert len(np.unique(names["labels"][is_flat])) == 6
 
 
 @pytest.mark.parametrize("n_around", [24, 48, 200])
@@ -203,10 +197,13 @@ def test_the_code_of_the_cad_page_separates_a_boss_from_the_fillet_at_its_foot(
     monkeypatch.chdir(tmp_path)
     names = {"part": shapes.filleted_boss(n_around), "sf": sf, "np": np}
     exec(cad_block("is_flat"), names)
-    found = sf.fit_primitives(names["part"], names["labels"])
-    assert sorted(found.kinds) == ["cylinder"] * 3 + ["other"] + ["plane"] * 3
-    radii = found.radii[found.kinds == "cylinder"]
-    assert sorted(radii) == pytest.approx([1, 3, 6])
+    part, labels = names["part"], names["labels"]
+    normals = np.cross(*np.diff(part.vertices[part.faces], axis=1).transpose(1, 0, 2))
+    upward = np.abs(normals[:, 2]) / np.linalg.norm(normals, axis=1)
+    assert labels.max() == 6
+    for is_kind, n_regions in ((upward > 1 - 1e-9, 3), (upward < 1e-9, 3)):  # planes, cylinders
+        assert len(np.unique(labels[is_kind])) == n_regions
+        assert np.isin(labels[~is_kind], labels[is_kind]).sum() == 0
 
 
 def test_gmsh_reads_regions_of_the_cad_page_as_physical_surfaces(tmp_path, monkeypatch):

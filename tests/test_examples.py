@@ -1,8 +1,8 @@
 """Programs in the documentation that need the benchmark."""
 
 import pytest
-
-import superfacets as sf
+import research.baselines
+import research.princeton
 
 
 def test_names_of_regions_are_learned_from_other_models(data_dir):
@@ -10,8 +10,8 @@ def test_names_of_regions_are_learned_from_other_models(data_dir):
     pytest.importorskip("sklearn", reason="scikit-learn is not installed")
     from examples import classify_regions
 
-    benchmark = sf.princeton.Benchmark(data_dir / "psb")
-    numbers = [n for n in benchmark.numbers if sf.princeton.category_of(n) == "Octopus"]
+    benchmark = research.princeton.Benchmark(data_dir / "psb")
+    numbers = [n for n in benchmark.numbers if research.princeton.category_of(n) == "Octopus"]
     if len(numbers) < 3:
         pytest.skip("there are too few models of octopuses")
     models = [benchmark.load(number) for number in numbers[:4]]

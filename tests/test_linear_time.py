@@ -10,7 +10,6 @@ Most of the difference allows for noise."""
 QUADRATIC_ONCE = [
     ("flat grid", "k = N", 8_000),
     ("star", "k = N/2", 8_000),
-    ("star", "shape_diameter", 1_000),
     ("star", "cut_borders", 1_000),
     ("coin", "defaults", 500),
     ("one place", "k = N/2", 4_000),

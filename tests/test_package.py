@@ -130,7 +130,7 @@ def test_importing_leaves_files_and_pictures_for_later():
         "from superfacets.io.readers.read import read_mesh",
         "import superfacets.pipeline, superfacets.clustering.classification",
         "from superfacets import *",
-        "import superfacets; superfacets.baselines, superfacets.sample_mesh, superfacets.read_mesh",
+        "import superfacets; superfacets.metrics, superfacets.sample_mesh, superfacets.read_mesh",
         "import superfacets; [importlib.import_module(n) for n in names]",
         "import superfacets; superfacets.render, superfacets.render",
     ],

@@ -114,20 +114,6 @@ def test_turns_count_both_ways_only_where_nothing_tells_them_apart():
     assert sf.segment(points, 30, eta_convex=0.1).params["eta_convex"] == 0.1
 
 
-def test_tiles_know_it_too():
-    points, _ = room(20_000)
-    tiled = sf.segment_tiled(points, 30, tile_size=8192)
-    assert tiled.params["eta_convex"] == 0.5
-    assert np.array_equal(tiled.labels, sf.segment(points, 30).labels)
-
-
-def test_ridges_are_the_same_in_tiles():
-    """Marks of ridges depend on points of several tiles around."""
-    points, _ = room(40_000, has_ceiling=True)
-    tiled = sf.segment_tiled(points, 30, tile_size=4096)
-    assert np.array_equal(tiled.labels, sf.segment(points, 30).labels)
-
-
 def splat_table(rng, *, flatness=4.0):
     """Return splats near a floor and a wall: centers, scales, and quaternions (z to normal)."""
     floor, wall = rng.random((2, 4000, 3)) * [[[1, 1, 0]], [[1, 0, 1]]]
@@ -222,8 +208,6 @@ def test_splats_are_segmented_by_their_shape_and_color(splats):
     assert wrong_share(labels, is_wall) < 0.04  # centers are noisy
     by_color = sf.segment(path, 2, features="color", feature_weight=50).labels
     assert wrong_share(by_color, (table[:, 0] < 0.5).astype(int)) < 0.02
-    tiled = sf.segment_tiled(path, 20, tile_size=4096).labels
-    assert np.array_equal(tiled, sf.segment(path, 20).labels)
 
 
 def test_labels_go_back_into_a_file_of_splats_with_all_that_it_holds(splats):
@@ -255,8 +239,6 @@ def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
         assert np.array_equal(sf.segment(cloud, 40).labels, labels)
         assert sf.cloud_info(cloud).knows_turns
         assert np.array_equal(sf.estimate_normals(cloud), normals)
-        tiled = sf.segment_tiled(cloud, 40, tile_size=8192)
-        assert np.array_equal(tiled.labels, sf.segment(cloud, 40).labels)
 
 
 def test_each_scanner_sees_its_side():

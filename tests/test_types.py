@@ -18,8 +18,6 @@ sf.segment((mesh.vertices, mesh.faces), init=[0, 1], weights=np.ones(9), islands
 sf.segment_graph(sf.build_face_graph(mesh).with_weights(np.ones(9)), 5, init=np.array([1, 2]))
 sf.metrics.undersegmentation_error(mesh, labels, labels)
 sf.metrics.undersegmentation_error(sf.metrics.area_overlap(labels, labels, np.ones(9)))
-sf.baselines.metis_partition(mesh, 20)
-sf.princeton.Benchmark("psb")
 sf.view(mesh, labels, title="A scan").save("scan.html")
 """
 

@@ -1,7 +1,6 @@
 """The public names and where they live; each is imported when it is first used."""
 
 from . import metrics as metrics
-from . import reference as reference
 from .batches.batching import BatchProgress as BatchProgress
 from .batches.batching import BatchResult as BatchResult
 from .batches.batching import batch as batch
@@ -32,9 +31,7 @@ from .cells.tet_graph import TriangleCounts as TriangleCounts
 from .cells.tet_graph import build_tet_graph as build_tet_graph
 from .cells.texels import FaceTexels as FaceTexels
 from .cells.texels import texture_colors as texture_colors
-from .cells.thickness import shape_diameter as shape_diameter
 from .cells.weights import crease_weights as crease_weights
-from .cells.weights import stk02_weights as stk02_weights
 from .cells.weights import superfacet_weights as superfacet_weights
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
@@ -104,8 +101,6 @@ from .regions.nearest_labels import transfer as transfer
 from .regions.pooling import pool as pool
 from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool
-from .regions.primitives import Primitives as Primitives
-from .regions.primitives import fit_primitives as fit_primitives
 from .regions.smooth import smooth_borders as smooth_borders
 from .regions.submeshes import Submesh as Submesh
 from .regions.submeshes import split_regions as split_regions
@@ -113,8 +108,5 @@ from .regions.submeshes import submesh as submesh
 from .regions.vertices import face_labels as face_labels
 from .regions.vertices import vertex_labels as vertex_labels
 from .sample import sample_mesh as sample_mesh
-from .study import baselines as baselines
-from .study import princeton as princeton
-from .tiles.segmenting import segment_tiled as segment_tiled
 
 __version__: str

@@ -810,18 +810,6 @@ def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Funct
     return decorate
 
 
-def checked_generator(value: Any, name: str) -> np.random.Generator:
-    """Return `value` if it is a random number generator, or make one if it is a seed >= 0."""
-    if isinstance(value, np.random.Generator):
-        return value
-    if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
-        raise TypeError(f"{name} must be an integer or a Generator, got {_shown(value)}")
-    seed = operator.index(value)
-    if seed < 0:
-        raise ValueError(f"{name} must not be negative, got {seed}")
-    return np.random.default_rng(seed)
-
-
 def checked_pose(pose: Any) -> Floats:
     """Return the checked camera pose (rotation and position) as a new array of shape (4, 4)."""
     given = _numbers_of(pose, "pose")

@@ -1,6 +1,6 @@
 """Classes of errors and warnings that superfacets raises."""
 
-import importlib
+import importlib.util
 from typing import Any
 
 
@@ -29,6 +29,14 @@ def import_extra(module: str, task: str, extra: str) -> Any:
         return importlib.import_module(module)
     except ModuleNotFoundError:
         raise MissingExtraError(task, extra) from None
+
+
+def is_installed(module: str) -> bool:
+    """Return whether an optional module can be imported, without importing it."""
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ValueError:  # the module is marked as missing in `sys.modules`
+        return False
 
 
 class RenderError(RuntimeError):

@@ -5,9 +5,9 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from reference.arithmetic import arctangent
 
 from superfacets import _core
-from superfacets.reference.arithmetic import arctangent
 
 VERSIONS = range(_core.best_instruction_set() + 1)
 TINY = 5e-324

@@ -5,9 +5,9 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from reference.arithmetic import exponential
 
 from superfacets import _core
-from superfacets.reference.arithmetic import exponential
 
 RNG = np.random.default_rng(0)
 N = 3000

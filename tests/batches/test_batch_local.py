@@ -10,12 +10,12 @@ import psutil
 import pytest
 from batch_folders import records_of, results_in
 from local_workers import worker_processes
+from superfacets._memory import usable_memory
+from superfacets.workers import calls
 
 import superfacets as sf
-from superfacets._memory import usable_memory
 from superfacets.batches import batching, jobs
 from superfacets.batches.jobs import run_job
-from superfacets.workers import calls
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 import shapes
 from batch_folders import lines_of, records_of, results_in
+from superfacets.workers import calls
 
 import superfacets as sf
 from superfacets.batches import batching, files, jobs
 from superfacets.io.atomic import locked
-from superfacets.workers import calls
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from models import read_off
 
@@ -14,7 +15,6 @@ from superfacets import (
     build_face_graph,
     cut_borders,
     metrics,
-    reference,
     sample_mesh,
     segment,
     subdivide,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from reference import texel_colors
 from textured_meshes import checkered_ball, facade, grid, save_png
 
 import superfacets as sf
@@ -9,7 +10,6 @@ from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, Te
 from superfacets.cells.features import FeatureOptions, FeatureTable
 from superfacets.cells.named_features import features_of
 from superfacets.io.textures import WRAPS
-from superfacets.reference import texel_colors
 
 
 @pytest.fixture

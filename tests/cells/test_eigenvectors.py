@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import shapes
+from reference import smallest_eigenpairs
 
 from superfacets import _core
-from superfacets.reference import smallest_eigenpairs
 
 
 def found(graph, n_wanted, conductances=None, measures=None):

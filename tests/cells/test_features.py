@@ -91,7 +91,7 @@ def test_scaled_features_do_not_depend_on_their_unit():
     assert np.array_equal(flat.labels, segment(mesh, 12).labels)
 
 
-@pytest.mark.parametrize("weights", ["superfacets", "stk02", "given"])
+@pytest.mark.parametrize("weights", ["superfacets", "given"])
 def test_other_weights_take_features(weights):
     mesh = plane(30)
     colors = checks(mesh.vertices[mesh.faces].mean(axis=1))

@@ -125,9 +125,9 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
 def test_weights_that_need_angles_are_refused_for_pixels(image):
     with pytest.raises(
         ValueError,
-        match="weights='stk02' needs the angles between faces: leave weights out for pixels",
+        match="weights='superfacets' needs the angles between faces: leave weights out for pixels",
     ):
-        superfacets.segment(image, 9, weights="stk02")
+        superfacets.segment(image, 9, weights="superfacets")
 
 
 def test_a_class_that_is_not_registered_is_named():

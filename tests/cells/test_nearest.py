@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 import shapes
 from numpy.testing import assert_allclose, assert_array_equal
-
-import superfacets as sf
-from superfacets import _core
-from superfacets.reference.spatial import (
+from reference.spatial import (
     nearest_faces,
     nearest_in_tet,
     nearest_on_triangle,
     nearest_tets,
 )
+
+import superfacets as sf
+from superfacets import _core
 
 TRIANGLE = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+import reference
 from shapes import count_pieces
 
 import superfacets as sf
-from superfacets import PointCloud, build_point_graph, estimate_normals, reference, segment
+from superfacets import PointCloud, build_point_graph, estimate_normals, segment
 from superfacets.cells.point_graph import find_point_graph, find_sorted_graph
 
 
@@ -315,11 +316,6 @@ def test_regions_are_connected_and_clean_up_knows_clouds():
     radius = (graph.measures.sum() / (100 * np.pi)) ** 0.5
     weighted = build_point_graph(points, expected_radius=radius)
     assert np.array_equal(sf.smooth_borders(points, rough), sf.smooth_borders(weighted, rough))
-
-
-def test_weights_of_meshes_alone_are_refused():
-    with pytest.raises(ValueError, match="stk02"):
-        segment(sphere(100), 5, weights="stk02")
 
 
 @pytest.mark.parametrize(

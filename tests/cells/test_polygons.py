@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 import superfacets as sf
-from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics, reference
+from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
 from superfacets.cells.surface import face_surface
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
@@ -55,7 +56,6 @@ def test_the_weights_of_a_cube_by_hand():
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.2 * 0.5) / diagonal))
     weights = sf.crease_weights(CUBE, graph, 0.25, alpha=10, eta_convex=0.5)
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.5 * 0.25 * 0.5) / diagonal))
-    assert sf.stk02_weights(CUBE, graph, alpha=0.25) == pytest.approx(np.full(24, 0.75 + 0.25))
     inside_out = PolygonMesh.of_faces(CORNERS, CUBE.indices.reshape(6, 4)[:, ::-1])
     graph = build_face_graph(inside_out)
     assert sf.superfacet_weights(inside_out, graph, alpha=10, eta_convex=0.2) == pytest.approx(
@@ -118,7 +118,6 @@ def test_triangles_given_as_polygons_are_the_same_cells(shape):
     assert sf.mesh_info(given) == sf.mesh_info(shape)
     for weigh in (
         sf.superfacet_weights,
-        sf.stk02_weights,
         lambda *cells: sf.crease_weights(*cells, 0.3, eta_convex=0.4),
     ):
         assert np.array_equal(weigh(given, graph), weigh(shape, expected))
@@ -130,8 +129,8 @@ def test_triangles_given_as_polygons_are_the_same_cells(shape):
 @pytest.mark.parametrize("n_threads", [1, 3])
 @pytest.mark.parametrize(
     "options",
-    [{}, {"weights": "superfacets"}, {"weights": "stk02"}, dict(sf.PAPER), {"min_size": 0.6}],
-    ids=["default", "superfacets", "stk02", "paper", "merged"],
+    [{}, {"weights": "superfacets"}, dict(sf.PAPER), {"min_size": 0.6}],
+    ids=["default", "superfacets", "paper", "merged"],
 )
 def test_triangles_given_as_polygons_get_the_same_labels(options, n_threads):
     mesh = sf.sample_mesh(5_000)
@@ -228,7 +227,7 @@ def test_ugly_faces_are_cells_like_others():
     points = sheet.vertices.copy()
     points[18, 2] = 3.0
     mesh = PolygonMesh.of_faces(points, faces)
-    for weights in ("creases", "superfacets", "stk02"):
+    for weights in ("creases", "superfacets"):
         result = sf.segment(mesh, 3, weights=weights, islands="nearest")
         assert result.n_segments == 3
         assert len(result.labels) == 16
@@ -267,7 +266,7 @@ def test_a_graph_of_another_mesh_is_refused():
     with pytest.raises(
         ValueError, match="the graph was built for another mesh, whose faces have more sides"
     ):
-        sf.stk02_weights(fans, build_face_graph(other))
+        sf.superfacet_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
         sf.arc_measures(grid(2, 2), build_face_graph(other))
 

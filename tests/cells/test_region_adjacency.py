@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 import superfacets as sf
@@ -17,7 +18,6 @@ from superfacets import (
     PolygonMesh,
     TetMesh,
     build_point_graph,
-    reference,
     region_graph,
 )
 from superfacets.cells.kinds import as_surface

@@ -5,10 +5,11 @@ import math
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 import superfacets as sf
-from superfacets import Mesh, build_face_graph, crease_weights, reference
+from superfacets import Mesh, build_face_graph, crease_weights
 from superfacets.cells.kinds import as_surface
 from superfacets.cells.weights import NO_NORMALS, EdgeFactors, weights_and_sums
 from superfacets.mesh.triangle_mesh import split_in_four
@@ -257,7 +258,7 @@ def test_regions_end_at_the_edges_of_a_box():
     assert (by_default.params["ridges"], without.params["ridges"]) == (1.0, 0.0)
 
 
-@pytest.mark.parametrize("weights", ["superfacets", "stk02"])
+@pytest.mark.parametrize("weights", ["superfacets"])
 def test_other_weights_know_no_ridges(weights):
     mesh = subdivided(shapes.cube(), 2)
     one, other = (sf.segment(mesh, 9, weights=weights, ridges=ridges) for ridges in (None, 3.0))

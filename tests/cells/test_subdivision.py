@@ -5,12 +5,13 @@ import pickle
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import read_off
 
-from superfacets import Mesh, MeshError, Subdivision, build_face_graph, mesh_info, reference
+from superfacets import Mesh, MeshError, Subdivision, build_face_graph, mesh_info
 from superfacets import subdivide as bisect
 
 MESHES = {

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 import superfacets as sf
@@ -15,7 +16,6 @@ from superfacets import (
     TetMesh,
     build_tet_graph,
     metrics,
-    reference,
 )
 
 TIP = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
@@ -233,7 +233,7 @@ def test_what_is_for_faces_says_so():
         sf.build_face_graph(TIP)
     with pytest.raises(MeshError, match="expected a tetrahedral mesh, got a Mesh"):
         build_tet_graph(shapes.cube())
-    for weights in ("superfacets", "stk02"):
+    for weights in ("superfacets",):
         with pytest.raises(
             ValueError,
             match=f"weights='{weights}' needs the angles between faces: leave weights out for"

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from looking import camera_at, see
 from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
-from superfacets import reference
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 

@@ -17,7 +17,6 @@ from superfacets import (
     crease_weights,
     mesh_info,
     segment,
-    stk02_weights,
     superfacet_weights,
 )
 from superfacets.cells import weights as weights_module
@@ -277,52 +276,6 @@ def weights_one_way(mesh, graph):
 def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
     graph = build_face_graph(mesh)
     assert np.array_equal(superfacet_weights(mesh, graph), weights_one_way(mesh, graph))
-
-
-@pytest.mark.parametrize("degrees", [0, 30, 90, -90, 135, 180])
-def test_stk02_weights_are_eq_6_by_hand(degrees):
-    """Both centroids are 1 from the edge, and the shortest path crosses its midpoint."""
-    mesh = shapes.fold(degrees)
-    for alpha in (0.0, 0.25, 1.0):
-        weights = stk02_weights(mesh, build_face_graph(mesh), alpha=alpha)
-        by_hand = (1 - alpha) * 2.0 + alpha * math.sin(math.radians(degrees)) ** 2
-        assert weights == pytest.approx([by_hand, by_hand], abs=1e-15)
-
-
-def test_stk02_weights_are_not_scale_invariant():
-    mesh = shapes.fold(90)
-    larger = Mesh(4 * mesh.vertices, mesh.faces)
-    weights = [stk02_weights(m, build_face_graph(m), alpha=0.5)[0] for m in (mesh, larger)]
-    assert weights == pytest.approx([0.5 * 2 + 0.5, 0.5 * 8 + 0.5])
-
-
-def test_stk02_takes_no_notice_of_orientation_and_of_faces_without_a_normal():
-    mesh = shapes.fold(60)
-    turned = Mesh(mesh.vertices, [mesh.faces[0], mesh.faces[1][::-1]])
-    flat = Mesh([[0, 0, 0], [0, 2, 0], [-3, 1, 0], [0, 1, 0]], mesh.faces)
-    weights = [
-        stk02_weights(m, build_face_graph(m), alpha=1.0)[0].item() for m in (mesh, turned, flat)
-    ]
-    assert weights == pytest.approx([0.75, 0.75, 0.0])
-
-
-def test_stk02_weights_are_the_same_for_any_number_of_threads():
-    mesh = shapes.bumpy_sheet(128)
-    graph = build_face_graph(mesh)
-    one, many = (stk02_weights(mesh, graph, n_threads=n) for n in (1, 4))
-    assert np.array_equal(one, many)
-    by_name = segment(mesh, 20, weights="stk02", smooth=False, denoise=0)
-    weights = stk02_weights(mesh, graph)
-    given = segment(mesh, 20, weights=weights, smooth=False, denoise=0)
-    assert np.array_equal(by_name.labels, given.labels)
-
-
-def test_stk02_refuses_wrong_shares_and_graphs():
-    mesh = shapes.fold(60)
-    with pytest.raises(ValueError, match=r"alpha must be from 0 to 1, got 1\.01"):
-        stk02_weights(mesh, build_face_graph(mesh), alpha=1.01)
-    with pytest.raises(ValueError, match="the graph has 2 cells but the mesh has 12 faces"):
-        stk02_weights(shapes.cube(), build_face_graph(mesh))
 
 
 def test_lengths_are_whole_units_of_which_all_arcs_have_48_bits():

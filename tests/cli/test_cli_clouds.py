@@ -180,9 +180,7 @@ def test_errors_name_the_option_that_was_typed(folder, options, status, message)
     assert message in run("segment", "cloud.ply", *options, status=status)
 
 
-@pytest.mark.parametrize(
-    "command", [["info"], ["segment", "-n", 9], ["segment", "--tiled", "-o", "labels.npy"]]
-)
+@pytest.mark.parametrize("command", [["info"], ["segment", "-n", 9]])
 def test_commands_refuse_a_height_grid(folder, command):
     np.save("dem.npy", np.zeros((301, 301)))
     output = run(*command, "dem.npy", status=1)

@@ -112,11 +112,6 @@ def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
     ("options", "message"),
     [
         (
-            ["--mask-values", "6", "--tiled"],
-            "--tiled does not support --mask-values: first write the cells to keep to their own"
-            " file; superfacets convert IN LABELS --split DIR writes one file per label",
-        ),
-        (
             ["--mask-values", "6", "-o", "out.segs.json"],
             ".segs.json files cannot store cells that a mask leaves out",
         ),
@@ -311,7 +306,6 @@ def test_a_barrier_angle_of_points_is_one_line(run, tmp_path):
     ("more", "message"),
     [
         (["--barriers", "m.npy"], "give --barriers or --barrier-angle, not both"),
-        (["--tiled"], "--tiled does not support --barrier-angle"),
         (["--barrier-angle", 0], "0.0 is not in the range"),
     ],
 )

@@ -15,9 +15,6 @@ from superfacets import (
     Mesh,
     MeshAttributes,
     PointCloud,
-    fit_primitives,
-    segment,
-    sharp_edges,
     write_mesh,
 )
 
@@ -296,23 +293,6 @@ def test_a_cloud_has_regions_and_no_lines(run, tmp_path):
     status, _, error = run("regions", *given, "--borders", tmp_path / "borders.obj")
     assert status == 2
     assert "--borders needs a mesh with faces" in error
-    status, _, error = run("regions", *given, "--primitives", 0.01)
-    assert status == 2
-    assert "--primitives needs a mesh with faces" in error
-
-
-def test_columns_of_primitives(run, tmp_path):
-    block = shapes.drilled_block(64)
-    labels = segment(block, 1, barriers=sharp_edges(block, 30)).labels
-    write_mesh(tmp_path / "block.ply", block, labels)
-    path = tmp_path / "regions.json"
-    assert run("regions", tmp_path / "block.ply", "--primitives", 0.01, "-o", path)[0] == 0
-    table = json.loads(path.read_text())
-    found = fit_primitives(block, labels)
-    assert [row["primitive"] for row in table] == found.kinds.tolist()
-    [hole] = [row for row in table if row["primitive"] == "cylinder"]
-    assert (hole["radius"], hole["is_convex"], hole["half_angle"]) == (pytest.approx(0.3), 0, None)
-    assert [hole["axis_x"], hole["axis_y"], hole["axis_z"]] == pytest.approx([0, 0, 1])
 
 
 @pytest.mark.parametrize("side", [-1, 1])

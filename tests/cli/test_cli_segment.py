@@ -68,8 +68,6 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
         (["-R", 0.1], {"expected_radius": 0.1}),
         (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
-        (["-n", 30, "--weights", "stk02", "-a", 0.2],
-         {"n_segments": 30, "weights": "stk02", "alpha": 0.2}),
         (["-n", 30, "--weights", "superfacets", "--init", "farthest", "--no-smooth"],
          {"n_segments": 30, "weights": "superfacets", "init": "farthest", "smooth": False}),
         (["-n", 30, "--min-size", 0.5, "--islands", "nearest"],
@@ -283,7 +281,7 @@ def test_ascii_writes_text(run, sheet):
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
         (
-            ["--paper", "--weights", "stk02"],
+            ["--paper", "--weights", "creases"],
             "--paper sets --weights superfacets: leave --weights out",
         ),
         (["--paper", "--parts"], "give --paper or --parts, not both"),
@@ -415,7 +413,6 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
     for arguments, message in [
         (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
-        (["--weights", "stk02", "-a", 2], "alpha must be"),
     ]:
         status, out, err = run("segment", *three, *arguments)
         assert (status, out, err.count("\n")) == (2, "", 1), arguments

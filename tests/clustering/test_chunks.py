@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 import superfacets as sf
-from superfacets import CellGraph, _core, reference
+from superfacets import CellGraph, _core
 
 THREADS = (1, 2, 5)
 REACHES = (math.inf, 0.08)

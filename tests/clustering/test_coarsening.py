@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 from superfacets import (
@@ -12,7 +13,6 @@ from superfacets import (
     build_face_graph,
     crease_weights,
     place_seeds,
-    reference,
     segment,
     segment_graph,
 )

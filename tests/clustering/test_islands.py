@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 from superfacets import (
@@ -16,7 +17,6 @@ from superfacets import (
     build_face_graph,
     mesh_info,
     place_seeds,
-    reference,
     segment,
     segment_graph,
 )

@@ -6,7 +6,6 @@ import pytest
 from superfacets import enforce_connectivity, sample_mesh, segment
 from superfacets.clustering import coarsening
 from superfacets.metrics import compactness
-from superfacets.tiles.segmenting import segment_tiled
 
 K = 200
 
@@ -55,13 +54,9 @@ def test_regions_of_enough_faces_for_coarse_cells_are_not_small():
 
 
 @pytest.mark.parametrize("n_threads", [1, 3])
-def test_labels_are_those_of_tiles_for_any_number_of_threads(bear, n_threads, tmp_path):
+def test_labels_are_the_same_for_any_number_of_threads(bear, n_threads):
     expected = segment(bear, K, n_threads=2)
-    tiled = segment_tiled(bear, K, tile_size=4096, scratch=tmp_path, n_threads=n_threads)
     assert np.array_equal(segment(bear, K, n_threads=n_threads).labels, expected.labels)
-    assert np.array_equal(tiled.labels, expected.labels)
-    long = segment_tiled(bear, K, init="geodesic", tile_size=4096, scratch=tmp_path)
-    assert np.array_equal(long.labels, segment(bear, K, init="geodesic").labels)
 
 
 def test_regions_are_as_round_and_connected_as_those_of_the_long_loop(bear):

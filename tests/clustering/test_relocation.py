@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 import superfacets as sf
-from superfacets import _core, reference
+from superfacets import _core
 from superfacets.clustering.loop import ITERATIONS_PER_ROUND, RELOCATED_FRACTIONS
 
 KEEP = _core.Islands.KEEP

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
-from superfacets import CellGraph, reference, update_centers
+from superfacets import CellGraph, update_centers
 
 
 def test_the_center_is_the_cell_nearest_to_the_mean():

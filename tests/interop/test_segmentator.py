@@ -5,11 +5,12 @@ import json
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core, reference, segmentator
+from superfacets import _core, segmentator
 from superfacets.interop.segmentator import compute_vn, segment_mesh, segment_point
 
 

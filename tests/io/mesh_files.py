@@ -111,15 +111,6 @@ def glb(document=None, buffer=None) -> bytes:
     return struct.pack("<4s2I", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def b3dm(model=None, features=None, binary=b"") -> bytes:
-    """Return a 3D Tiles model; `features` is the JSON of its feature table."""
-    model = glb() if model is None else model
-    text = b"" if features is None else json.dumps(features).encode()
-    text += b" " * (-(28 + len(text)) % 8)
-    sizes = (28 + len(text) + len(binary) + len(model), len(text), len(binary), 0, 0)
-    return struct.pack("<4s6I", b"b3dm", 1, *sizes) + text + binary + model
-
-
 def draco_glb(vertices=VERTICES, faces=FACES, pairs=None, **options) -> bytes:
     """Return a GLB compressed by Draco, with texture coordinates if `pairs` are given."""
     import DracoPy
@@ -203,7 +194,6 @@ def whole_files() -> dict[str, bytes]:
         "binary.stl": stl_binary(),
         "ascii.stl": stl_text(),
         "square.glb": glb(),
-        "square.b3dm": b3dm(features={"RTC_CENTER": [10, 0, 0]}),
         "draco.glb": draco_glb(),
         "meshopt.glb": meshopt_glb(),
     }

@@ -23,7 +23,7 @@ def test_an_empty_file_is_refused(refuse, ending):
     [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")],
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
-    endings = ".glb, .gltf, .b3dm, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"
+    endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"
     endings += ", .inflated, .smoothwm, .orig, .sphere, .mesh, .msh, .vtk, .vtu"
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")
 
@@ -41,7 +41,7 @@ def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
 @pytest.mark.parametrize("ending", MESH_ENDINGS)
 def test_a_file_of_another_format_is_refused(read, ending):
     for name, data in whole_files().items():
-        readable = (".glb", ".gltf", ".b3dm") if ending in (".glb", ".gltf", ".b3dm") else ending
+        readable = (".glb", ".gltf") if ending in (".glb", ".gltf") else ending
         if not name.endswith(readable):
             with pytest.raises(MeshError):
                 read(f"a{ending}", data)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapes
+from research.princeton import Benchmark
 
 import superfacets as sf
 from superfacets import Mesh, _core, build_face_graph, sample_mesh, segment
@@ -11,7 +12,6 @@ from superfacets.mesh.faces import vertex_graph
 from superfacets.mesh.triangle_mesh import split_in_four
 from superfacets.metrics import undersegmentation_error as error_of
 from superfacets.pipeline import Prepared
-from superfacets.study.princeton import Benchmark
 
 
 def noisy(mesh, noise, seed=0):

@@ -5,12 +5,12 @@ import pytest
 import shapes
 from models import read_off
 
+import reference
 from superfacets import (
     Mesh,
     build_face_graph,
     classify,
     place_seeds,
-    reference,
     sample_mesh,
     segment_graph,
     superfacet_weights,

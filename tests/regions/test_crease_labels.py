@@ -4,11 +4,12 @@ import warnings
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core, reference
+from superfacets import _core
 from superfacets.cells.sums import weighted_majority
 from superfacets.mesh.faces import mean_normals, vertex_graph
 

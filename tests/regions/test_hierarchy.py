@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 from superfacets import (
@@ -22,7 +23,6 @@ from superfacets import (
     build_tet_graph,
     crease_weights,
     hierarchy,
-    reference,
     segment,
     segment_graph,
     write_mesh,

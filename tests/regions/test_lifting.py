@@ -4,12 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from looking import camera_at, cameras_in_room, masks_of
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core, reference
+from superfacets import _core
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 

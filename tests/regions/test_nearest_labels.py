@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from numpy.testing import assert_array_equal
 
@@ -131,7 +132,7 @@ def test_labels_of_random_points_are_those_of_a_comparison():
     mesh = shapes.gears(2)
     labels = with_labels(mesh.n_faces)
     points = rng.uniform(*mesh.bounds, (12, 3))
-    expected = sf.reference.nearest_faces(mesh.vertices, mesh.faces, points)[0]
+    expected = reference.nearest_faces(mesh.vertices, mesh.faces, points)[0]
     assert_array_equal(sf.transfer(mesh, labels, points), labels[expected])
 
 

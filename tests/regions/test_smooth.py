@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from models import read_off
 
@@ -14,7 +15,6 @@ from superfacets import (
     _core,
     build_face_graph,
     crease_weights,
-    reference,
     sample_mesh,
     segment,
 )

@@ -5,11 +5,11 @@ import shutil
 import numpy as np
 import pytest
 from labeler import Labeler
+from research.princeton import Benchmark
 
 from superfacets.metrics import undersegmentation_error
 from superfacets.studio.documents.document import Document
 from superfacets.studio.labels.classes import default_classes
-from superfacets.study.princeton import Benchmark
 
 NUMBERS = (182, 181)
 """Models of two hands; the second is used if the benchmark lacks the first."""

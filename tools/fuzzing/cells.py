@@ -88,7 +88,7 @@ def _tets(rng: np.random.Generator) -> sf.TetMesh:
 def random_options(rng: np.random.Generator, n_cells: int) -> Options:
     """Return random options of `segment`; most options keep their defaults."""
     options: Options = {
-        "weights": str(rng.choice(["creases", "superfacets", "stk02"])),
+        "weights": str(rng.choice(["creases", "superfacets"])),
         "init": str(rng.choice(["geodesic", "curve", "farthest", "flood", "grid"])),
         "radius_factor": float(rng.uniform(0.1, 3)),
         "max_num_iter": int(rng.integers(0, 20)),

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import reference
 import shapes
 from test_reference import check_loop, size_of
 
 import superfacets as sf
-from superfacets import reference
 
 from .promises import THREADS, check_number, check_pieces, check_result
 

@@ -74,7 +74,7 @@ def _scattered(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
     """Return random options of `segment`; most options keep their defaults."""
     options: Options = {
-        "weights": rng.choice(["creases", "superfacets", "stk02"]),
+        "weights": rng.choice(["creases", "superfacets"]),
         "init": rng.choice(["geodesic", "curve", "farthest", "flood", "grid"]),
         "radius_factor": float(rng.uniform(0.1, 3)),
         "max_num_iter": int(rng.integers(1, 20)),

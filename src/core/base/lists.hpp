@@ -93,25 +93,6 @@ void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
   lists.entries = std::move(kept);
 }
 
-// Selects the lists with the indices `chosen`, in the order of `chosen`. The entries of the result
-// are indices into the entries of the given lists. Time O(chosen lists + their entries).
-inline Lists<std::int64_t> choose_lists(std::span<const std::int64_t> offsets,
-                                        std::span<const std::int64_t> chosen) {
-  SUPERFACETS_ASSERT(all_below(chosen, std::ssize(offsets) - 1));
-  Lists<std::int64_t> lists{Buffer<std::int64_t>(chosen.size() + 1), {}};
-  lists.offsets[0] = 0;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    lists.offsets[i + 1] = lists.offsets[i] + offsets[chosen[i] + 1] - offsets[chosen[i]];
-  }
-  lists.entries = Buffer<std::int64_t>(lists.offsets[chosen.size()]);
-  std::int64_t* entry = lists.entries.data();
-  for (const std::int64_t list : chosen) {
-    std::iota(entry, entry + (offsets[list + 1] - offsets[list]), offsets[list]);
-    entry += offsets[list + 1] - offsets[list];
-  }
-  return lists;
-}
-
 // The entries of several lists, one list after the other.
 template <typename Entry>
 Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {

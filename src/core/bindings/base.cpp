@@ -1,8 +1,7 @@
-// Bindings of the base layer: selection of lists, scopes that keep threads and heap memory,
-// elementary functions of arrays, and properties of the build (for tests).
+// Bindings of the base layer: sums, a scope that keeps threads, elementary functions of arrays, and
+// properties of the build (for tests).
 
 #include "base/elementary.hpp"
-#include "base/heap.hpp"
 #include "base/lists.hpp"
 #include "bindings/bindings.hpp"
 
@@ -19,12 +18,6 @@ Buffer<double> exponentials_of(Doubles x) {
   Buffer<double> powers(x.size());
   exponentials(x, powers.span());
   return powers;
-}
-
-Buffer<double> logarithms_of(Doubles x) {
-  Buffer<double> found(x.size());
-  std::transform(x.begin(), x.end(), found.begin(), logarithm);
-  return found;
 }
 
 // Python context manager that creates a C++ scope object on entry and destroys it on exit. Entry
@@ -59,12 +52,9 @@ void bind_base(nb::module_& module) {
   module.def("has_assertions", [] { return kHasAssertions; });
   module.def("best_instruction_set", [] { return static_cast<int>(best_instruction_set()); });
   Context<TeamScope>::bind(module, "Workspace");
-  Context<HeapScope, std::size_t>::bind(module, "KeptHeap", "n_bytes"_a);
   module.def("arctangents", serial(&arctangents_of), "y"_a, "x"_a, "instruction_set"_a);
-  module.def("choose_lists", serial(&choose_lists), "offsets"_a, "chosen"_a);
   module.def("sum_of", threaded(&sum_of), "values"_a, "n_threads"_a);
   module.def("exponentials", serial(&exponentials_of), "x"_a);
-  module.def("logarithms", serial(&logarithms_of), "x"_a);
 }
 
 }  // namespace superfacets

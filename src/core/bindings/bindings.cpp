@@ -12,5 +12,4 @@ NB_MODULE(_core, module) {
   superfacets::bind_clustering(module);
   superfacets::bind_regions(module);
   superfacets::bind_text(module);
-  superfacets::bind_study(module);
 }

@@ -259,7 +259,7 @@ void def_view(Class& bound, const Make& make, const Names&... names) {
   }(std::make_index_sequence<sizeof...(Names)>());
 }
 
-void bind_base(nb::module_& module);        // lists, scopes, elementary functions
+void bind_base(nb::module_& module);        // sums, scopes, elementary functions
 void bind_mesh(nb::module_& module);        // stage 0: checks and geometry of meshes
 void bind_cells(nb::module_& module);       // stages 1 and 2: graphs of cells, weights of arcs
 void bind_spatial(nb::module_& module);     // spatial search and sorting
@@ -268,6 +268,5 @@ void bind_paths(nb::module_& module);       // shortest paths
 void bind_clustering(nb::module_& module);  // stages 3 and 4: seeds and regions
 void bind_regions(nb::module_& module);     // stage 5: borders and region graphs
 void bind_text(nb::module_& module);
-void bind_study(nb::module_& module);
 
 }  // namespace superfacets

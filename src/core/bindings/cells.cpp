@@ -119,15 +119,6 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
   return positions;
 }
 
-// Builds a graph from cells and arcs that are already sorted along the space-filling curve.
-OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
-                            Floats lengths, double straight_unit, ThreadTeam& team) {
-  Buffer<Arc> arcs(targets.size());
-  for (std::size_t arc = 0; arc < targets.size(); ++arc) arcs[arc] = {targets[arc], lengths[arc]};
-  return {PlacedCells(copy_of(positions), copy_of(measures), team), copy_of(offsets),
-          std::move(arcs), straight_unit};
-}
-
 PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers representative,
                            ThreadTeam& team) {
   return build_polygon_graph({offsets, corners}, representative, team);
@@ -175,46 +166,6 @@ Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label 
   return walk_regions({offsets, neighbors}, labels, n_regions, team);
 }
 
-NormalTile normal_tile(const Table<Place>& rows, Integers places, Integers cells, Points normals) {
-  return {{{rows.data(), rows.size()}, rows.shape(1)}, places, cells, normals};
-}
-
-void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
-                   Points normals) {
-  join_alike(sets, normal_tile(rows, places, cells, normals));
-}
-
-// Returns the pairs as three arrays: costs, four indices per pair, and whether the normals are
-// opposite.
-auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
-                    Points normals) {
-  std::vector<double> costs;
-  // Array of shape (P, 4): the members lower, higher, from and to of each NormalPair.
-  std::vector<Cell> numbers;
-  std::vector<std::uint8_t> opposite;
-  for (const NormalPair& pair : pairs_apart(sets, normal_tile(rows, places, cells, normals))) {
-    costs.push_back(pair.cost);
-    numbers.insert(numbers.end(), {pair.lower, pair.higher, pair.from, pair.to});
-    opposite.push_back(static_cast<std::uint8_t>(pair.is_opposite));
-  }
-  return std::tuple(std::move(costs), std::move(numbers), std::move(opposite));
-}
-
-void unite_all(TurnedSets& sets, Integers from, Integers to, Bytes is_opposite) {
-  for (std::size_t i = 0; i < from.size(); ++i) sets.unite(from[i], to[i], is_opposite[i] != 0);
-}
-
-auto roots_of(TurnedSets& sets, Place begin, Place end) {
-  Buffer<Place> roots(end - begin);
-  Buffer<std::uint8_t> turned(end - begin);
-  for (Place place = begin; place < end; ++place) {
-    const auto [root, is_turned] = sets.root(place);
-    roots[place - begin] = root;
-    turned[place - begin] = static_cast<std::uint8_t>(is_turned);
-  }
-  return std::tuple(std::move(roots), std::move(turned));
-}
-
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
                           Points normals, const EdgeFactors& factors, bool wants_turn,
                           Bytes is_counted, ThreadTeam& team) {
@@ -238,19 +189,6 @@ Buffer<double> weights_of_points(const PointSurface& surface, const EdgeFactors&
                                  ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   point_weights(surface, factors, team, weights.span());
-  return weights;
-}
-
-Buffer<double> stk02_of_triangles(const TriangleSurface& surface, Points centroids, double alpha,
-                                  ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  stk02_weights(surface, centroids, alpha, team, weights.span());
-  return weights;
-}
-
-Buffer<double> stk02_of_polygons(const PolygonSurface& surface, double alpha, ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  stk02_weights(surface, alpha, team, weights.span());
   return weights;
 }
 
@@ -345,8 +283,6 @@ void bind_graphs(nb::module_& module) {
              return std::vector(graph.cells.begin(), graph.cells.end());
            }))
       .def("positions_of", serial(&positions_of), "cells"_a);
-  module.def("graph_in_place", threaded(&graph_in_place), "positions"_a, "measures"_a, "offsets"_a,
-             "targets"_a, "lengths"_a, "straight_unit"_a, "n_threads"_a);
   module.def("build_triangle_graph", threaded(&build_triangle_graph), "faces"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_polygon_graph", threaded(&polygon_graph), "offsets"_a, "corners"_a,
@@ -360,14 +296,6 @@ void bind_graphs(nb::module_& module) {
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
   module.def("walk_regions", threaded(&walked), "offsets"_a, "neighbors"_a, "labels"_a,
              "n_regions"_a, "n_threads"_a);
-  nb::class_<TurnedSets>(module, "TurnedSets")
-      .def(nb::init<Place>(), "n_places"_a)
-      .def("join_alike", serial(&join_alike_in), "rows"_a.noconvert(), "places"_a, "cells"_a,
-           "normals"_a)
-      .def("pairs_apart", serial(&pairs_apart_in), "rows"_a.noconvert(), "places"_a, "cells"_a,
-           "normals"_a)
-      .def("unite", serial(&unite_all), "from_places"_a, "to_places"_a, "is_opposite"_a)
-      .def("roots", serial(&roots_of), "begin"_a, "end"_a);
 }
 
 void bind_weights(nb::module_& module) {
@@ -380,10 +308,6 @@ void bind_weights(nb::module_& module) {
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
              "wants_turn"_a, "is_counted"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "factors"_a,
-             "n_threads"_a);
-  module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
-             "n_threads"_a);
-  module.def("polygon_stk02_weights", threaded(&stk02_of_polygons), "surface"_a, "alpha"_a,
              "n_threads"_a);
   module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);

@@ -4,10 +4,8 @@
 
 #include "bindings/bindings.hpp"
 #include "clustering/coarse_graph.hpp"
-#include "clustering/coarse_tile.hpp"
 #include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"
-#include "paths/tile_paths.hpp"
 
 namespace superfacets {
 namespace {
@@ -85,25 +83,6 @@ Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats l
   return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, crease_limit, team);
 }
 
-Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats lengths,
-                                  double crease_limit, Integers labels, Integers loose) {
-  return join_loose_cells({offsets, neighbors}, lengths, labels, loose, crease_limit);
-}
-
-// The positions are only used if straight_unit is positive.
-auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, Integers coarse,
-                    Floats coarse_lengths, Points positions, Points coarse_positions,
-                    double straight_unit, ThreadTeam& team) {
-  const auto n_own = static_cast<Place>(offsets.size() - 1);
-  OrderedGraph tile = graph_of_arcs({offsets, arc_targets, arc_lengths}, coarse.size());
-  tile.straight_unit = straight_unit;
-  tile.positions = Buffer<Point>(positions.size());
-  std::copy(positions.begin(), positions.end(), tile.positions.begin());
-  TileArcs joined = connect_tile(tile, n_own, coarse, coarse_lengths, coarse_positions, team);
-  return std::tuple_cat(std::tuple(std::move(joined.offsets)),
-                        columns(joined.arcs, &Arc::to, &Arc::length));
-}
-
 }  // namespace
 
 void bind_clustering(nb::module_& module) {
@@ -162,18 +141,8 @@ void bind_clustering(nb::module_& module) {
            "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_pieces", threaded(&without_loose_pieces), "offsets"_a, "neighbors"_a,
              "lengths"_a, "crease_limit"_a, "labels"_a, "centers"_a, "n_threads"_a);
-  module.def("join_loose_cells", serial(&without_loose_cells), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "crease_limit"_a, "labels"_a, "loose"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
-  module.def("divide_tile", threaded(&divide_tile), "tile"_a, "n_own"_a, "cell_size"_a,
-             "n_threads"_a);
-  module.def("connect_tile", threaded(&connected_tile), "offsets"_a, "arc_targets"_a,
-             "arc_lengths"_a, "coarse"_a, "coarse_lengths"_a, "positions"_a, "coarse_positions"_a,
-             "straight_unit"_a, "n_threads"_a);
-  module.def("region_means", serial(&region_means), "coarse"_a, "labels"_a, "n_regions"_a);
-  module.def("nearest_of_regions", serial(&nearest_of_regions), "positions"_a, "cells"_a,
-             "labels"_a, "targets"_a);
   module.def("update_centers", threaded(&centers_of), "graph"_a, "labels"_a, "n_regions"_a,
              "n_threads"_a);
 }

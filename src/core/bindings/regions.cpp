@@ -74,13 +74,6 @@ Buffer<Label> moved_cells(const Surface& surface, const BorderCosts& costs, Inte
   return move_cells(surface, costs, labels, {sizes, lows, highs, may_split}, team);
 }
 
-SmoothedPart smoothed_part(const Surface& surface, const BorderCosts& costs, Integers labels,
-                           Integers fixed, Integers rim, Doubles areas, Points moments,
-                           const SmoothOptions& options, ThreadTeam& team) {
-  const RegionSums at_first{{areas.begin(), areas.end()}, {moments.begin(), moments.end()}};
-  return smooth_part(surface, costs, labels, fixed, rim, at_first, options, team);
-}
-
 auto cut_through_faces(Points vertices, Triangles faces, Integers representative, Integers labels,
                        Label n_labels, Bytes is_kept, int n_rounds, int n_steps, int n_balances,
                        double margin, ThreadTeam& team) {
@@ -124,17 +117,6 @@ Buffer<Label> small_regions_merged(Offsets offsets, Integers neighbors, Points p
                              {counts, n_labels, least});
 }
 
-// Returns the ring numbers after spread_rings. The argument `rings` is not changed.
-Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
-  Buffer<std::uint8_t> numbers = copy_of(rings);
-  SUPERFACETS_ASSERT(all_below(corners, rings.size()));
-  const auto corners_of = [&](Cell cell) {
-    return corners.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
-  };
-  spread_rings(static_cast<Cell>(offsets.size() - 1), corners_of, numbers.span());
-  return numbers;
-}
-
 Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, Integers image_of,
                               double least) {
   return join_by_masks({offsets, masks, areas, image_of}, least);
@@ -157,15 +139,11 @@ void bind_regions(nb::module_& module) {
   module.def("measure_regions", threaded(&region_shapes), "surface"_a, "labels"_a, "n_regions"_a,
              "n_threads"_a);
   module.def("region_arcs", threaded(&arcs_between), "surface"_a, "labels"_a, "n_threads"_a);
-  module.def("cells_at_borders", serial(&cells_at_borders), "offsets"_a, "targets"_a, "labels"_a);
-  module.def("spread_rings", serial(&spread), "offsets"_a, "corners"_a, "rings"_a);
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
   module.def("smooth_borders", threaded(&smooth_borders), "surface"_a, "costs"_a, "labels"_a,
              "fixed"_a, "options"_a, "n_threads"_a);
   module.def("move_cells", threaded(&moved_cells), "surface"_a, "costs"_a, "labels"_a, "sizes"_a,
              "lows"_a, "highs"_a, "may_split"_a, "n_threads"_a);
-  module.def("smooth_part", threaded(&smoothed_part), "surface"_a, "costs"_a, "labels"_a, "fixed"_a,
-             "rim"_a, "areas"_a, "moments"_a, "options"_a, "n_threads"_a);
   module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
              "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "n_rounds"_a, "n_steps"_a,
              "n_balances"_a, "margin"_a, "n_threads"_a);

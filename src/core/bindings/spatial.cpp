@@ -1,11 +1,7 @@
 // Bindings of spatial search and sorting. The functions are documented in the headers of spatial/.
 // Their preconditions are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
-#include "spatial/box_tree.hpp"
-#include "spatial/morton.hpp"
 #include "spatial/nearest_cell.hpp"
-#include "spatial/point_tiles.hpp"
-#include "spatial/ray_thickness.hpp"
 #include "spatial/sorted_mesh.hpp"
 #include "spatial/views.hpp"
 
@@ -15,25 +11,6 @@ namespace {
 SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integers corners,
                                Offsets offsets, std::int64_t size, ThreadTeam& team) {
   return sort_mesh(vertices, representative, {corners, offsets, size}, team);
-}
-
-// The number of threads is chosen as if the rays cast from one starting point took as long as
-// building the tree for a hundred faces.
-auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
-               double least_distance, bool inside_out, int n_threads) {
-  const RayOptions options{n_rays, least_distance, inside_out};
-  return on_team(faces.size() + 100 * starts.size(), n_threads, [&](ThreadTeam& team) {
-    return ray_thickness(vertices, faces, starts, axes, options, team);
-  });
-}
-
-Buffer<std::uint32_t> codes_within(Points positions, Point low, Point high, ThreadTeam& team) {
-  return morton_codes(positions, {low, high}, team);
-}
-
-Buffer<Cell> ordered_within_steps(Points positions, std::span<const std::uint32_t> codes,
-                                  ThreadTeam& team) {
-  return order_within_steps(positions, codes, BoxTree::kLeaf, team);
 }
 
 // `numbers` has one row per view: the 12 numbers of the projection, followed by the product of the
@@ -64,17 +41,6 @@ constexpr std::int64_t kMinSearched = 1 << 10;
 void bind_spatial(nb::module_& module) {
   module.def("sort_mesh", threaded(&mesh_in_curve_order), "vertices"_a, "representative"_a,
              "corners"_a, "offsets"_a, "size"_a, "n_threads"_a);
-  module.def("ray_thickness", &thickness, "vertices"_a, "faces"_a, "starts"_a, "axes"_a, "n_rays"_a,
-             "least_distance"_a, "inside_out"_a, "n_threads"_a);
-  module.def("morton_codes", threaded(&codes_within), "positions"_a, "low"_a, "high"_a,
-             "n_threads"_a);
-  module.def("order_within_steps", threaded(&ordered_within_steps), "positions"_a, "codes"_a,
-             "n_threads"_a);
-  module.def("nearest_in_part", threaded(&nearest_in_part), "positions"_a, "is_wanted"_a,
-             "n_nearest"_a, "n_threads"_a);
-  module.def("directions_around", threaded(&directions_around), "positions"_a, "axes"_a,
-             "centers"_a, "rows"_a, "n_threads"_a);
-  module.def("sorted_lists", serial(&sorted_lists), "n_cells"_a, "sources"_a, "targets"_a);
   module.def("nearest_triangles", threaded<kMinSearched>(&nearest_triangles), "vertices"_a,
              "faces"_a, "queries"_a, "max_distance"_a, "n_threads"_a);
   module.def("nearest_tets", threaded<kMinSearched>(&nearest_tets), "vertices"_a, "tets"_a,

@@ -1,4 +1,4 @@
-// Bindings of diffusion and eigenvectors. The functions are documented in the headers of spectral/.
+// Bindings of eigenvectors. The functions are documented in the headers of spectral/.
 // Their preconditions are checked by superfacets/_validate.py.
 #include "bindings/bindings.hpp"
 #include "spectral/diffusion.hpp"
@@ -22,11 +22,6 @@ Buffer<float> relaxed(Offsets offsets, Integers neighbors, Doubles conductances,
   return found;
 }
 
-std::vector<double> diffused(Offsets offsets, Integers neighbors, Doubles conductances,
-                             Doubles masses, Doubles values, double time, ThreadTeam& team) {
-  return diffuse({offsets, neighbors}, conductances, masses, values, time, team);
-}
-
 Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances, Doubles measures,
                       Integers components, Label n_components, int n_wanted) {
   return smallest_eigenpairs({offsets, neighbors}, conductances, measures, components, n_components,
@@ -39,14 +34,10 @@ void bind_spectral(nb::module_& module) {
   module.def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting_arcs), "graph"_a,
              "crease_unit"_a, "steepness"_a, "n_threads"_a);
   module.def("straight_steps", threaded(&straight_steps), "graph"_a, "n_threads"_a);
-  module.def("step_conductances", threaded(&step_conductances), "surface"_a, "areas"_a,
-             "n_threads"_a);
   module.def("sum_between", serial(&sums_between), "offsets"_a, "neighbors"_a, "conductances"_a,
              "steps"_a, "coarse_of"_a, "coarse_offsets"_a, "coarse_neighbors"_a);
   module.def("relax", threaded<kMinSlowPerThread>(&relaxed), "offsets"_a, "neighbors"_a,
              "conductances"_a, "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
-  module.def("diffuse", threaded(&diffused), "offsets"_a, "neighbors"_a, "conductances"_a,
-             "masses"_a, "values"_a, "time"_a, "n_threads"_a);
   module.def("smallest_eigenpairs", serial(&eigenpairs), "offsets"_a, "neighbors"_a,
              "conductances"_a, "measures"_a, "components"_a, "n_components"_a, "n_wanted"_a);
 }

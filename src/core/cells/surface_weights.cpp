@@ -85,15 +85,4 @@ EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
   return total;
 }
 
-void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
-                   std::span<double> weights) {
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
-  team.for_each_index(surface.n_cells(), [&](Face face) {
-    for (const auto [arc, to] : surface.arcs().steps(face)) {
-      weights[arc] = stk02_weight(surface.step_length(face, arc), surface.normal(face),
-                                  surface.normal(to), alpha);
-    }
-  });
-}
-
 }  // namespace superfacets

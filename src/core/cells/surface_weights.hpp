@@ -14,8 +14,4 @@ namespace superfacets {
 EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
-// Version of stk02_weights (weights.hpp) for polygons.
-void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
-                   std::span<double> weights);
-
 }  // namespace superfacets

@@ -1,6 +1,7 @@
 #include "cells/turning.hpp"
 
 #include <numeric>
+#include <tuple>
 
 namespace superfacets {
 namespace {
@@ -21,47 +22,32 @@ void for_each_cosine(const NeighborRows& neighbors, std::span<const Point> norma
   }
 }
 
-template <typename PlaceOf>
-void unite_alike(TurnedSets& sets, const NeighborRows& neighbors, std::span<const Point> normals,
-                 const PlaceOf& place_of) {
-  for_each_cosine(neighbors, normals, [&](Place row, Place near, double cosine) {
-    if (std::abs(cosine) < kSameDirection) return;
-    sets.unite(place_of(row), place_of(near), cosine < 0.0);
-  });
-}
+// Disjoint sets of points (union-find). Each point also stores whether its normal is flipped
+// relative to the normal of its parent. The root is the lowest point of the set. Uses 5 bytes per
+// point.
+class TurnedSets {
+ public:
+  explicit TurnedSets(Place n_places);
 
-template <typename PlaceOf>
-std::vector<NormalPair> list_pairs(TurnedSets& sets, const NeighborRows& neighbors,
-                                   std::span<const Cell> points, std::span<const Point> normals,
-                                   const PlaceOf& place_of) {
-  std::vector<NormalPair> pairs;
-  for_each_cosine(neighbors, normals, [&](Place row, Place near, double cosine) {
-    if (std::abs(cosine) >= kSameDirection) return;  // similar pairs have already been joined
-    const Place from = place_of(row);
-    const Place to = place_of(near);
-    if (sets.root(from).first == sets.root(to).first) return;
-    const auto [lower, higher] = std::minmax(points[row], points[near]);
-    pairs.push_back({1.0 - std::abs(cosine), lower, higher, from, to, cosine < 0.0});
-  });
-  std::ranges::sort(pairs, {}, [](const NormalPair& pair) {
-    return std::tuple(pair.cost, pair.lower, pair.higher);
-  });
-  return pairs;
-}
+  std::pair<Place, bool> root(Place place);
 
-// Joins neighbors along a minimum spanning tree (Kruskal).
-TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> points,
-                          std::span<const Point> normals) {
-  const auto same = [](Place place) { return place; };
-  TurnedSets sets(static_cast<Place>(points.size()));
-  unite_alike(sets, neighbors, normals, same);
-  for (const NormalPair& pair : list_pairs(sets, neighbors, points, normals, same)) {
-    sets.unite(pair.from, pair.to, pair.is_opposite);
-  }
-  return sets;
-}
+  // Joins the sets of a and b. If `is_opposite`, one of the two normals must be flipped.
+  void unite(Place a, Place b, bool is_opposite);
 
-}  // namespace
+ private:
+  Buffer<Place> parents_;
+  Buffer<std::uint8_t> turned_;  // 1 if flipped relative to the parent; 0 for a root
+};
+
+// Two neighbors whose normals differ by more than 10 degrees, even if one of them is flipped.
+struct NormalPair {
+  double cost;       // 1 - |n_i . n_j|
+  Cell lower;        // the lower of the two input indices
+  Cell higher;       // the higher of the two input indices
+  Place from;        // sorted index of one point
+  Place to;          // sorted index of the other point
+  bool is_opposite;  // whether the dot product of the normals is negative
+};
 
 TurnedSets::TurnedSets(Place n_places) : parents_(n_places), turned_(n_places) {
   std::iota(parents_.begin(), parents_.end(), 0);
@@ -89,14 +75,28 @@ void TurnedSets::unite(Place a, Place b, bool is_opposite) {
   turned_[high] = static_cast<std::uint8_t>(a_turned ^ b_turned ^ is_opposite);
 }
 
-void join_alike(TurnedSets& sets, const NormalTile& tile) {
-  unite_alike(sets, tile.neighbors, tile.normals, [&](Place row) { return tile.places[row]; });
+// Joins neighbors along a minimum spanning tree (Kruskal). Pairs of similar normals come first.
+TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> points,
+                          std::span<const Point> normals) {
+  TurnedSets sets(static_cast<Place>(points.size()));
+  for_each_cosine(neighbors, normals, [&](Place from, Place to, double cosine) {
+    if (std::abs(cosine) >= kSameDirection) sets.unite(from, to, cosine < 0.0);
+  });
+  std::vector<NormalPair> pairs;
+  for_each_cosine(neighbors, normals, [&](Place from, Place to, double cosine) {
+    if (std::abs(cosine) >= kSameDirection) return;
+    if (sets.root(from).first == sets.root(to).first) return;
+    const auto [lower, higher] = std::minmax(points[from], points[to]);
+    pairs.push_back({1.0 - std::abs(cosine), lower, higher, from, to, cosine < 0.0});
+  });
+  std::ranges::sort(pairs, {}, [](const NormalPair& pair) {
+    return std::tuple(pair.cost, pair.lower, pair.higher);
+  });
+  for (const NormalPair& pair : pairs) sets.unite(pair.from, pair.to, pair.is_opposite);
+  return sets;
 }
 
-std::vector<NormalPair> pairs_apart(TurnedSets& sets, const NormalTile& tile) {
-  return list_pairs(sets, tile.neighbors, tile.points, tile.normals,
-                    [&](Place row) { return tile.places[row]; });
-}
+}  // namespace
 
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
                        std::span<const double> areas, std::span<const Cell> points,

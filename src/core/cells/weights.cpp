@@ -416,17 +416,4 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
   return total;
 }
 
-void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
-                   ThreadTeam& team, std::span<double> weights) {
-  SUPERFACETS_ASSERT(std::cmp_equal(centroids.size(), surface.n_cells()));
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
-  const Buffer<Point> normals = unit_normals(surface, team);
-  team.for_each_index(surface.n_cells(), [&](Face face) {
-    for (const auto [arc, to] : surface.arcs().steps(face)) {
-      const double geodesic = length_over(surface.edge(face, arc), centroids[face], centroids[to]);
-      weights[arc] = stk02_weight(geodesic, normals[face], normals[to], alpha);
-    }
-  });
-}
-
 }  // namespace superfacets

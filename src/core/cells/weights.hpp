@@ -113,17 +113,6 @@ struct FaceMeasures {
   std::span<const Point> normals;
 };
 
-// The weight of an arc, computed with eq. 6 of Shlafman, Tal and Katz 2002. A normal is zero if
-// undefined.
-inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
-                           double alpha) {
-  const double cosine = dot(normal_from, normal_to);
-  const bool is_bent = squared_norm(normal_from) > 0.0 && squared_norm(normal_to) > 0.0;
-  // The squared cosine of equal normals may exceed 1 by a rounding error.
-  const double angular = is_bent ? std::max(0.0, 1.0 - cosine * cosine) : 0.0;
-  return (1.0 - alpha) * geodesic + alpha * angular;
-}
-
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. A positive
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
 // crease_length must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal.
@@ -134,11 +123,5 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);
-
-// weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
-// Shlafman, Tal and Katz 2002 (eq. 6). alpha is in [0, 1]. Weights are finite and >= 0. The second
-// term is 0 where a face has no normal. Memory: 24 bytes per face.
-void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
-                   ThreadTeam& team, std::span<double> weights);
 
 }  // namespace superfacets

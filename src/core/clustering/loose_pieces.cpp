@@ -73,18 +73,11 @@ Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   SUPERFACETS_ASSERT(all_below(centers, arcs.n_cells()));
   const std::vector<Cell> loose = loose_cells(find_components(arcs, labels, team), labels, centers);
-  return join_loose_cells(arcs, lengths, labels, loose, crease_limit);
-}
-
-Buffer<Label> join_loose_cells(const Arcs& arcs, std::span<const float> lengths,
-                               std::span<const Label> labels, std::span<const Cell> loose,
-                               double crease_limit) {
-  SUPERFACETS_ASSERT(all_below(loose, arcs.n_cells()));
   Buffer<Label> joined(labels.size());
   std::ranges::copy(labels, joined.begin());
   if (loose.empty()) return joined;
   PieceJoiner joiner(arcs, lengths, std::move(joined));
-  joiner.join({loose.begin(), loose.end()}, crease_limit);
+  joiner.join(loose, crease_limit);
   return std::move(joiner).take_labels();
 }
 

@@ -20,10 +20,4 @@ Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths
                                 std::span<const Label> labels, std::span<const Cell> centers,
                                 double crease_limit, ThreadTeam& team);
 
-// Like join_loose_pieces, for a part of a graph and a given list of loose cells, in ascending
-// order. The part must contain all arcs of the loose cells, and their neighbors.
-Buffer<Label> join_loose_cells(const Arcs& arcs, std::span<const float> lengths,
-                               std::span<const Label> labels, std::span<const Cell> loose,
-                               double crease_limit);
-
 }  // namespace superfacets

@@ -28,10 +28,6 @@ class MovingRegions {
   // for a cell, because few arcs are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was tried, or its costs were computed. If so, the result of
-  // smoothing depends on the cells around this cell.
-  bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
-
   // Decrease of the border cost if the cell moves from one region to the other.
   double gain_of(Cell cell, Label from, Label to);
   double cost_of_sides(Cell cell);

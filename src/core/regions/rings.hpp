@@ -1,15 +1,10 @@
-// Stage 5: finds cells and vertices near borders between regions.
+// Stage 5: finds vertices near borders between regions.
 #pragma once
 
 #include "base/buffer.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {
-
-// Returns for each of the first N cells whether it has a neighbor with another label. `offsets` has
-// N + 1 entries; `labels` may contain more cells, to which arcs may lead. Time O(N + M).
-Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
-                                      std::span<const Cell> targets, std::span<const Label> labels);
 
 // Increases the ring numbers of vertices, until each vertex of a cell has at least the largest
 // number in the cell minus one. So each cell within n rings of a vertex with the number n gets a

@@ -190,30 +190,18 @@ void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOpti
 
 }  // namespace
 
-SmoothedPart smooth_part(const Surface& surface, const BorderCosts& costs,
-                         std::span<const Label> labels, std::span<const Cell> fixed,
-                         std::span<const Cell> rim, const RegionSums& at_first,
-                         const SmoothOptions& options, ThreadTeam& team) {
+Buffer<Label> smooth_borders(const Surface& surface, const BorderCosts& costs,
+                             std::span<const Label> labels, std::span<const Cell> fixed,
+                             const SmoothOptions& options, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(costs.lengths) == surface.arcs().n_arcs() &&
                      costs.crease_scale > 0.0);
   SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.chains.max_distance >= 0.0);
-  SUPERFACETS_ASSERT(all_below(rim, surface.n_cells()));
-  MovingRegions regions(surface, costs, labels, fixed, team);
-  smooth(regions, at_first, options, team);
-  SmoothedPart part;
-  std::copy_if(rim.begin(), rim.end(), std::back_inserter(part.examined),
-               [&](Cell cell) { return regions.was_examined(cell); });
-  part.labels = std::move(regions).take_labels();
-  return part;
-}
-
-Buffer<Label> smooth_borders(const Surface& surface, const BorderCosts& costs,
-                             std::span<const Label> labels, std::span<const Cell> fixed,
-                             const SmoothOptions& options, ThreadTeam& team) {
   const bool is_stiff = options.stiff.stiffness > 0.0;
   const RegionSums at_first = is_stiff ? sums_of_regions(surface, labels, team) : RegionSums();
-  return smooth_part(surface, costs, labels, fixed, {}, at_first, options, team).labels;
+  MovingRegions regions(surface, costs, labels, fixed, team);
+  smooth(regions, at_first, options, team);
+  return std::move(regions).take_labels();
 }
 
 }  // namespace superfacets

@@ -32,19 +32,4 @@ Buffer<Label> smooth_borders(const Surface& surface, const BorderCosts& costs,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team);
 
-struct SmoothedPart {
-  Buffer<Label> labels;        // new label of each cell of the part
-  std::vector<Cell> examined;  // rim cells for which MovingRegions::was_examined is true
-};
-
-// Like smooth_borders, for a part of a surface. The part must contain all cells at borders and some
-// rings of cells around them. `rim` lists the cells of the part whose neighbors, or cells at their
-// corners, are not all in the part. Cells must be in the order of the whole surface, and `at_first`
-// must contain the sums over the regions of the whole surface. If no rim cell was examined, the
-// result equals the result on the whole surface.
-SmoothedPart smooth_part(const Surface& surface, const BorderCosts& costs,
-                         std::span<const Label> labels, std::span<const Cell> fixed,
-                         std::span<const Cell> rim, const RegionSums& at_first,
-                         const SmoothOptions& options, ThreadTeam& team);
-
 }  // namespace superfacets

@@ -173,16 +173,6 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
   return order;
 }
 
-Buffer<Cell> order_within_steps(std::span<const Point> positions,
-                                std::span<const std::uint32_t> codes, std::size_t n_together,
-                                ThreadTeam& team) {
-  SUPERFACETS_ASSERT(codes.size() == positions.size() && std::ranges::is_sorted(codes));
-  Buffer<Cell> order(positions.size());
-  std::iota(order.begin(), order.end(), 0);
-  refine(positions, codes, n_together, order.span(), team);
-  return order;
-}
-
 std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size_t n_together) {
   std::vector<Place> starts;
   const auto split = [&](const auto& self, std::size_t first, std::size_t last) -> void {

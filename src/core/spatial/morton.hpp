@@ -30,13 +30,6 @@ Buffer<Cell> order_of_boxes(std::int64_t n_cells, const BoxOf& box_of, std::size
   return refined_morton_order(middles.span(), n_together, team);
 }
 
-// The second step of refined_morton_order, for cells that are already sorted by code, then by
-// index. The cells may be a subset of a cloud, but the subset must include all cells with the same
-// code.
-Buffer<Cell> order_within_steps(std::span<const Point> positions,
-                                std::span<const std::uint32_t> codes, std::size_t n_together,
-                                ThreadTeam& team);
-
 // Splits cells that are sorted with refined_morton_order into ranges of at most n_together cells.
 // Each range consists of whole octants of the curve, or of a part of one octant. `codes` contains
 // the codes of the sorted cells. Returns the first cell of each range, followed by the number of

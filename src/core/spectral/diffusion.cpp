@@ -3,41 +3,6 @@
 namespace superfacets {
 namespace {
 
-double product_of(std::span<const double> one, std::span<const double> other, ThreadTeam& team) {
-  const auto add_range = [&](std::int64_t begin, std::int64_t end) {
-    double sum = 0.0;
-    for (auto i = begin; i < end; ++i) sum += one[i] * other[i];
-    return sum;
-  };
-  return sum_of_blocks(std::ssize(one), add_range, team);
-}
-
-// The matrix M + T L of diffuse(): M is diagonal with the masses, L is the Laplacian of the
-// conductances, and T is `time`.
-struct DiffusionMatrix {
-  const Arcs& arcs;
-  std::span<const double> conductances;
-  std::span<const double> masses;
-  double time;
-  ThreadTeam& team;
-
-  double diagonal(Cell cell) const {
-    double sum = 0.0;
-    for (const auto [arc, neighbor] : arcs.steps(cell)) sum += conductances[arc];
-    return masses[cell] + time * sum;
-  }
-
-  void apply(std::span<const double> x, std::span<double> result) const {
-    team.for_each_index(arcs.n_cells(), [&](Cell cell) {
-      double sum = 0.0;
-      for (const auto [arc, neighbor] : arcs.steps(cell)) {
-        sum += conductances[arc] * (x[cell] - x[neighbor]);
-      }
-      result[cell] = masses[cell] * x[cell] + time * sum;
-    });
-  }
-};
-
 // Estimated length of the border between the two cells of an arc.
 double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
   return std::sqrt(graph.measures[from] + graph.measures[arc.to]);
@@ -66,21 +31,6 @@ void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Ce
 }
 
 }  // namespace
-
-Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
-                                 ThreadTeam& team) {
-  const Arcs& arcs = surface.arcs();
-  Buffer<double> conductances(arcs.n_arcs());
-  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
-    for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      // The lower bound avoids a division by 0 if two cells are at the same position.
-      const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
-      conductances[arc] = (width > 0.0 ? width / step : 0.0) + kMinConductance;
-    }
-  });
-  return conductances;
-}
 
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {
   constexpr double kMinFraction = 0.2;
@@ -201,46 +151,6 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
     });
   }
   if (n_sweeps % 2 == 1) std::ranges::copy(other_rows, rows.begin());
-}
-
-std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,
-                            std::span<const double> masses, std::span<const double> values,
-                            double time, ThreadTeam& team) {
-  constexpr int kMaxSteps = 2'000;
-  // Maximum relative residual, in the norm of the preconditioner.
-  constexpr double kTolerance = 1e-6;
-  const std::size_t n = masses.size();
-  const DiffusionMatrix matrix{arcs, conductances, masses, time, team};
-  std::vector<double> x(n, 0.0);
-  std::vector<double> residual(n);
-  std::vector<double> inverse(n);  // Jacobi preconditioner; 0 where the diagonal is 0
-  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
-    const double diagonal = matrix.diagonal(cell);
-    inverse[cell] = diagonal > 0.0 ? 1.0 / diagonal : 0.0;
-    residual[cell] = masses[cell] * values[cell];
-  });
-  std::vector<double> scaled(n);
-  std::vector<double> direction(n, 0.0);
-  std::vector<double> image(n);
-  double last = 0.0;
-  double first = 0.0;
-  for (int step = 0; step < kMaxSteps; ++step) {
-    team.for_each_index(arcs.n_cells(), [&](Cell i) { scaled[i] = inverse[i] * residual[i]; });
-    const double error = product_of(residual, scaled, team);
-    if (step == 0) first = error;
-    if (!(error > kTolerance * kTolerance * first)) break;
-    const double keep = step == 0 ? 0.0 : error / last;
-    team.for_each_index(arcs.n_cells(),
-                        [&](Cell i) { direction[i] = scaled[i] + keep * direction[i]; });
-    matrix.apply(direction, image);
-    const double length = error / product_of(direction, image, team);
-    team.for_each_index(arcs.n_cells(), [&](Cell i) {
-      x[i] += length * direction[i];
-      residual[i] -= length * image[i];
-    });
-    last = error;
-  }
-  return x;
 }
 
 }  // namespace superfacets

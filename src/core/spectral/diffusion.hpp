@@ -10,13 +10,6 @@ namespace superfacets {
 // surface.
 inline constexpr double kMinConductance = 1e-6;
 
-// Returns the conductance of each arc, (M,): sqrt(A_i + A_j) / g + kMinConductance. A is the area
-// of a cell, and g is the length of the step (see Surface::step_length). The square root
-// approximates the length of the border between the cells. An arc and its reverse arc get
-// bit-identical conductances.
-Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
-                                 ThreadTeam& team);
-
 // The arcs of a graph in the order of the input, without padding.
 struct ConductingArcs {
   Buffer<std::int64_t> offsets;   // (N + 1,) start of each cell in `neighbors`
@@ -54,13 +47,5 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
 // do not change.
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows);
-
-// Solves (M + T L) x = M v by conjugate gradients. M is diagonal with the masses, L is the
-// Laplacian of the conductances, and T is `time`. If masses are areas, this smooths v over a length
-// of sqrt(T). Values of cells with mass 0 are interpolated from their neighbors. In a connected
-// component without any mass, the result is 0.
-std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,
-                            std::span<const double> masses, std::span<const double> values,
-                            double time, ThreadTeam& team);
 
 }  // namespace superfacets

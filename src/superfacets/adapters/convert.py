@@ -151,22 +151,6 @@ def _is_grid_of_tets(source: Any) -> bool:
     return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
 
 
-def as_triangles(source: MeshLike) -> Mesh:
-    """Convert `source` to a `Mesh`; raise a MeshError if a face is not a triangle."""
-    mesh = as_mesh(source)
-    if isinstance(mesh, Mesh):
-        return mesh
-    sizes = mesh.sizes
-    if (sizes == 3).all():
-        return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
-    first = int(np.argmax(sizes != 3))
-    corners = counted(int(sizes[first]), "corner")
-    raise MeshError(
-        f"faces must be triangles, but faces[{first}] has {corners}: call"
-        " PolygonMesh.triangulate() first"
-    )
-
-
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
     """Make a `Mesh` if all faces are triangles, and a `PolygonMesh` otherwise."""
     shape = _shape_of(faces)

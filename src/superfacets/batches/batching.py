@@ -12,20 +12,18 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from .._validate import checked_callable, checked_count, checked_threads
-from ..errors import reason_of
+from .._validate import checked_callable, checked_count, checked_number, checked_threads
+from ..errors import MissingExtraError, is_installed
 from ..export.write import ENDING_OF_FORMAT
 from ..io.atomic import StrPath, locked, remove_leftovers
-from ..workers.calls import Done, Killed, Team
-from ..workers.pool import open_pool
+from .cluster import Crew, local_crew, remote_crew
 from .files import FileOptions
-from .jobs import BatchJob, Record, cells_of, hash_of, memory_of, run_job
+from .jobs import BatchJob, Record, cells_of, failed, hash_of, memory_of, run_job
 from .manifest import Manifest
 from .sources import (
     Source,
     check_outputs_differ,
     find_sources,
-    origin_notes,
     output_names,
     result_ending,
 )
@@ -34,8 +32,11 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""A file is large if its estimated memory exceeds this fraction of `Team.share`, the memory per
+"""A file is large if its estimated memory exceeds this fraction of `Crew.share`, the memory per
 thread of a worker. The fraction is below 1, because estimates may be too low."""
+
+MOST_ENDS = 2
+"""A file is not processed again after this number of processes ended while processing it."""
 
 START_CELLS = 2_000
 """Fixed time per file, as the number of cells that can be processed in the same time."""
@@ -62,8 +63,7 @@ class BatchResult:
     seconds : float
         Wall time in seconds.
     notes : tuple of str
-        Messages about ignored lines of `manifest.jsonl`, and about origins that were subtracted
-        from the positions of files in tilesets.
+        Messages about ignored lines of `manifest.jsonl`, and about the number of workers.
     """
 
     records: tuple[Record, ...]
@@ -110,6 +110,7 @@ def batch(
     formats: Sequence[str] = (),
     scheduler: str | None = None,
     workers: int | None = None,
+    timeout: float | None = None,
     retry_failed: bool = False,
     progress: Callable[[BatchProgress], object] | None = None,
     features: Sequence[str] = (),
@@ -135,11 +136,10 @@ def batch(
     Parameters
     ----------
     inputs : path-like, or iterable of these
-        One or several inputs. An input is a file, a folder, a tileset, a pattern or a list. A
-        folder is searched recursively for files other than ``.csv``, ``.txt`` and ``.npy``. Each
-        model of a tileset of 3D Tiles (``tileset.json`` or its folder) is a file, with positions
-        relative to ``origin`` in its record. ``"scans/**/*.ply"`` is a pattern. ``"@list.txt"`` is
-        a list, a text file with one path per line, relative to the folder of this file.
+        One or several inputs. An input is a file, a folder, a pattern or a list. A folder is
+        searched recursively for files other than ``.csv``, ``.txt`` and ``.npy``.
+        ``"scans/**/*.ply"`` is a pattern. ``"@list.txt"`` is a list, a text file with one path per
+        line, relative to the folder of this file.
     output_folder : path-like
         Folder of the results, which is created if it is missing. ``manifest.jsonl`` has one record
         per file. Results have names such as ``NAME.superfacets.ply``, and are in the same subfolder
@@ -150,12 +150,16 @@ def batch(
         is PLY, or VTU for tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
-        the same version of the package, and access to all files at the same paths. By default,
-        worker processes are started on this machine if there are several files to process.
+        the same version of the package, and access to all files at the same paths.
     workers : int, optional
-        Number of worker processes on this machine, by default one per core. Each worker processes
-        one file at a time, on one thread unless ``n_threads`` is given. Cannot be combined with
-        `scheduler`.
+        Number of worker processes on this machine, by default one per core if Dask is installed and
+        there are several files to process, else 1. Each worker processes one file at a time, on one
+        thread unless ``n_threads`` is given. With 1, files are processed in this process, one after
+        the other, on all cores: a file that crashes this process or does not end stops the batch,
+        and the next call continues with the files after it. Cannot be combined with `scheduler`.
+    timeout : float, optional
+        Maximum time for a file in seconds. A file that takes longer is recorded as failed, and its
+        worker restarts. By default, there is no maximum. Needs several workers or a scheduler.
     retry_failed : bool, default False
         Whether to process failed files again even if nothing has changed.
     progress : callable, optional
@@ -202,13 +206,14 @@ def batch(
         ConnectionError if there is no scheduler or no worker, or if a worker has another version of
         the package or cannot access the folder. Results that are already complete are kept.
     MissingExtraError
-        If psutil is missing for workers on this machine, or Dask is missing for a scheduler.
+        If Dask is missing for several workers or for a scheduler.
 
     Notes
     -----
-    Large files, and files whose workers were killed, are processed last. They are processed one at
-    a time, with all memory of this machine or, on a cluster, of one worker. A file is large if its
-    estimated memory exceeds 80% of the memory of a worker per thread.
+    Large files, and files whose worker ended, for example because it ran out of memory, are
+    processed last, one at a time, with all memory of this machine or, on a cluster, of one worker.
+    A file is large if its estimated memory exceeds 80% of the memory of a worker per thread. If the
+    worker of a file ends again, the file is recorded as failed.
 
     Examples
     --------
@@ -232,15 +237,26 @@ def batch(
         options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
         force, viewpoint, min_opacity, mask_values, labels_named,
     )  # fmt: skip
-    n_workers = _checked_workers(workers, scheduler)
+    notes: list[str] = []
+    n_workers = _checked_workers(workers, scheduler, timeout, notes)
+    if timeout is not None:
+        timeout = checked_number(timeout, "timeout", zero=False)
     checked_callable(progress, "progress")
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
-    jobs, notes = _plan(inputs, folder, formats, file_options)
+    jobs = _plan(inputs, folder, formats, file_options)
     with locked(folder), Manifest(folder / MANIFEST) as manifest, _tidied(jobs):
         todo = _todo(jobs, manifest, retry_failed=retry_failed)
         tally = _Tally(todo)
-        with contextlib.closing(_do(todo, scheduler, n_workers, str(folder))) as ends:
+        if scheduler is not None:
+            at = partial(remote_crew, scheduler, str(folder))
+            work = _in_crews(todo, at, at, timeout)
+        elif min(n_workers, len(todo)) > 1 or timeout is not None:
+            many = partial(local_crew, min(n_workers, len(todo)))
+            work = _in_crews(todo, many, partial(local_crew, 1, checked_threads(None)), timeout)
+        else:
+            work = _in_turn(todo, manifest)
+        with contextlib.closing(work) as ends:
             for job, record in ends:
                 manifest.append(record)
                 tally.count(job, record)
@@ -254,19 +270,29 @@ def batch(
     )  # fmt: skip
 
 
-def _checked_workers(workers: int | None, scheduler: object) -> int:
-    """Return the number of workers; by default, the number of available cores."""
-    if workers is None:
-        return checked_threads(None)
-    if scheduler is not None:
-        raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
-    return checked_count(workers, "workers")
+def _checked_workers(
+    workers: int | None, scheduler: object, timeout: float | None, notes: list[str]
+) -> int:
+    """Return the number of workers on this machine; without Dask, 1, with a note."""
+    if workers is not None:
+        if scheduler is not None:
+            raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
+        checked_count(workers, "workers")
+    elif scheduler is None:
+        workers = checked_threads(None)
+        if workers > 1 and not is_installed("distributed"):
+            workers = 1
+            advice = str(MissingExtraError("several workers", "batch"))
+            notes.append(f"files are processed one after the other: {advice}")
+    if timeout is not None and scheduler is None and workers == 1:
+        raise ValueError("timeout needs several workers or a scheduler")
+    return workers or 1
 
 
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
-) -> tuple[list[BatchJob], list[str]]:
-    """Return a job for each file, even if it has results, and notes about origins of tilesets."""
+) -> list[BatchJob]:
+    """Return a job for each file, even if it has results."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
@@ -279,17 +305,14 @@ def _plan(
     params = {**options.params, "formats": list(formats)}
 
     def job_of(source: Source) -> BatchJob:
-        place = source.placement
-        placed = {} if place is None else {"matrix": [*place.matrix], "origin": [*place.origin]}
         head = {
-            "name": source.name, "input": source.input, "version": __version__,
-            "params": {**params, **placed},
+            "name": source.name, "input": source.input, "version": __version__, "params": params,
         }  # fmt: skip
         names = output_names(source.name, endings)
         path = str(Path(source.input).absolute())
-        return BatchJob(head, path, str(folder), names, options, place)
+        return BatchJob(head, path, str(folder), names, options)
 
-    return [job_of(source) for source in sources], origin_notes(sources)
+    return [job_of(source) for source in sources]
 
 
 @contextlib.contextmanager
@@ -337,79 +360,51 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
         pool.shutdown(cancel_futures=True)
 
 
-def _do(
-    jobs: Sequence[BatchJob], scheduler: str | None, n_workers: int, folder: str
+def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
+    """Run jobs in this process, and yield each job with its record.
+
+    Jobs during which an earlier process ended come last. If it happened twice, the job has failed.
+    """
+    for job in sorted(jobs, key=lambda job: manifest.n_begun(job.name)):
+        if manifest.n_begun(job.name) >= MOST_ENDS:
+            yield job, failed(job, "the process ended twice while it processed this file")
+            continue
+        manifest.begin(job.name)
+        try:
+            record = run_job(job)
+        except BaseException:  # such as Ctrl-C, which is not an error of the file
+            manifest.take_back(job.name)
+            raise
+        yield job, record
+
+
+OpenCrew = Callable[[], contextlib.AbstractContextManager[Crew]]
+
+
+def _in_crews(
+    jobs: Sequence[BatchJob], open_many: OpenCrew, open_one: OpenCrew, timeout: float | None
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs in this process, a pool or a cluster, and yield each job with its record."""
-    if not jobs:
-        return
-    if scheduler is not None:
-        from .cluster import remote_team
-
-        open_team = partial(remote_team, scheduler, folder)
-        yield from _do_in_teams(jobs, open_team, open_team)
-    elif len(jobs) == 1:
-        yield jobs[0], run_job(jobs[0])
-    else:
-        n_threads = checked_threads(None)
-        open_many = partial(open_pool, min(n_workers, len(jobs)))
-        yield from _do_in_teams(jobs, open_many, partial(open_pool, 1, n_threads))
-
-
-OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
-
-
-def _do_in_teams(
-    jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
-) -> Iterator[tuple[BatchJob, Record]]:
     """Run all jobs that fit in the memory of a worker, then all other jobs one at a time.
 
-    Jobs whose workers were killed are repeated together with these other jobs.
+    Jobs whose worker ended are repeated together with these other jobs.
     """
     needs = {job.name: memory_of(job.path) for job in jobs}
-    with open_many() as team:
-        room = MEMORY_SHARE * team.share
-        fitting = [job for job in jobs if needs[job.name] <= room]
+    with open_many() as crew:
+        room = MEMORY_SHARE * crew.share
+        fitting = sorted(
+            (job for job in jobs if needs[job.name] <= room), key=lambda job: -needs[job.name]
+        )
         alone = [job for job in jobs if needs[job.name] > room]
-        fitting.sort(key=lambda job: -needs[job.name])
-        for job, record in _do_in_team(team, fitting, n_threads=1, width=None):
-            if isinstance(record, Killed):
+        for job, record in crew.run(fitting, timeout=timeout):
+            if record is None:
                 alone.append(job)
             else:
                 yield job, record
     if not alone:
         return
-    with open_one() as team:
-        n_threads = min(worker.n_threads for worker in team.workers)
-        for job, record in _do_in_team(team, alone, n_threads=n_threads, width=1):
-            if isinstance(record, Killed):
-                yield job, _failed(job, str(record))
-            else:
-                yield job, record
-
-
-def _do_in_team(
-    team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
-) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Run jobs, and yield each job with its record or `Killed`.
-
-    An OSError of a job is raised, because it must stop the batch.
-    """
-    calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
-    for place, ending in team.run(calls, width):
-        job = jobs[place]
-        if isinstance(ending, Killed):
-            yield job, ending
-        elif isinstance(ending, Done):
-            yield job, ending.value
-        elif isinstance(ending.error, OSError):
-            raise ending.error
-        else:  # for example, the record cannot be pickled
-            yield job, _failed(job, reason_of(ending.error))
-
-
-def _failed(job: BatchJob, error: str) -> Record:
-    return {**job.head, "sha256": hash_of(job.path), "error": error}
+    with open_one() as crew:
+        for job, record in crew.run(alone, timeout=timeout, is_alone=True):
+            yield job, record or failed(job, "a worker ended during this file (out of memory?)")
 
 
 class _Tally:

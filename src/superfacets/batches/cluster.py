@@ -1,16 +1,19 @@
-"""Define `RemoteTeam`, which runs calls on the workers of a Dask scheduler."""
+"""Run the jobs of a batch on Dask workers, of this machine or of a scheduler."""
 
 from __future__ import annotations
 
 import contextlib
 import gc
-import importlib
 import logging
 import math
 import os
+import signal
+import sys
 import time
+import types
 from collections import deque
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib import metadata
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -18,70 +21,203 @@ from typing import Any
 from .. import __version__
 from .._validate import counted
 from ..errors import import_extra, reason_of
-from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
+from .jobs import BatchJob, Record, failed, run_job
 
 PATIENCE = 60.0
 """Maximum time in seconds to wait while there is no worker. A worker restarts in about 2 seconds,
 but a job scheduler may need longer to start a worker."""
 
 TICK = 1.0
-"""Interval between updates of the list of workers, in seconds."""
+"""Interval between updates of the number of workers, in seconds."""
 
 GATHER_TIMEOUT = 10.0
-"""Maximum time to receive a result from a worker, in seconds. Results are only a few kilobytes."""
+"""Maximum time to receive a record from a worker, in seconds. Records have a few kilobytes."""
 
 CONNECT_TIMEOUT = 10.0
 """Maximum time to connect to a scheduler, in seconds."""
 
+_PER_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), 1)
+_ENVIRONMENT = {**_PER_THREAD, "PYTHONSAFEPATH": 1}
+"""Environment of workers on this machine: numeric libraries start no threads, because other workers
+use all cores, and the current folder is not in the search path of modules."""
 
-class RemoteTeam(Team):
-    """All workers of a Dask scheduler as a `Team`, controlled by a `distributed.Client`."""
+
+@dataclass(frozen=True)
+class _Started:
+    """A job that a worker has received."""
+
+    future: Any
+    job: BatchJob
+    since: float  # `time.monotonic`, in seconds
+
+
+class Crew:
+    """All workers of a Dask scheduler."""
 
     def __init__(self, client: Any) -> None:
-        facts = sorted(client.run(_facts_of).items())
-        super().__init__([Worker(address, *of_worker) for address, of_worker in facts])
-        self.client = client
+        self._client = client
+        self._looked, self._seen, self._count = -math.inf, time.monotonic(), 0
+        facts = list(client.run(_facts_of).values())
+        self.n_threads = min(n_threads for n_threads, _ in facts)
+        self.share = min(memory / n_threads for n_threads, memory in facts)
+        """Memory in bytes for each thread of a worker: the minimum over all workers."""
 
-    def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Run calls like `Team.run`.
+    def run(
+        self, jobs: Sequence[BatchJob], *, timeout: float | None, is_alone: bool = False
+    ) -> Iterator[tuple[BatchJob, Record | None]]:
+        """Yield each job with its record, or None if its worker ended.
 
-        At most `width` calls are submitted at a time. If `width` is None, the maximum is one call
-        per thread, plus one waiting call per worker. No more calls are submitted, because if a
-        worker dies, Dask counts a failure for all calls assigned to the worker, even for calls that
-        have not started. Calls are not pinned to workers, because Dask does not restart a pinned
-        call if its worker ends while there is no other worker.
+        Each thread of a worker gets one job at a time. No job waits at a worker, because Dask
+        counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is one job
+        at a time, with all threads of a worker. A job that takes longer than `timeout` seconds
+        fails, and its worker restarts. Raises a ConnectionError if no worker is left or the
+        scheduler has ended, and the OSError of a job that must stop the batch.
         """
-        waiting = deque(range(len(calls)))
-        running: dict[str, tuple[Any, int]] = {}
+        waiting = deque(jobs)
+        started: dict[str, _Started] = {}
         ended: SimpleQueue[Any] = SimpleQueue()
-        presence = _Presence(self.client)
         try:
-            while waiting or running:
-                n_threads = presence.n_threads()
-                room = n_threads + len(self.workers) if width is None else width
-                while waiting and len(running) < room:
-                    place = waiting.popleft()
-                    function, arguments = calls[place]
-                    future = self.client.submit(function, *arguments, pure=False)
-                    running[future.key] = (future, place)
+            while waiting or started:
+                room = 1 if is_alone else self._threads_now()
+                while waiting and len(started) < room:
+                    job = waiting.popleft()
+                    sent = job.with_threads(self.n_threads if is_alone else 1)
+                    future = self._client.submit(run_job, sent, pure=False)
+                    started[future.key] = _Started(future, job, time.monotonic())
                     future.add_done_callback(ended.put)
-                try:
-                    future = ended.get(timeout=TICK)
-                except Empty:
-                    continue
-                ending = _ending_of(future)
-                if ending is None:
-                    future.add_done_callback(ended.put)
-                    continue
-                yield running.pop(future.key)[1], ending
+                with contextlib.suppress(Empty):
+                    future = ended.get(timeout=TICK if timeout is None else min(TICK, timeout / 4))
+                    if future.key in started:
+                        yield started.pop(future.key).job, _record_of(future)
+                for key in [key for key, one in started.items() if _is_late(one, timeout)]:
+                    late = started.pop(key)
+                    self._end_worker_of(late)
+                    yield late.job, failed(late.job, f"TimeoutError: no result in {timeout:g} s")
         finally:
             with contextlib.suppress(Exception):  # the scheduler may have ended
-                self.client.cancel([future for future, _ in running.values()])
+                self._client.cancel([one.future for one in started.values()])
+
+    def _threads_now(self) -> int:
+        """Return the number of threads; raise a ConnectionError after `PATIENCE` s without any."""
+        now = time.monotonic()
+        if now < self._looked + TICK:
+            return self._count
+        try:
+            self._count = sum(self._client.nthreads().values())
+        except OSError:
+            raise _scheduler_lost() from None
+        self._looked = now
+        if self._count:
+            self._seen = now
+        elif now > self._seen + PATIENCE:
+            seconds = counted(round(PATIENCE), "second")
+            raise ConnectionError(f"there were no workers for {seconds}: start one")
+        return self._count
+
+    def _end_worker_of(self, late: _Started) -> None:
+        """Cancel a job, and restart its worker; a worker without a nanny finishes the job."""
+        at = [name for name, keys in self._client.processing().items() if late.future.key in keys]
+        self._client.cancel([late.future], force=True)
+        with contextlib.suppress(ValueError, TimeoutError):
+            self._client.restart_workers(at, timeout=PATIENCE, raise_for_error=False)
+
+
+def _is_late(one: _Started, timeout: float | None) -> bool:
+    return timeout is not None and time.monotonic() > one.since + timeout
+
+
+def _record_of(future: Any) -> Record | None:
+    """Return the record of a job that has ended, or None if its worker ended."""
+    from distributed import KilledWorker
+
+    if future.cancelled():
+        raise _scheduler_lost()
+    try:
+        record: Record = future.result(timeout=GATHER_TIMEOUT)
+    except KilledWorker:
+        return None
+    except OSError:  # also a TimeoutError, if the record is lost with its worker
+        if future.status == "error":
+            raise
+        raise _scheduler_lost() from None
+    return record
+
+
+def _scheduler_lost() -> ConnectionError:
+    return ConnectionError(
+        "the connection to the Dask scheduler was lost: restart the scheduler and its workers, then"
+        " run again"
+    )
+
+
+def _facts_of(dask_worker: Any) -> tuple[int, float]:
+    """Return the number of threads of the calling worker, and its memory limit in bytes."""
+    return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 @contextlib.contextmanager
-def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to the Dask scheduler at `address`, and yield its workers as a team.
+def local_crew(n_workers: int, n_threads: int = 1) -> Iterator[Crew]:
+    """Start worker processes on this machine, and yield them."""
+    with local_client(n_workers, n_threads) as client:
+        yield Crew(client)
+
+
+@contextlib.contextmanager
+def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
+    """Start worker processes on this machine, which share its memory, and yield their client.
+
+    A worker that ends restarts, and the call that it ran ends with a ``KilledWorker``.
+    """
+    distributed = import_extra("distributed", "several workers", "batch")
+    import dask
+    from distributed.system import MEMORY_LIMIT
+
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(_silenced())
+        stack.enter_context(_empty_main())
+        stack.enter_context(dask.config.set({"distributed.nanny.pre-spawn-environ": _ENVIRONMENT}))
+        cluster = stack.enter_context(
+            distributed.LocalCluster(
+                n_workers=0,
+                threads_per_worker=n_threads,
+                memory_limit=MEMORY_LIMIT // n_workers,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL + 1,
+                scheduler_kwargs={"allowed_failures": 0},
+            )
+        )
+        cluster.sync(_block_ctrl_c)
+        cluster.scale(n_workers)
+        client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
+        client.wait_for_workers(n_workers, timeout=PATIENCE)
+        yield client
+
+
+async def _block_ctrl_c() -> None:
+    """Block Ctrl-C in the calling thread, and in workers, because this process ends its workers."""
+    if os.name == "posix":
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()  # starting this process later would unblock signals
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+@contextlib.contextmanager
+def _empty_main() -> Iterator[None]:
+    """Let workers start without the main script, which may lack ``if __name__ == "__main__":``."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = types.ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+@contextlib.contextmanager
+def remote_crew(address: str, folder: str) -> Iterator[Crew]:
+    """Connect to the Dask scheduler at `address`, and yield its workers.
 
     Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access
     `folder` or has another version of the package.
@@ -96,7 +232,7 @@ def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
             raise ConnectionError(f"the scheduler at {address} has no workers: start one") from None
         _check_versions(client)
         _check_sees(client, folder)
-        yield RemoteTeam(client)
+        yield Crew(client)
 
 
 def _connected(distributed: Any, address: str) -> Any:
@@ -130,67 +266,6 @@ def _check_sees(client: Any, folder: str) -> None:
                 f"the worker at {address} cannot access the folder {folder}: use a shared folder"
                 " that has the same path on all machines"
             )
-
-
-def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Return the number of threads of the calling worker, and its memory limit in bytes."""
-    return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
-
-
-def _ending_of(future: Any) -> Ending | None:
-    """Return the outcome of a call, or None if the result was lost and Dask repeats the call.
-
-    Raises a ConnectionError if the connection to the scheduler was lost.
-    """
-    if future.cancelled():
-        raise _scheduler_lost()
-    killed = importlib.import_module("distributed").KilledWorker
-    try:
-        return Done(future.result(timeout=GATHER_TIMEOUT))
-    except TimeoutError as error:
-        return Failed(error) if future.status == "error" else None
-    except OSError as error:
-        if future.status == "error":
-            return Failed(error)
-        raise _scheduler_lost() from None
-    except killed as error:
-        return Killed(error.allowed_failures + 1)
-    except Exception as error:  # raised by the call or by pickling its result
-        return Failed(error)
-
-
-def _scheduler_lost() -> ConnectionError:
-    return ConnectionError(
-        "the connection to the Dask scheduler was lost: restart the scheduler and its workers, then"
-        " run again"
-    )
-
-
-class _Presence:
-    """Counts the threads of all workers of the scheduler, at most once every `TICK` seconds."""
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-        self._looked = -math.inf
-        self._seen = time.monotonic()
-        self._n_threads = 0
-
-    def n_threads(self) -> int:
-        """Return the latest count; raise a ConnectionError if it was 0 for `PATIENCE` seconds."""
-        now = time.monotonic()
-        if now < self._looked + TICK:
-            return self._n_threads
-        try:
-            self._n_threads = sum(self._client.nthreads().values())
-        except OSError:
-            raise _scheduler_lost() from None
-        self._looked = now
-        if self._n_threads:
-            self._seen = now
-        elif now > self._seen + PATIENCE:
-            seconds = counted(round(PATIENCE), "second")
-            raise ConnectionError(f"there were no workers for {seconds}: start one")
-        return self._n_threads
 
 
 @contextlib.contextmanager

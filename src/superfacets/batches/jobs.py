@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import socket
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from .. import __version__
 from .._timing import timed
 from .._types import Array
 from ..cells.constraints import mask_of
@@ -19,13 +21,10 @@ from ..export.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outpu
 from ..io.atomic import StrPath
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
-from ..io.readers.b3dm import Placement
 from ..io.readers.labels import parse_labels
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..mesh.base import Cells
-from ..workers.calls import check_version
 from .files import FileOptions, segment_file
-from .sources import refuse_tileset
 
 BASE = 150 << 20
 """Memory of a worker process after its imports, in bytes."""
@@ -81,7 +80,6 @@ class BatchJob:
     folder: str
     outputs: tuple[str, ...]  # paths of results, relative to `folder`, with slashes
     options: FileOptions
-    placement: Placement | None = None  # position and orientation of the file in its tileset
 
     @property
     def name(self) -> str:
@@ -105,7 +103,7 @@ def run_job(job: BatchJob) -> Record:
     Raises an OSError only if the whole batch must stop, because the disk is full or this process
     has another version of the package.
     """
-    check_version(job.head["version"])
+    _check_version(job.head["version"])
     record = {**job.head, "sha256": None}
     try:
         return record | _done(job, record)
@@ -113,6 +111,20 @@ def run_job(job: BatchJob) -> Record:
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
+
+
+def failed(job: BatchJob, error: str) -> Record:
+    """Return the record of a file that failed."""
+    return {**job.head, "sha256": hash_of(job.path), "error": error}
+
+
+def _check_version(version: str) -> None:
+    """Raise a ConnectionError if this worker has another version of the package."""
+    if version != __version__:
+        raise ConnectionError(
+            f"a worker on {socket.gethostname()} has superfacets {__version__}, but this process"
+            f" has {version}: install the same version on both"
+        )
 
 
 def _done(job: BatchJob, record: Record) -> Record:
@@ -132,9 +144,8 @@ def _done(job: BatchJob, record: Record) -> Record:
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
-        refuse_tileset(path)
         cells, attributes = parse_cells_and_attributes(
-            content, cell_ending(path), path.parent, keep=keep, placement=job.placement
+            content, cell_ending(path), path.parent, keep=keep
         )
         check_fit(cells, None, endings, form)
         values, constraints = job.options.mask_values, {}

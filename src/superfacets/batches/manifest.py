@@ -17,14 +17,16 @@ class Manifest:
     is on the disk. Damaged lines are ignored, for example an incomplete last line from a killed
     process. Damaged and replaced lines are removed before the first `append`, and at the end of the
     `with` block if it raises no exception. `notes` contains a message for each damaged line, except
-    for an incomplete last line.
+    for an incomplete last line. While this process processes files itself, the file also has a line
+    with the name of each file that has no record yet, and how many processes began with it.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: int | None = None
         self.notes: list[str] = []
-        self.records, self._is_tidy = _read(path, self.notes)
+        self._begun: dict[str, int] = {}
+        self.records, self._is_tidy = _read(path, self.notes, self._begun)
 
     def __enter__(self) -> Manifest:
         return self
@@ -41,7 +43,28 @@ class Manifest:
 
         If the record cannot be written, raises an OSError and leaves the file unchanged.
         """
-        line = json.dumps(record).encode() + b"\n"
+        self._write(record)
+        self._is_tidy = self._is_tidy and record["name"] not in self.records
+        self.records[record["name"]] = record
+        self._begun.pop(record["name"], None)
+
+    def begin(self, name: str) -> None:
+        """Note on the disk that this process starts to process a file."""
+        self._begun[name] = self.n_begun(name) + 1
+        self._write({"name": name, "begun": self._begun[name]})
+        self._is_tidy = False
+
+    def take_back(self, name: str) -> None:
+        """Take back `begin`."""
+        self._begun[name] -= 1
+        self._write({"name": name, "begun": self._begun[name]})
+
+    def n_begun(self, name: str) -> int:
+        """Return how many processes have ended while processing a file that has no record."""
+        return self._begun.get(name, 0)
+
+    def _write(self, content: Record) -> None:
+        line = json.dumps(content).encode() + b"\n"
         if self._file is None:
             if not self._is_tidy:
                 self._rewrite()
@@ -52,11 +75,10 @@ class Manifest:
         except OSError as error:
             os.ftruncate(self._file, size)
             raise OSError(error.errno, error.strerror, str(self._path)) from None
-        self._is_tidy = self._is_tidy and record["name"] not in self.records
-        self.records[record["name"]] = record
 
     def _rewrite(self) -> None:
-        lines = (json.dumps(record) + "\n" for record in self.records.values())
+        begun = ({"name": name, "begun": n} for name, n in self._begun.items() if n)
+        lines = (json.dumps(record) + "\n" for record in (*self.records.values(), *begun))
         with atomic_outputs([self._path]) as (partial,), partial.open("wb") as file:
             file.write("".join(lines).encode())
             file.flush()
@@ -71,10 +93,11 @@ def _write_all(file: int, data: bytes) -> None:
     os.fsync(file)
 
 
-def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
+def _read(path: Path, notes: list[str], begun: dict[str, int]) -> tuple[dict[str, Record], bool]:
     """Return the last record of each name, and whether the file contains nothing else.
 
-    Messages about damaged lines are appended to `notes`.
+    Messages about damaged lines are appended to `notes`. `begun` gets the last number of each name
+    that has no record after it; see `Manifest.n_begun`.
     """
     records: dict[str, Record] = {}
     is_tidy = True
@@ -82,7 +105,11 @@ def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
         record = _record_of(line)
         if record is None or record["name"] in records:
             is_tidy = False
-        if record is not None:
+        if record is not None and isinstance(record.get("begun"), int):
+            begun[record["name"]] = record["begun"]
+            is_tidy = False
+        elif record is not None:
+            begun.pop(record["name"], None)
             records[record["name"]] = record
         elif line.endswith(b"\n"):
             notes.append(f"{path}: line {number} is damaged: its input file is processed again")

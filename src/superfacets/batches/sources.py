@@ -8,14 +8,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from ..errors import MeshError
 from ..export.cells import usual_ending
 from ..export.scannet import scene_of
 from ..io.atomic import StrPath
-from ..io.readers.b3dm import Placement
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Endings of the files in a folder that are inputs of a batch. ``.csv``, ``.txt`` and ``.npy`` are
@@ -31,17 +28,14 @@ class Source:
 
     input: str  # path of the file, as given by the caller or found in a folder
     name: str  # path relative to the input folder, with forward slashes on all platforms
-    placement: Placement | None = None  # position and orientation of the file in its tileset
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     """Return all files that the `inputs` of `batch` stand for, without duplicates.
 
-    A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) is replaced by its
-    models. A tileset that cannot be read is returned as a file, whose job will fail. Links to
-    folders are not followed. Empty lines of a list (``@LIST``) and lines that begin with ``#`` are
-    ignored. Raises an OSError if a folder or a list cannot be read, or if no file is found. Raises
-    a ValueError if no input is given, or if two files have the same relative path.
+    Links to folders are not followed. Empty lines of a list (``@LIST``) and lines that begin with
+    ``#`` are ignored. Raises an OSError if a folder or a list cannot be read, or if no file is
+    found. Raises a ValueError if no input is given, or if two files have the same relative path.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -67,23 +61,10 @@ def _expanded(text: str) -> Iterator[Source]:
         yield from _listed(Path(text[1:]))
     elif glob.has_magic(text) and not path.exists():
         yield from _matching(text)
-    elif tileset_at(path) is not None:
-        yield from _shown_by(path, "")
     elif path.is_dir():
         yield from _below(path)
     else:
         yield Source(text, path.name)
-
-
-def origin_notes(sources: Iterable[Source]) -> list[str]:
-    """Return messages about the origins that are subtracted from the positions of tilesets."""
-    placements = [source.placement for source in sources if source.placement is not None]
-    origins = dict.fromkeys(place.origin for place in placements if any(place.origin))
-    return [
-        "positions in results are relative to the origin "
-        + ", ".join(f"{number:.0f}" for number in origin)
-        for origin in origins
-    ]
 
 
 def _listed(path: Path) -> Iterator[Source]:
@@ -93,15 +74,8 @@ def _listed(path: Path) -> Iterator[Source]:
             continue
         name = os.path.normpath(text)
         is_below = not Path(name).is_absolute() and Path(name).parts[0] != os.pardir
-        yield from _named(path.parent / text, Path(name if is_below else Path(name).name))
-
-
-def _named(path: Path, name: Path) -> Iterator[Source]:
-    """Yield the file `path` as a source with this name or, if it is a tileset, all its models."""
-    if path.suffix.lower() == ".json":
-        yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
-    else:
-        yield Source(str(path), name.as_posix())
+        shown = Path(name if is_below else Path(name).name)
+        yield Source(str(path.parent / text), shown.as_posix())
 
 
 def _below(folder: Path) -> Iterator[Source]:
@@ -109,11 +83,6 @@ def _below(folder: Path) -> Iterator[Source]:
     n_found = 0
     for parent, folders, names in os.walk(folder, onerror=_fail):
         folders.sort()
-        if tileset_at(Path(parent)) is not None:
-            n_found += 1
-            folders.clear()
-            yield from _shown_by(Path(parent), f"{Path(parent).relative_to(folder).as_posix()}/")
-            continue
         for name in sorted(names):
             if Path(name).suffix.lower() in FOUND_ENDINGS and MARK not in Path(name).suffixes:
                 path = Path(parent, name)
@@ -121,39 +90,6 @@ def _below(folder: Path) -> Iterator[Source]:
                 yield Source(str(path), path.relative_to(folder).as_posix())
     if not n_found:
         raise FileNotFoundError(f"{folder}: no file in it ends in {', '.join(FOUND_ENDINGS)}")
-
-
-def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """Yield the models of a tileset, or a damaged tileset itself; names begin with `above`."""
-    file = tileset_at(path)
-    assert file is not None
-    try:
-        tiles = _models_of(file)
-    except (MeshError, OSError):  # the job of this file will raise it again
-        yield Source(str(file), above + file.name)
-        return
-    for tile in tiles:
-        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
-
-
-def refuse_tileset(file: Path) -> None:
-    """Raise a MeshError or OSError if the file is a tileset that cannot be read."""
-    if file.suffix.lower() == ".json":
-        _models_of(file)
-
-
-def _models_of(file: Path) -> tuple[Tile, ...]:
-    """Return the models of a tileset; raise a MeshError if it is damaged or repeats a model."""
-    tiles = read_tileset(file).tiles
-    seen = set()
-    for tile in tiles:
-        if tile.path in seen:
-            raise MeshError(
-                f"{file}: the tileset contains {tile.name} more than once: use segment --tiled,"
-                " which joins all models"
-            )
-        seen.add(tile.path)
-    return tiles
 
 
 def _fail(error: OSError) -> None:
@@ -173,7 +109,7 @@ def _matching(pattern: str) -> Iterator[Source]:
     if not found:
         raise FileNotFoundError(f"{pattern}: no file matches this pattern")
     for path in found:
-        yield from _named(path, path.relative_to(root))
+        yield Source(str(path), path.relative_to(root).as_posix())
 
 
 def result_ending(name: str) -> str:

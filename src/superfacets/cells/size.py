@@ -11,7 +11,7 @@ from .. import _core
 from .._options import SizeOptions
 from .._types import Floats
 from .._validate import checked_count, checked_seeds, checked_threads
-from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
+from ..mesh.faces import FaceMesh, measure_faces, sliver_area
 
 DEFAULT_N_SEGMENTS = 150
 """Number of regions if `segment` is called without a number, a radius and seeds. The paper uses
@@ -122,13 +122,6 @@ def sliver_share(
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
     area = sliver_area(mesh, areas, longest, *limits, n_threads)
     return min(area / total, 1.0)
-
-
-def sliver_area_for_radius(mesh: FaceMesh, radius: float, n_threads: int) -> float:
-    """Return the total area of the faces longer than 2 r and thinner than r / 2, for radius r."""
-    _, areas, _, longest = measure_shapes(mesh, n_threads)
-    limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
-    return sliver_area(mesh, areas, longest, *limits, n_threads)
 
 
 def advised_max_edge(mesh: FaceMesh, size: SizeOptions) -> float:

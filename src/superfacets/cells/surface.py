@@ -51,17 +51,6 @@ class Surface(CsrArcs):
         return cls._of_handle(handle, mesh, graph, n_threads, volume)
 
     @classmethod
-    def of_part_of_faces(
-        cls, mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
-    ) -> Surface:
-        """Make the surface of a part of a mesh.
-
-        `is_inside_out` is the result of the function `is_inside_out` for the whole mesh.
-        """
-        handle = _face_handle(mesh, graph, is_inside_out, n_threads)
-        return cls._of_handle(handle, mesh, graph, n_threads)
-
-    @classmethod
     def _of_handle(
         cls, handle: _core.Surface, mesh: FaceMesh, graph: FaceGraph, n_threads: int,
         volume: float = 0.0,

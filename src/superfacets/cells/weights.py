@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Bytes, Floats
-from .._validate import checked_choice, checked_fraction, checked_number, checked_threads
+from .._validate import checked_choice, checked_number, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from .cell_graph import BaseGraph
 from .face_graph import FaceGraph
-from .surface import Surface, face_surface
+from .surface import Surface
 
 SOLID = 0.3
 """Shapes with at least this roundness y (defined in `crease_weights`) are not treated as hollow."""
@@ -77,7 +77,7 @@ ALL_COUNT = np.empty(0, np.uint8)
 """Value of the argument `counted` of `weights_and_sums` for sums over the edges of all faces."""
 
 
-WeightName = Literal["parts", "creases", "superfacets", "stk02"]
+WeightName = Literal["parts", "creases", "superfacets"]
 
 Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """Weights given by the caller, one per arc."""
@@ -142,9 +142,6 @@ class EdgeSums(NamedTuple):
         """
         is_sharp = self.n_sharp > 0 and self.n_soft <= MAX_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
-
-
-NO_SUMS = EdgeSums(0, 0, 0, 0)
 
 
 class Weighed(NamedTuple):
@@ -339,65 +336,6 @@ def crease_weights(
     return np.asarray(_adapted_weights(surface, cells, factors).weights)
 
 
-def stk02_weights(
-    mesh: MeshLike, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
-) -> Floats:
-    r"""Return the weight of each arc, computed with the formula of Shlafman, Tal and Katz (2002).
-
-    For faces i and j with centroids c, unit normals n, and a common edge with midpoint m,
-
-    .. math:: w_{ij} = (1 - \alpha) (|c_i - m| + |m - c_j|) + \alpha (1 - (n_i \cdot n_j)^2)
-
-    Lengths are in the unit of the vertices, so regions change when the mesh is scaled or refined.
-    Concave and convex edges with the same angle have the same weight. The paper of Simari et al.
-    compares its weights with this formula. Time is linear in the number of arcs.
-
-    Parameters
-    ----------
-    mesh : Mesh, PolygonMesh or mesh-like
-        Same as in `segment`.
-    graph : FaceGraph
-        The graph of the same mesh, from `build_face_graph`.
-    alpha : float, default 0.5
-        Weight of the angular term, from 0 (only distances) to 1 (only angles).
-    n_threads : int, optional
-        Same as in `segment`.
-
-    Returns
-    -------
-    ndarray of float64, shape (M,)
-        Weight of each arc, finite and >= 0. An arc and its reverse arc have the same weight. The
-        angular term (without its factor `alpha`) is 0 on a flat edge, 1 if the faces meet at a
-        right angle, and 0 if one of the faces has no normal.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If `alpha` is not a number from 0 to 1, or if the graph does not fit the mesh, because it
-        was built from another mesh.
-
-    References
-    ----------
-    Shlafman, Tal and Katz, "Metamorphosis of Polyhedral Surfaces using Decomposition", 2002, in the
-    form of equation 6 of Simari, Picciau and De Floriani, 2014.
-
-    Examples
-    --------
-    Two faces meet at a right angle, and their centroids are 1/3 away from the common edge:
-
-    >>> from superfacets import Mesh, build_face_graph
-    >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0, 1]], [[0, 1, 2], [1, 0, 3]])
-    >>> stk02_weights(mesh, build_face_graph(mesh), alpha=0.25).round(3).tolist()
-    [0.75, 0.75]
-    """
-    mesh = as_mesh(mesh)
-    threads = checked_threads(n_threads)
-    alpha = checked_fraction(alpha, "alpha")
-    return _stk02_of(face_surface(mesh, graph, threads), graph.positions, alpha, threads)
-
-
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
     factors = (params[name] for name in ("alpha", "eta_convex", "ridges"))
     return EdgeFactors.of_radius(radius, *factors)._replace(slack=params.get("slack", 0.0))
@@ -414,8 +352,6 @@ class Weight:
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
     """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
     expected radius of regions, and the parameters of the formula, keyed by name."""
-    fractions: tuple[str, ...] = ()
-    """Names of the parameters that must be from 0 to 1. All other parameters must be >= 0."""
     has_parts: bool = False
     """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
     has_other_unit: bool = False
@@ -450,15 +386,6 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         ),
         has_other_unit=True,
     ),
-    "stk02": Weight(
-        about="`stk02_weights`, an older formula with which the paper compares its weights",
-        defaults={"alpha": 0.5},
-        compute=lambda surface, cells, _, params: Weighed(
-            _stk02_of(surface.handle, cells[0], params["alpha"], surface.n_threads)
-        ),
-        fractions=("alpha",),
-        has_other_unit=True,
-    ),
 }
 """All formulas for weights, keyed by the values of the argument `weights` of `segment`."""
 
@@ -489,8 +416,6 @@ class WeightOptions:
         checked_choice(weights, "weights", tuple(WEIGHTS))
         weight = WEIGHTS[weights]
         params = {name: checked.get(name, usual) for name, usual in weight.defaults.items()}
-        for name in weight.fractions:
-            checked_fraction(params[name], name)
         return cls({"weights": weights, **params}, None, frozenset(params) - frozenset(checked))
 
     def counting_both_turns(self) -> WeightOptions:
@@ -583,28 +508,6 @@ def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Flo
     return weights_and_sums(surface, cells, factors, None)[0]
 
 
-def creases_and_sums(
-    surface: Surface,
-    faces: BaseGraph,
-    radius: float,
-    options: WeightOptions,
-    normals: Floats | None,
-    shape: tuple[float, bool],
-    counted: Bytes,
-) -> tuple[Floats, EdgeSums]:
-    """Return weights ``"creases"`` or ``"parts"`` for a part of a mesh, and sums over its edges.
-
-    `shape` is a pair: the value of `EdgeFactors.convex_share` for the whole mesh, and whether the
-    whole mesh is a machine part. `counted` is the same as in `weights_and_sums`.
-    """
-    cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    factors = _crease_factors(radius, {**options.params, "slack": options.slack})
-    convex_share, of_machine_part = shape
-    factors = factors._replace(is_straight=options.has_parts, convex_share=convex_share)
-    factors = factors.of_machine_part() if of_machine_part else factors
-    return weights_and_sums(surface, cells, factors, counted)
-
-
 def weights_and_sums(
     surface: Surface, cells: CellArrays, factors: EdgeFactors, counted: Bytes | None
 ) -> tuple[Floats, EdgeSums]:
@@ -645,11 +548,3 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
     if adapted != factors:
         weights, _ = weights_and_sums(surface, cells, adapted, None)
     return Weighed(weights, of_machine_part)
-
-
-def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads: int) -> Floats:
-    if isinstance(handle, _core.TriangleSurface):
-        return _core.stk02_weights(handle, positions, alpha, n_threads)
-    if not isinstance(handle, _core.PolygonSurface):
-        raise ValueError("weights='stk02' needs a mesh of faces: choose other weights")
-    return _core.polygon_stk02_weights(handle, alpha, n_threads)

@@ -18,6 +18,7 @@ from .options import (
     COUNT,
     FLAG,
     FOLDER,
+    POSITIVE,
     json_option,
     labels_named_option,
     option,
@@ -40,9 +41,13 @@ from .segment_options import SegmentCommand, file_options, options_of, segment_o
            " tetrahedra]",
            multiple=True, callback=listed_formats),
     option("--workers", COUNT,
-           "Number of worker processes on this machine.  [default: one per core]"),
+           "Number of worker processes on this machine; with 1, files are processed one after the"
+           " other in this process.  [default: one per core if Dask is installed, else 1]"),
     option("--scheduler ADDRESS", None,
            "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
+    option("--timeout SECONDS", POSITIVE,
+           "Maximum time per file: a file that takes longer fails, and its worker restarts."
+           "  [default: no maximum]"),
     option("--retry-failed", FLAG, "Retry files that failed in an earlier run."),
     segment_options,
     mask_values_option,
@@ -54,15 +59,15 @@ from .segment_options import SegmentCommand, file_options, options_of, segment_o
 @click.pass_context
 def batch_command(
     ctx: click.Context, /, inputs: tuple[str, ...], output: Path, formats: tuple[str, ...],
-    workers: int | None, scheduler: str | None, retry_failed: bool, is_quiet: bool, as_json: bool,
-    **given: Any,
+    workers: int | None, scheduler: str | None, timeout: float | None, retry_failed: bool,
+    is_quiet: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment thousands of files on all cores, or on a cluster.
 
-    Each IN is a file, a folder, a tileset (tileset.json), a quoted pattern ("scans/**/*.ply"), or
-    @LIST, a text file with one path per line. DIR/manifest.jsonl gets one line per file. A second
-    run segments only files that have no valid result yet. If a file fails, the remaining files are
-    still processed, and the exit status is 1.
+    Each IN is a file, a folder, a quoted pattern ("scans/**/*.ply"), or @LIST, a text file with one
+    path per line. DIR/manifest.jsonl gets one line per file. A second run segments only files that
+    have no valid result yet. If a file fails, the remaining files are still processed, and the exit
+    status is 1.
     """
     arguments = options_of(**given).arguments
     endings = [ENDING_OF_FORMAT[name] for name in formats]
@@ -79,7 +84,7 @@ def batch_command(
 
         result = batch(
             inputs, output, formats=formats, scheduler=scheduler, workers=workers,
-            retry_failed=retry_failed, progress=progress, **arguments,
+            timeout=timeout, retry_failed=retry_failed, progress=progress, **arguments,
         )  # fmt: skip
     print_notes(result.notes)
     if as_json:

@@ -13,7 +13,7 @@ import numpy as np
 
 from .._types import Ints
 from .._validate import counted
-from ..batches.sources import Source, find_sources, origin_notes, refuse_tileset
+from ..batches.sources import find_sources
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import ATTRIBUTE_OUTPUTS, FormatOptions, usual_ending
@@ -22,8 +22,6 @@ from ..export.scannet import GROUPS
 from ..export.write import ENDING_OF_FORMAT, check_outputs, write_regions
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
-from ..io.readers.b3dm import Placement
-from ..io.readers.pieces import holds_files
 from ..mesh.base import Cells
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
@@ -71,8 +69,7 @@ def convert_command(
     """Write meshes with their labels in other formats.
 
     If LABELS is not given, labels stored in IN are written. All meshes and point clouds of a FOLDER
-    are converted, and written to the folder that -o names. All models of a tileset.json are
-    converted, and moved to their positions in the tileset. If IN is an .aggregation.json, LABELS
+    are converted, and written to the folder that -o names. If IN is an .aggregation.json, LABELS
     are new segments (.segs.json): the objects of IN are rewritten as groups of the new segments,
     and a table shows how many vertices each object loses and gains.
     """
@@ -82,18 +79,14 @@ def convert_command(
         return
     if segments is not None:
         raise click.UsageError("--segments can be given only if IN is an .aggregation.json")
-    sources = _sources_of(mesh, labels, folder)
-    jobs, ending = _plan(sources, labels, outputs, folder, formats, ascii=ascii)
+    inputs = _inputs_of(mesh, labels, folder)
+    jobs, ending = _plan(inputs, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
         [ending for job in jobs for ending in job.endings], ascii=ascii, label_name=label_name,
         vertex_labels=vertex_labels, force=force,
     )  # fmt: skip
     keeps = not drop_attributes
-    placements = {source.input: source.placement for source in sources}
-    run = _Run(
-        placements, labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json
-    )
-    print_notes([] if is_quiet else origin_notes(sources))
+    run = _Run(labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json)
     if count_failures([job.input for job in jobs], lambda i: run.do(jobs[i])):
         ctx.exit(EXIT_DATA)
 
@@ -123,7 +116,6 @@ def _regroup(
 class _Run:
     """Options of the command that apply to every file."""
 
-    placements: dict[str, Placement | None]  # position in a tileset, if any, by input
     labels: Path | None
     labels_named: str
     format: str | None  # format of the input; None to use the file ending
@@ -189,11 +181,8 @@ class _Run:
         is_kept_in_parts = self.folder is not None and self.ending in (None, *_KEPT_IN_PARTS)
         keep = (job.holds_attributes or is_kept_in_parts) and self.keeps_attributes
         path = Path(job.input)
-        refuse_tileset(path)
         source = read_input(job.input, self.format)
-        cells, attributes = source.cells_and_attributes(
-            keep=keep, placement=self.placements[job.input]
-        )
+        cells, attributes = source.cells_and_attributes(keep=keep)
         if self.labels is not None:
             of_file = given_labels(source, cells, self.labels, self.labels_named)
             return cells, of_file, attributes
@@ -202,36 +191,27 @@ class _Run:
         return cells, given, attributes
 
 
-def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:
-    """Return the input file, or all files of an input folder or tileset."""
-    if not holds_files(mesh):
-        return [Source(str(mesh), mesh.name)]
+def _inputs_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[str]:
+    """Return the input file, or all files of an input folder."""
+    if not mesh.is_dir():
+        return [str(mesh)]
     if labels is not None or folder is not None:
-        what = "folder" if mesh.is_dir() else "tileset"
-        raise click.UsageError(f"LABELS and --split need a single mesh, but IN is a {what}")
-    return find_sources(mesh)
+        raise click.UsageError("LABELS and --split need a single mesh, but IN is a folder")
+    return [source.input for source in find_sources(mesh)]
 
 
 def _plan(
-    sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
+    inputs: Sequence[str], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
     """Return a job per input, and the file ending for --split, or None for the default ending."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
-    inputs = [source.input for source in sources]
     also_read = [] if labels is None else [str(labels)]
     if folder is None:
-        tiles = {
-            source.input: source.name.replace("/", "_")
-            for source in sources
-            if source.placement is not None
-        }
-
-        def names(text: str, endings: Sequence[str]) -> Sequence[str]:
-            return names_of_results(tiles.get(text, text), endings)
-
-        jobs = plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names)
+        jobs = plan_jobs(
+            inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names_of_results
+        )
         return jobs, None
     for path in (Path(name) for name in [*inputs, *also_read]):
         if path.name.startswith("region_") and path.resolve().parent == folder.resolve():

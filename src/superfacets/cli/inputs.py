@@ -18,7 +18,6 @@ from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, named_errors, read_content
-from ..io.readers.b3dm import Placement
 from ..io.readers.labels import (
     LABEL_ENDINGS,
     NO_REGION,
@@ -74,18 +73,13 @@ class Input(NamedTuple):
         """Return the mesh or point cloud."""
         return self.cells_and_attributes(keep=False)[0]
 
-    def cells_and_attributes(
-        self, *, keep: bool = True, placement: Placement | None = None
-    ) -> tuple[Cells, MeshAttributes | None]:
+    def cells_and_attributes(self, *, keep: bool = True) -> tuple[Cells, MeshAttributes | None]:
         """Return the mesh or point cloud, and its attributes.
 
-        The attributes are None if `keep` is False, or if the input has no attributes. `placement`
-        moves a model to its position in a 3D Tiles tileset.
+        The attributes are None if `keep` is False, or if the input has no attributes.
         """
         with named_errors(name_of(self.text)):
-            return parse_cells_and_attributes(
-                self.data, self.ending, self.folder, keep=keep, placement=placement
-            )
+            return parse_cells_and_attributes(self.data, self.ending, self.folder, keep=keep)
 
     def labels(self, n_cells: int, name: str) -> Ints | None:
         """Return the labels called `name`, one per cell, or None if the input has none."""

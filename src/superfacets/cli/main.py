@@ -12,7 +12,6 @@ from typing import NoReturn
 import click
 
 from .. import __version__
-from ..workers.start import prepare
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
 
@@ -38,34 +37,27 @@ GROUPS = {
         "lift": "Label regions of a mesh with image masks.",
         "evaluate": "Measure the quality of labels.",
     },
-    "Studies": {
-        "reproduce": "Repeat the paper's comparison on the Princeton benchmark.",
-        "quality": "Compare variants of the method on the Princeton benchmark.",
-        "superpoints": "Compare superpoints with the segments of other methods.",
-    },
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
 COMMANDS = tuple(name for group in GROUPS.values() for name in group)
 
-_MODULES = {"agree": "studio", **dict.fromkeys(GROUPS["Studies"], "studies")}
+_MODULES = {"agree": "studio"}
 """Module of each command whose module has a different name."""
-
-_NO_WORKERS = {"-h", "--help", "--scheduler"}
-"""Options of `batch` with which no workers start on this machine."""
 
 
 def main() -> NoReturn:
     """Run the command line. An error is reported by one line on stderr and by the exit status."""
+    run(commands, "superfacets")
+
+
+def run(group: click.Group, name: str) -> NoReturn:
+    """Run a group of commands, which is called `name` in messages, and exit."""
     hear_signals()
     try:
-        names = {word.partition("=")[0] for word in sys.argv}  # options without their values
-        if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
-            with contextlib.suppress(OSError):  # if this fails, workers start later
-                prepare()  # workers and this process import packages in parallel
-        status = commands.main(standalone_mode=False)
+        status = group.main(prog_name=name, standalone_mode=False)
     except click.UsageError as error:
-        place = error.ctx.command_path if error.ctx else _command_path()
+        place = error.ctx.command_path if error.ctx else _command_path(group, name)
         _fail(f"{_text_of(error)} (see {place} --help)", EXIT_USAGE)
     except click.Abort:
         _interrupted()
@@ -132,10 +124,10 @@ def _text_of(error: click.UsageError) -> str:
     return f"No such option: {error.option_name}: use {option}{rest.removeprefix(name)}"
 
 
-def _command_path() -> str:
-    """Return "superfacets" and the command's name, for usage errors of click without a context."""
-    called = [name for name in sys.argv[1:2] if name in COMMANDS]
-    return " ".join(["superfacets", *called])
+def _command_path(group: click.Group, name: str) -> str:
+    """Return `name` and the command's name, for usage errors of click without a context."""
+    known = group.list_commands(click.Context(group))
+    return " ".join([name, *(word for word in sys.argv[1:2] if word in known)])
 
 
 def _fail(message: str, status: int) -> NoReturn:

@@ -118,7 +118,7 @@ class Bar:
 
 
 class RunBar(Bar):
-    """Progress bar of a run without tiles: the stage, and the estimated finished fraction."""
+    """Progress bar of a run: the stage, and the estimated finished fraction."""
 
     layout = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
 
@@ -142,34 +142,6 @@ class RunBar(Bar):
         stage = self._estimate.stage
         share = 100.0 * self._estimate.fraction(time.perf_counter())
         self.show(f"{self._name}: {NAMES.get(stage, stage)}", share, 100.0)
-
-
-class TileBar(Bar):
-    """Progress bar of a tiled run: the stage, and the number of tiles finished in the stage."""
-
-    layout = "{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}"
-
-    SECONDS = 0.1  # minimum time in seconds between two updates of the bar
-
-    def __init__(self, name: str, *, is_quiet: bool = False) -> None:
-        super().__init__(is_quiet=is_quiet)
-        self._name, self._stage, self._drawn = name, "mesh", 0.0
-
-    def on_stage(self, stage: str) -> None:
-        """Show that a stage begins."""
-        self._stage = stage
-        self.on_tile(0, 1)
-
-    def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
-        """Show the number of finished iterations of the loop, which runs on coarse cells."""
-        self.on_tile(n_iterations, n_iterations)
-
-    def on_tile(self, n_done: int, n_tiles: int) -> None:
-        """Show how many tiles, or other work items of the stage, are finished."""
-        now = time.monotonic()
-        if n_done >= n_tiles or now >= self._drawn + self.SECONDS:
-            self._drawn = now
-            self.show(f"{self._name}: {NAMES.get(self._stage, self._stage)}", n_done, n_tiles)
 
 
 class FileBar(Bar):

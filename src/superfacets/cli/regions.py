@@ -33,7 +33,6 @@ from ..io.guards import known_ending
 from ..mesh.base import Cells
 from ..regions.lines import BorderLines, border_lines
 from ..regions.pooling import pool
-from ..regions.primitives import fit_primitives
 from . import options as opts
 from .inputs import check_inputs, labels_beside, name_of, read_input
 from .interrupts import run_in_background
@@ -61,9 +60,6 @@ Drawn = tuple[Floats, list[Line]]
     option("--mean NAME", None,
            "Add a column mean_NAME with the mean of this property of IN, such as intensity, over"
            " the faces or points of each region; may be given several times.", multiple=True),
-    option("--primitives TOLERANCE", opts.POSITIVE,
-           "Add columns with the plane, cylinder, cone or sphere that fits each region of a mesh."
-           " TOLERANCE is relative to the width of a region: use 0.01, or 0.05 for scans."),
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
@@ -72,9 +68,8 @@ Drawn = tuple[Floats, list[Line]]
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
-    majority: tuple[str, ...], mean: tuple[str, ...], primitives: float | None,
-    viewpoint: tuple[float, ...] | None, format: str | None, labels_named: str, is_quiet: bool,
-    as_json: bool,
+    majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
+    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -94,8 +89,6 @@ def regions_command(
         )
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
-        if primitives is not None and not kind_of(whole).has_faces:
-            raise click.UsageError(f"--primitives needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
             whole = seen_from(viewpoint, whole)
         compact, names = ranked_labels(given)  # label numbers in a file may have gaps
@@ -103,8 +96,6 @@ def regions_command(
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        if primitives is not None:
-            columns |= fit_primitives(whole, compact, tolerance=primitives).table()
         for name, values in integers.items():
             columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
         for name, numbers in reals.items():

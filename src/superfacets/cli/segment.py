@@ -21,7 +21,6 @@ from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
-from ..io.readers.pieces import holds_points
 from ..mesh.base import Cells
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
@@ -36,10 +35,9 @@ from .inputs import (
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
-from .progress import RunBar, TileBar
-from .report import facts_of, notes_of, notes_on_denoising, notes_on_result, summary_of
+from .progress import RunBar
+from .report import facts_of, notes_of, notes_on_denoising, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
-from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
 
 
 @click.command("segment", cls=SegmentCommand)
@@ -60,7 +58,6 @@ from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
     to_option(),
     format_option("the inputs", of_stream=True),
     file_options,
-    tile_options,
     quiet_option,
     json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
@@ -77,35 +74,26 @@ def segment_command(
     another output. If the result is written to standard output, messages are printed on stderr. If
     an input fails, the remaining inputs are still processed, and the exit status is 1.
     """
-    tiles = TileOptions.taken_from(given)
     scans = given["scans"]
     chosen = options_of(**given)
     check_inputs(inputs)
     if barriers is not None and barrier_angle is not None:
         raise click.UsageError("give --barriers or --barrier-angle, not both")
-    if tiles is not None:
-        others = {
-            "--mask": mask, "--mask-values": mask_values, "--barriers": barriers,
-            "--barrier-angle": barrier_angle, "--format": format,
-        }  # fmt: skip
-        formats = tiles.checked_formats(inputs, outputs, formats, chosen, others)
     if len(inputs) > 1 and (mask is not None or barriers is not None):
         raise click.UsageError(
             "files of --mask and --barriers fit only one input: to read values from each input,"
             " give --mask-values without --mask"
         )
     also_read = [str(path) for path in (mask, barriers) if path is not None]
-    names = names_of_results if tiles is None else names_by_tiles
-    jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names)
+    jobs = plan_jobs(
+        inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names_of_results
+    )
     endings = [ending for job in jobs for ending in job.endings]
     has_mask = mask is not None or mask_values is not None
     check_mask(endings, has_mask=has_mask)
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
-    run = _Run(
-        chosen, format, form, constraints, barrier_angle, has_mask, tiles, scans, is_quiet,
-        as_json,
-    )  # fmt: skip
+    run = _Run(chosen, format, form, constraints, barrier_angle, has_mask, scans, is_quiet, as_json)
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
         ctx.exit(EXIT_DATA)
@@ -121,7 +109,6 @@ class _Run:
     constraints: Callable[[Input, Cells], dict[str, Array]]
     barrier_angle: float | None
     has_mask: bool
-    tiles: TileOptions | None
     scans: bool
     is_quiet: bool
     as_json: bool
@@ -134,9 +121,6 @@ class _Run:
     def do(self, job: Job) -> None:
         """Run one job, and print a report."""
         check_outputs(job.files, force=self.form.force)
-        if self.tiles is not None:
-            self._do_by_tiles(job, self.tiles)
-            return
         timings: dict[str, float] = {}
         with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
@@ -156,14 +140,6 @@ class _Run:
         inside = outcome.sharp_inside
         share = None if inside is None else float(inside.sum())
         self._report(job, result, timings, noun, n_left_out, share)
-
-    def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
-        with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
-            result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
-        noun = "point" if holds_points(Path(job.input)) else "face"
-        if not self.is_quiet:
-            print_notes(notes_on_result(result))
-        self._report(job, result, result.timings, noun)
 
     def _report(
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,

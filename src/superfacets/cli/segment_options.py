@@ -53,10 +53,7 @@ _GROUPS = {
     "Files": (
         "format", "ascii", "label_name", "vertex_labels", "drop_attributes", "force",
     ),
-    "Larger than memory": (
-        "is_tiled", "tile_size", "scratch", "cache",
-    ),
-    "Running": ("n_threads", "workers", "scheduler", "retry_failed", "as_json"),
+    "Running": ("n_threads", "workers", "scheduler", "timeout", "retry_failed", "as_json"),
 }  # fmt: skip
 """Groups of options in the help texts of ``segment`` and ``batch``: parameter names by title."""
 
@@ -86,7 +83,7 @@ segment_options = options(
            f" concave creases; 0 ignores them.  [default: {_default_by_weights('ridges')}]"),
     option("--weights NAME", tuple(WEIGHTS),
            "Cost of a step between neighbors: parts (creases, and steps from one part of a shape to"
-           " another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
+           " another), creases, or superfacets (as in the paper)."
            "  [default: parts; superfacets with --paper]"),
     option("--init", INITS,
            "How the initial centers are placed; flood and grid match -n only approximately."

@@ -18,14 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._core import Clustering, OrderedGraph
+from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import BalanceOptions, LoopOptions, SizeOptions
 from .._types import Array, Bools, Floats, Ints, Longs
 from .._validate import counted, exact_array
 from ..cells.constraints import KeptCells, in_order
 from ..cells.sums import sums_by_label
 from ..errors import MeshError
-from .coarsening import CoarseCells
 from .plan import Plan
 from .seeding import CORE_ISLANDS
 
@@ -275,7 +274,7 @@ class Balancer:
 
     @classmethod
     def of(
-        cls, rules: SizeRules, coarse: list[CoarseCells], plan: Plan, loop: LoopOptions
+        cls, rules: SizeRules, coarse: list[CoarseGraph], plan: Plan, loop: LoopOptions
     ) -> Balancer:
         """Make a balancer for all cells and for the coarse cells in `coarse`.
 

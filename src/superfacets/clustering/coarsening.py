@@ -3,88 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
 
 from .. import _core
-from .._core import OrderedGraph
+from .._core import CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
-from .._types import Array, Ints
 from .plan import Plan
-
-
-class Assignment(Protocol):
-    """Interface of `_core.Clustering`: assignment of each cell to its nearest center."""
-
-    def centers(self) -> Ints:
-        """Return the given centers, followed by unreached cells that became centers."""
-
-    def labels(self) -> Ints:
-        """Return the label of each cell: the index of its center in the result of `centers`."""
-
-
-class CoarseCells(Protocol):
-    """Coarse cells: groups of neighboring cells of a finer graph.
-
-    `_core.CoarseGraph` implements this interface.
-    """
-
-    @property
-    def graph(self) -> OrderedGraph:
-        """Graph of the coarse cells."""
-
-    def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return the center of each region of coarse cells, as an index of a finer cell.
-
-        `labels` and `centers` refer to coarse cells. The center is the finer cell nearest to the
-        mean position of the region.
-        """
-
-    def spread(
-        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int, *, needs_lengths: bool
-    ) -> tuple[Array, Ints]:
-        """Extend paths from coarse cells to all finer cells; return path lengths and labels.
-
-        `lengths` and `labels` describe the path to each coarse cell. `centers` are the centers of
-        the regions, as indices of finer cells. If `needs_lengths` is False, the returned path
-        lengths may be empty, and this object must not be used again.
-        """
-
-
-class LargeGraph(Protocol):
-    """A graph on disk. The loop runs on coarse cells in memory. Then all cells are labeled once."""
-
-    @property
-    def n_cells(self) -> int:
-        """Number of cells."""
-
-    @property
-    def is_symmetric(self) -> bool:
-        """Whether each arc has a reverse arc of the same length."""
-
-    @property
-    def straight_unit(self) -> float:
-        """Unit of the arc lengths, in the unit of the positions.
-
-        The value is 0 unless each arc length is a straight distance plus a cost.
-        """
-
-    def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
-        """Group the cells into coarse cells, each of about `cell_size` cells."""
-
-    def assignment(
-        self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-    ) -> Assignment:
-        """Return the result of the function `assignment_of` for this graph."""
-
-    def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Return the result of the function `join_islands` for this graph."""
-
-    def gathered(self, n_threads: int) -> OrderedGraph:
-        """Return the whole graph, loaded into memory."""
-
-
-AnyGraph: TypeAlias = OrderedGraph | LargeGraph
 
 CELL_SIZES = (16, 8, 4)
 """Possible numbers of cells per coarse cell on the finest coarse level, in order of preference. The
@@ -121,41 +45,6 @@ MIN_REDUCTION = 2
 level."""
 
 
-def _coarse_cells(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
-    """Group the cells of a graph into coarse cells, each of about `cell_size` cells."""
-    if isinstance(graph, OrderedGraph):
-        return _core.CoarseGraph(graph, cell_size, n_threads)
-    return graph.coarsened(cell_size, n_threads)
-
-
-def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
-    """Return the graph itself if it is in memory; otherwise load the graph from disk."""
-    return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
-
-
-def assignment_of(
-    graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-) -> Assignment:
-    """Assign each cell to the center with the shortest path to it; for `reach`, see `classify`."""
-    if isinstance(graph, OrderedGraph):
-        return _core.Clustering(graph, centers, reach, n_threads, islands)
-    return graph.assignment(centers, reach, n_threads, islands)
-
-
-def join_islands(
-    graph: AnyGraph, labels: Ints, groups: Ints, n_threads: int
-) -> tuple[Ints, int, Ints]:
-    """Join islands to the nearest region in the same group (see `Plan.groups`).
-
-    An island is a connected component of the cells without a label. If there is no region in its
-    group, the island becomes a new region. Returns the labels, the number of islands that joined a
-    region, and the center of each new region.
-    """
-    if isinstance(graph, OrderedGraph):
-        return _core.join_islands(graph, labels, groups, n_threads)
-    return graph.join_islands(labels, groups, n_threads)
-
-
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
@@ -170,7 +59,7 @@ def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
 class Coarsening:
     """The graphs of coarse cells, and how the clustering loop uses them."""
 
-    graphs: list[CoarseCells]
+    graphs: list[CoarseGraph]
     """Coarse graphs, from finest to coarsest. The loop removes each graph after its last use."""
     n_finer: int = 0
     """Number of graphs at the start of `graphs` on which the loop does not run. After the loop,
@@ -183,7 +72,7 @@ class Coarsening:
     this case, the default seeding method is ``"curve"``."""
 
     @classmethod
-    def of(cls, graph: AnyGraph, plan: Plan, n_threads: int) -> Coarsening:
+    def of(cls, graph: OrderedGraph, plan: Plan, n_threads: int) -> Coarsening:
         """Build successively coarser graphs, as long as regions have enough coarse cells."""
         n_segments = plan.size.n_segments
         if not is_straight(graph):
@@ -202,7 +91,7 @@ class Coarsening:
 
 
 def coarsened(
-    graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]
+    graph: OrderedGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]
 ) -> Coarsening:
     """Build the coarse graphs for the loop, and record the run time in `timings`.
 
@@ -214,33 +103,33 @@ def coarsened(
         return Coarsening.of(graph, plan, loop.n_threads)
 
 
-def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
+def has_small_regions(graph: OrderedGraph, n_segments: int) -> bool:
     """Return whether regions have too few cells for paths on coarse cells to determine labels."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
-def is_straight(graph: AnyGraph) -> bool:
+def is_straight(graph: OrderedGraph) -> bool:
     """Return whether the length of each arc is the straight distance of its cells plus a cost."""
     return graph.straight_unit > 0.0
 
 
 def _coarser(
-    graph: AnyGraph,
+    graph: OrderedGraph,
     sizes: tuple[int, ...],
     enough: tuple[int, int],
     n_segments: int,
     n_threads: int,
-) -> list[CoarseCells]:
+) -> list[CoarseGraph]:
     """Build successively coarser graphs, and return them from the finest to the coarsest.
 
     `sizes` are possible numbers of cells per coarse cell on the finest coarse level, in order of
     preference. `enough` contains two minimum numbers of coarse cells: on the finest coarse level,
     and on each coarser level.
     """
-    coarse: list[CoarseCells] = []
+    coarse: list[CoarseGraph] = []
     n_enough, n_next = enough
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
-        larger = _coarse_cells(graph, fitting[0], n_threads)
+        larger = CoarseGraph(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # most cells have no neighbors with which they can be grouped
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)

@@ -14,7 +14,7 @@ from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
 from .balance import Balancer
-from .coarsening import AnyGraph, Assignment, CoarseCells, Coarsening, assignment_of, is_straight
+from .coarsening import Coarsening, is_straight
 from .parts import MIN_GROUPED
 from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
@@ -58,7 +58,7 @@ class Loop:
         """Reason why the loop stopped on the last finished level."""
         return self.levels[-1].stop_reason
 
-    def run(self, coarsening: Coarsening, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
+    def run(self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
         If `coarsening.on_all`, the loop also runs on all cells. `centers` are the initial centers,
@@ -87,7 +87,7 @@ class Loop:
         del level, clustering  # these references would keep the graph in memory in `_spread`
         return self._spread(coarse, paths, centers)
 
-    def _balanced(self, graph: AnyGraph, clustering: Assignment, level: int) -> Assignment:
+    def _balanced(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
         """Return the clustering after balancing the sizes of regions, if there is a balancer.
 
         Level 0 is all cells, level 1 the finest coarse cells, and so on.
@@ -100,7 +100,7 @@ class Loop:
             return self.balancer.run(graph, clustering, level)
 
     def _spread(
-        self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
+        self, coarse: list[CoarseGraph], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
         """Label all cells by extending the paths on coarse cells to finer and finer cells.
 
@@ -122,7 +122,7 @@ class Loop:
         return paths[1], centers
 
     def _spread_once(
-        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints, *, is_last: bool
+        self, level: CoarseGraph, paths: tuple[Array, Ints], centers: Ints, *, is_last: bool
     ) -> tuple[Array, Ints]:
         n_threads, needs_lengths = self.options.n_threads, not is_last
         if self.balancer is None:
@@ -137,8 +137,8 @@ class Loop:
         return lengths, labels
 
     def _run_level(
-        self, graph: AnyGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
-    ) -> Assignment:
+        self, graph: OrderedGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
+    ) -> Clustering:
         """Run the loop on one level, starting from `centers`.
 
         If `must_stay`, the cells are labeled once, and the centers do not move. `is_last` is True
@@ -150,7 +150,7 @@ class Loop:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = assignment_of(graph, centers, reach, n_threads, islands)
+            clustering = Clustering(graph, centers, reach, n_threads, islands)
         relocates = self.options.relocate and not self.levels
         most = self.options.max_num_iter
         if self.is_short:
@@ -161,13 +161,12 @@ class Loop:
             most -= most // 3  # leaves a third of the iterations for relocation
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
         if relocates:
-            assert isinstance(clustering, Clustering)  # centers in graphs on disk never move
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _relocate(
-        self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
+        self, graph: OrderedGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
         """Repeatedly relocate some centers, and iterate again.
 
@@ -198,8 +197,8 @@ class Loop:
 
     def _iterate(
         self,
-        graph: AnyGraph,
-        clustering: Assignment,
+        graph: OrderedGraph,
+        clustering: Clustering,
         *,
         must_stay: bool = False,
         max_num_iter: int | None = None,
@@ -246,7 +245,7 @@ class Loop:
             self.is_cancelled = True
 
 
-def _labels_and_centers(clustering: Assignment) -> tuple[Ints, Ints]:
+def _labels_and_centers(clustering: Clustering) -> tuple[Ints, Ints]:
     """Return the labels and the centers of a clustering; each center has the label of its region.
 
     If paths have offsets, a center may lie in another region. It then gets a region of one cell.

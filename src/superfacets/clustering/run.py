@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._core import OrderedGraph
 from .._options import Init, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import timed
 from .._types import Floats, Ints
@@ -17,7 +18,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
-from .coarsening import AnyGraph, Coarsening, coarsened, in_memory, join_islands
+from .coarsening import Coarsening, coarsened
 from .loop import Loop
 from .plan import ArcLengths, Plan, Start
 from .result import Segmentation
@@ -147,7 +148,7 @@ def joiner_of(arcs: ArcLengths, crease_limit: float, n_threads: int) -> JoinPiec
 
 
 def segment_cells(
-    graph: AnyGraph,
+    graph: OrderedGraph,
     coarsening: Coarsening,
     bounds: Floats,
     plan: Plan,
@@ -167,8 +168,7 @@ def segment_cells(
     timings: dict[str, float] = {}
     with timed(timings, "seeding", loop.on_stage):
         coarse = coarsening.graphs
-        first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
-        graph = graph if coarse else first
+        first = coarse[-1].graph if coarse else graph
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # this reference would keep the graph in memory during the loop
     is_short = coarsening.is_short and bool(loop.relocate)
@@ -181,7 +181,7 @@ def segment_cells(
             labels = join_pieces(labels, centers)
     if loop.islands == "nearest":
         with timed(timings, "classify"):
-            labels, n_joined, more = join_islands(graph, labels, plan.groups, loop.n_threads)
+            labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)
             centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
         "n_segments": None if options.has_radius else size.n_segments,

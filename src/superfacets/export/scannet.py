@@ -216,12 +216,6 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:
     return numbers
 
 
-def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy, and raise an error if the disk is full, unlike `numpy.save`."""
-    with path.open("wb") as file:
-        write_npy(file, np.ascontiguousarray(array))
-
-
 def write_npy(file: IO[bytes], array: Array) -> None:
     """Write an array as .npy to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))

@@ -200,20 +200,6 @@ def held(path: Path, message: str) -> Iterator[None]:
         os.close(file)
 
 
-def is_unlocked(path: Path) -> bool:
-    """Return whether a lock file exists and no process has locked it."""
-    try:
-        file = open_own(path, os.O_RDWR)
-    except OSError:
-        return False
-    try:
-        return _is_locked_now(file)
-    except OSError:
-        return False
-    finally:
-        os.close(file)
-
-
 def lock_file(file: int, path: Path, message: str) -> None:
     """Lock an open file until it is closed.
 

@@ -258,5 +258,3 @@ CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
     ".pcd": _read_pcd,
     ".e57": lambda data: CloudFile(*read_e57(data)),
 }
-
-CLOUD_ENDINGS = tuple(CLOUD_READERS)

@@ -38,15 +38,13 @@ class Scene:
     visits: list[tuple[int, Floats]]  # (mesh index, global matrix) of each node with a mesh
 
 
-def open_scene(data: Content, folder: Path | None, placement: Floats | None = None) -> Scene:
+def open_scene(data: Content, folder: Path | None) -> Scene:
     """Parse a .gltf or .glb file in `folder`, and find the meshes of its default scene.
 
-    If `folder` is None, buffers in other files are refused. `placement` is a matrix that is applied
-    to the whole scene.
+    If `folder` is None, buffers in other files are refused.
     """
     gltf = open_gltf(data, folder)
-    start = np.eye(4) if placement is None else placement
-    return Scene(gltf, sorted(_visit_nodes(gltf, start), key=lambda visit: visit[0]))
+    return Scene(gltf, sorted(_visit_nodes(gltf), key=lambda visit: visit[0]))
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
@@ -115,10 +113,10 @@ def _concatenated(parts: list[Array]) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
+def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
     """Return mesh index and global matrix of each node with a mesh, in depth-first order."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
-    stack = [(root, start) for root in reversed(_indices(scene, "nodes"))]
+    stack = [(root, np.eye(4)) for root in reversed(_indices(scene, "nodes"))]
     seen: set[int] = set()
     visits = []
     while stack:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
@@ -20,9 +19,6 @@ VERTEX, FACE = range(2)
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """Matches a line that continues on the next line and has no comment."""
-
-_LINE = re.compile(r"line (\d+)")
-"""Matches the line number at the beginning of an error message."""
 
 
 def read_obj(data: Content) -> Arrays:
@@ -71,47 +67,6 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
         n_vertices += len(vertices)
-
-
-def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
-    """Parse a file block by block, with about `size` bytes of text in memory."""
-    n_vertices, n_lines = 0, 0
-    for text in _text_blocks(path, size):
-        try:
-            blocks = list(read_blocks(without_continuations(text), n_vertices))
-        except MeshError as error:
-            number = _LINE.match(str(error))
-            rest = str(error) if number is None else str(error)[number.end() :]
-            message = rest if number is None else f"line {int(number[1]) + n_lines}{rest}"
-            raise MeshError(message) from None
-        yield from blocks
-        n_vertices += sum(len(block.vertices) for block in blocks)
-        n_lines += text.count(b"\n")
-
-
-def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
-    """Yield a file in blocks of complete lines; a line and its continuation are in one block."""
-    rest = b""
-    with path.open("rb") as file:
-        while block := file.read(size):
-            text = rest + block
-            end = _end_of_lines(text)
-            rest = text[end:]
-            if end:
-                yield text[:end]
-    if rest:
-        yield rest
-
-
-def _end_of_lines(text: bytes) -> int:
-    """Return the offset after the last line that does not continue on the next line, or 0."""
-    end = text.rfind(b"\n") + 1
-    while end:
-        begin = text.rfind(b"\n", 0, end - 1) + 1
-        if not text[begin:end].rstrip().endswith(b"\\"):
-            break
-        end = begin
-    return end
 
 
 def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:

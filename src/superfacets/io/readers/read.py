@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -19,7 +18,6 @@ from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
-from .b3dm import Placement, open_model
 from .clouds import CLOUD_READERS, holds_cloud
 from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_surface
 from .gltf import open_scene, read_scene
@@ -44,7 +42,7 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
     **dict.fromkeys(SURFACE_ENDINGS, read_surface),
 }
 
-_GLTF_ENDINGS = (".glb", ".gltf", ".b3dm")
+_GLTF_ENDINGS = (".glb", ".gltf")
 
 _ATTRIBUTE_READERS: dict[str, Callable[[Content, Path | None], tuple[Arrays, MeshAttributes]]] = {
     ".ply": read_ply_with_attributes,
@@ -60,7 +58,7 @@ CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES",
                ".fcstd": "FCStd"}  # fmt: skip
 """Names of CAD formats, which contain no mesh, keyed by ending."""
 
-_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
+_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
 """Endings of mesh formats, keyed by the first bytes of their files."""
 
@@ -92,9 +90,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
         - surfaces: ``.ply`` and ``.stl`` (ASCII and binary), ``.obj`` (Wavefront), ``.off``
           (ASCII), ``.vtp``, ``.glb`` and ``.gltf`` (2.0; compression with Draco or meshopt needs
-          the extra ``compressed``), ``.b3dm`` (z up; RTC_CENTER is not added), and ``.tri`` (vertex
-          count, one line with x y z per vertex, triangle count, one line with three indices from 0
-          per triangle);
+          the extra ``compressed``), and ``.tri`` (vertex count, one line with x y z per vertex,
+          triangle count, one line with three indices from 0 per triangle);
         - surfaces of a brain cortex, with the extra ``cortex``: ``.gii`` (GIFTI), and ``.white``,
           ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
         - tetrahedra: ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh``
@@ -200,19 +197,16 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     )
 
 
-def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
-    """Read a mesh, or a point cloud if the file has no faces.
-
-    `placement` is the position and orientation of a glTF or b3dm model in its tileset.
-    """
-    parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
+def read_cells(path: str | os.PathLike[str]) -> Cells:
+    """Read a mesh, or a point cloud if the file has no faces."""
+    parse = partial(parse_cells_and_attributes, keep=False)
     return _read(path, CELL_ENDINGS, parse)[0]
 
 
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
     """Read a mesh or point cloud as in `read_cells`, and its attributes.
 
-    The attributes of a mesh are None if its format is not PLY, OBJ, glTF or b3dm.
+    The attributes of a mesh are None if its format is not PLY, OBJ or glTF.
     """
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
@@ -228,7 +222,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
         Mesh file, or any file that `read_cloud` reads. From a ``.ply`` file, all properties except
         positions and corners are read, such as vertex colors and normals. A texture is also read if
         the header has ``TextureFile`` comments with the names of images. From an ``.obj``,
-        ``.glb``, ``.gltf`` or ``.b3dm`` file, only the texture is read. Files of materials and
+        ``.glb`` or ``.gltf`` file, only the texture is read. Files of materials and
         images must be in the folder of the mesh or in its subfolders. Images are read later, on
         demand. From a point cloud, all properties except positions are read, and from LAS also the
         coordinate reference system.
@@ -297,8 +291,6 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
         if suffix in _NO_MESHES:
             raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
         advice = ": convert the file first" if suffix else ""
-        if suffix == ".json":
-            advice = ": tilesets can be read only by batch, convert and segment --tiled"
         if suffix in CLOUD_READERS:
             advice = ": the file contains points, use read_cloud"
         raise MeshError(f"{error}{advice}") from None
@@ -307,7 +299,7 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     """Parse the content of a mesh file; a glTF file may refer to other files in `folder`."""
     if ending in _GLTF_ENDINGS:
-        return _parse_gltf(data, folder, keep=False, placement=None)[0]
+        return _parse_gltf(data, folder, keep=False)[0]
     if ending in TET_ENDINGS:
         return TetMesh(*read_tets(data, ending))
     return _mesh_of(_READERS[ending](data))
@@ -319,15 +311,13 @@ def parse_cells_and_attributes(
     folder: Path | None,
     *,
     keep: bool = True,
-    placement: Placement | None = None,
 ) -> tuple[Cells, MeshAttributes | None]:
     """Parse the content of a mesh file, or of a point cloud file if there are no faces.
 
     If `keep` is true, attributes are parsed, too. They are None for formats without attributes.
-    `placement` is applied to glTF and b3dm models.
     """
     if ending in _GLTF_ENDINGS:
-        return _parse_gltf(data, folder, keep=keep, placement=placement)
+        return _parse_gltf(data, folder, keep=keep)
     if holds_cloud(data, ending):
         cloud, attributes = CLOUD_READERS[ending](data)
         return cloud, attributes if keep else None
@@ -338,17 +328,13 @@ def parse_cells_and_attributes(
 
 
 def _parse_gltf(
-    data: Content, folder: Path | None, *, keep: bool, placement: Placement | None
+    data: Content, folder: Path | None, *, keep: bool
 ) -> tuple[AnyMesh, MeshAttributes | None]:
-    model = open_model(data, placement)
-    scene = open_scene(model.gltf, folder, model.matrix)
+    scene = open_scene(data, folder)
     arrays = read_scene(scene)
     if not keep:
         return _mesh_of(arrays), None
-    attributes = read_texture(scene, folder)
-    if model.comments:
-        attributes = replace(attributes, comments=model.comments)
-    return _mesh_of(arrays), attributes
+    return _mesh_of(arrays), read_texture(scene, folder)
 
 
 def _mesh_of(arrays: Arrays) -> AnyMesh:

@@ -1,0 +1,40 @@
+"""Check arguments of the methods for comparison."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+
+from superfacets import Mesh, MeshError
+from superfacets._validate import counted
+from superfacets.adapters.convert import MeshLike, as_mesh
+
+
+def checked_generator(value: Any, name: str) -> np.random.Generator:
+    """Return `value` if it is a random number generator, or make one if it is a seed >= 0."""
+    if isinstance(value, np.random.Generator):
+        return value
+    if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} must be an integer or a Generator, got {value!r}")
+    seed = operator.index(value)
+    if seed < 0:
+        raise ValueError(f"{name} must not be negative, got {seed}")
+    return np.random.default_rng(seed)
+
+
+def as_triangles(source: MeshLike) -> Mesh:
+    """Convert `source` to a `Mesh`; raise a MeshError if a face is not a triangle."""
+    mesh = as_mesh(source)
+    if isinstance(mesh, Mesh):
+        return mesh
+    sizes = mesh.sizes
+    if (sizes == 3).all():
+        return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
+    first = int(np.argmax(sizes != 3))
+    corners = counted(int(sizes[first]), "corner")
+    raise MeshError(
+        f"faces must be triangles, but faces[{first}] has {corners}: call"
+        " PolygonMesh.triangulate() first"
+    )
