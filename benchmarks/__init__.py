@@ -16,8 +16,12 @@ balance    regions of equal area, compared with METIS and pyacvd
 batch      times of the command `superfacets batch`
 doubling   growth of times with the number of cells
 pages      sizes and times of HTML pages in a browser
-tiled      times of `segment_tiled`, and simulated times for larger meshes
 machine    facts about the machine
 report     tables in Markdown from a file of results
 cli        the command line
 """
+
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1] / "tests"))  # the package `reference`

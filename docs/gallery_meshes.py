@@ -24,5 +24,5 @@ points = functions_of("point_cloud")["points"]
 rug = functions_of("colors")["rug"]
 knot = functions_of("polygons")["knot"]
 body = functions_of("tetrahedra")["body"]
-terrain, grid = (functions_of("terrain_in_tiles")[name] for name in ("terrain", "grid"))
+terrain, grid = (functions_of("terrain")[name] for name in ("terrain", "grid"))
 room, box, merged = (functions_of("evaluate")[name] for name in ("room", "box", "merged"))

@@ -8,7 +8,7 @@ import superfacets as sf
 
 ORDER = [
     "first_segmentation", "creases_and_noise", "cad_part", "point_cloud", "colors", "polygons",
-    "tetrahedra", "terrain_in_tiles", "region_graph", "levels", "cut_and_lay_flat", "balance",
+    "tetrahedra", "terrain", "region_graph", "levels", "cut_and_lay_flat", "balance",
     "evaluate", "own_graph",
 ]  # fmt: skip
 

@@ -9,10 +9,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from PIL import Image
+from research.princeton import Benchmark
 from shrink_images import IMAGES, read, save_small
 
 import superfacets as sf
-from research.princeton import Benchmark
 
 SIZE = (480, 420)
 N_SEGMENTS = 150

@@ -14,11 +14,11 @@ from typing import Any
 import gallery_meshes
 import numpy as np
 from PIL import Image
+from research.quality.measure import CREASES, DEFAULT, PAPERS, VARIANTS
+from research.quality.tables import means
 from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
-from research.quality.measure import CREASES, DEFAULT, PAPERS, VARIANTS
-from research.quality.tables import means
 
 N_SEGMENTS = 150
 

@@ -192,26 +192,37 @@ def run_shown(
 
 
 def _on_workers(jobs: Sequence[Job], n_workers: int, memory: int) -> Iterator[tuple[Job, Any]]:
+    """Run jobs in worker processes; a job whose worker ended is repeated once, alone, at the end."""
     from distributed import KilledWorker
 
     ended: SimpleQueue[Any] = SimpleQueue()
-    waiting, running = list(jobs), dict[str, Job]()
+    waiting, again, running = list(jobs), list[Job](), dict[str, Job]()
     with local_client(n_workers) as client:
-        while waiting or running:
+
+        def submit(job: Job) -> None:
+            future = client.submit(job.run, pure=False)
+            running[future.key] = job
+            future.add_done_callback(ended.put)
+
+        while waiting or running or again:
             for job in [*waiting]:
                 used = sum(other.memory for other in running.values())
                 fits = not running or job.memory == 0 or used + job.memory <= memory
                 if fits and len(running) < n_workers:
                     waiting.remove(job)
-                    future = client.submit(job.run, pure=False)
-                    running[future.key] = job
-                    future.add_done_callback(ended.put)
+                    submit(job)
+            is_last = not running
+            if is_last:
+                submit(again.pop())
             future = ended.get()
+            job = running.pop(future.key)
             try:
-                result = future.result()
+                yield job, future.result()
             except KilledWorker:
-                result = Killed()
-            yield running.pop(future.key), result
+                if is_last:
+                    yield job, Killed()
+                else:
+                    again.append(job)
 
 
 def memory_of_tasks() -> int:

@@ -380,9 +380,7 @@ def _list_of_weights() -> str:
     items = []
     for name, weight in WEIGHTS.items():
         values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
-        ranges = [f"{key} is from 0 to 1" for key in weight.fractions]
         text = f"- ``{name!r}``: {weight.about}. Defaults: {', '.join(values)}."
-        text += "".join(f" {text}." for text in ranges)
         items.append(textwrap.fill(text, 100, initial_indent=" " * 8, subsequent_indent=" " * 10))
     return "\n" + "\n".join(items) + "\n"
 

@@ -5,6 +5,7 @@ import logging
 import signal
 import socket
 
+import numpy as np
 import pytest
 from batch_folders import results_in
 from dask_cluster import started
@@ -32,10 +33,9 @@ def test_a_batch_runs_by_address_alone(there, scans, tmp_path, monkeypatch):
 
 
 def test_workers_may_differ_in_threads(there, tmp_path):
-    with cluster.remote_team(there.address, str(tmp_path)) as team:
-        assert sorted(worker.n_threads for worker in team.workers) == [1, 2]
-        least = min(worker.memory / worker.n_threads for worker in team.workers)
-        assert team.share == least > 0
+    with cluster.remote_crew(there.address, str(tmp_path)) as crew:
+        assert crew.n_threads == 1
+        assert 0 < crew.share < np.inf
 
 
 def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, monkeypatch):
@@ -75,7 +75,7 @@ def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
             match="cannot access the folder /nowhere: use a shared folder that has the same"
             " path on all machines",
         ),
-        cluster.remote_team(there.address, "/nowhere"),
+        cluster.remote_crew(there.address, "/nowhere"),
     ):
         pass
 
@@ -96,7 +96,7 @@ def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(monkeypatc
     monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
     gc.disable()
     try:
-        with pytest.raises(ConnectionError), cluster.remote_team("tcp://127.0.0.1:1", "."):
+        with pytest.raises(ConnectionError), cluster.remote_crew("tcp://127.0.0.1:1", "."):
             pass
         assert not [one for one in gc.get_objects() if isinstance(one, Client)]
     finally:

@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 import shapes
 
@@ -90,18 +89,3 @@ def test_a_note_tells_that_labels_of_vertices_were_converted(run, labeled_strip)
     assert f"superfacets: note: {labels}: labels of vertices were converted to labels of" in err
     assert "which can split regions" in run("regions", mesh, labels)[2]
     assert "which can split" not in run("regions", mesh, labels, "-q")[2]
-
-
-def test_superpoints_rates_label_files_of_rooms(run, tmp_path):
-    mesh = shapes.bumpy_sheet(16)
-    objects = (mesh.vertices[:, 0] > 0.5).astype(int)
-    (tmp_path / "mine").mkdir()
-    np.savez(tmp_path / "a_n1.npz", vertices=mesh.vertices, faces=mesh.faces, instances=objects)
-    write_labels(tmp_path / "mine" / "a_n1.segs.json", objects)
-    status, table, _ = run("superpoints", tmp_path, "--labels", tmp_path / "mine")
-    row = next(line for line in table.splitlines() if f"{tmp_path / 'mine'} " in line)
-    assert (status, row.replace(" ", "").split("|")[3:5]) == (0, ["2", "0.000"])
-    write_mesh(tmp_path / "mine" / "a_n1.ply", mesh, np.zeros(mesh.n_faces, int))
-    output = ("-o", tmp_path / "rooms.csv")
-    assert run("superpoints", tmp_path, "--labels", tmp_path / "mine", *output)[1] == table
-    assert (tmp_path / "rooms.csv").read_text().startswith("room,method,n_superpoints,error,")

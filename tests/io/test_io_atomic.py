@@ -12,8 +12,6 @@ import pytest
 from superfacets.export.write import check_outputs, write_labels
 from superfacets.io.atomic import (
     atomic_outputs,
-    held,
-    is_unlocked,
     locked,
     open_own,
     remove_leftovers,
@@ -262,17 +260,6 @@ def test_two_starts_do_not_share_a_folder(tmp_path):
     ):
         pass
     assert (tmp_path / ".lock").read_text() == "not ours"
-
-
-def test_a_lock_that_was_left_is_free_and_one_that_is_held_is_not(tmp_path):
-    path = tmp_path / ".lock"
-    assert not is_unlocked(path)
-    with held(path, "held"):
-        assert not is_unlocked(path)
-    assert is_unlocked(path)
-    path.unlink()
-    path.mkdir()
-    assert not is_unlocked(path)
 
 
 HOLDER = """

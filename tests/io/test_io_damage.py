@@ -56,7 +56,7 @@ def test_randomly_damaged_files_are_read_or_refused():
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == ""
     n_read, n_refused = (int(number) for number in done.stdout.split())
-    assert n_read + n_refused == 16 * 60
+    assert n_read + n_refused == 15 * 60
     assert n_refused > n_read
 
 

@@ -9,7 +9,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, MeshError, PolygonMesh, _core
-from superfacets.adapters.convert import as_mesh, as_triangles
+from superfacets.adapters.convert import as_mesh
 from superfacets.mesh import faces as of_mesh
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -259,17 +259,6 @@ def test_pairs_of_arrays_are_triangles_where_all_faces_are():
     ragged = np.array([[0, 1, 2], [3, 2, 1, 0]], dtype=object)
     assert as_mesh((SQUARE, ragged)).offsets.tolist() == [0, 3, 7]
     assert as_mesh(L_SHAPE) is L_SHAPE
-
-
-def test_what_needs_triangles_says_so():
-    triangles = PolygonMesh.of_faces(SQUARE, [[0, 1, 2], [0, 2, 3]])
-    assert as_triangles(triangles).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
-    with pytest.raises(
-        MeshError,
-        match=r"faces must be triangles, but faces\[0\] has 6 corners: call"
-        r" PolygonMesh\.triangulate\(\) first",
-    ):
-        as_triangles(L_SHAPE)
 
 
 def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():

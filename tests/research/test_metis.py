@@ -154,7 +154,7 @@ def test_weights_can_be_given_and_both_ways_count():
 
 def test_other_weights_go_by_name():
     mesh = valley(4)
-    for name in ("stk02", "creases"):
+    for name in ("parts", "creases"):
         assert metis_partition(mesh, 2, weights=name).params["weights"] == name
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from research.__main__ import commands
 from research.quality import study as quality_study
 from research.quality.measure import (
     RESOLUTION_VARIANTS,
@@ -21,7 +22,7 @@ from shapes import cube
 
 import superfacets as sf
 from superfacets import metrics
-from superfacets.cli.main import main
+from superfacets.cli.main import run as run_group
 from superfacets.mesh.triangle_mesh import split_in_four
 
 
@@ -223,9 +224,9 @@ def run(monkeypatch, capsys):
     """Run the command in this process; return exit status, stdout and stderr."""
 
     def _run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["superfacets", "quality", *map(str, arguments)])
+        monkeypatch.setattr(sys, "argv", ["research", "quality", *map(str, arguments)])
         with pytest.raises(SystemExit) as stop:
-            main()
+            run_group(commands, "python -m research")
         return stop.value.code, *capsys.readouterr()
 
     return _run

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapes
+from research.__main__ import commands
 from research.reproduce import figures, gallery, measure, methods, page, plan, reproduction
 from research.reproduce.gallery import (
     Drawing,
@@ -29,10 +30,11 @@ from research.sources import Source, Sources, find_models, load
 from research.tasks import _TaskJob, read_item
 
 from superfacets import Mesh
-from superfacets.cli.main import main
+from superfacets.cli.main import run as run_group
 from superfacets.io.atomic import locked
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
+ROOT = Path(__file__).parents[2]
 FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--jobs", "1")
 
 
@@ -48,9 +50,9 @@ def run(monkeypatch, capsys):
     def _run(*arguments, plots=False):
         if not plots:
             monkeypatch.setattr(figures, "_save", lambda path, *_: path.write_text("<svg/>"))
-        monkeypatch.setattr(sys, "argv", ["superfacets", "reproduce", *map(str, arguments)])
+        monkeypatch.setattr(sys, "argv", ["research", "reproduce", *map(str, arguments)])
         with pytest.raises(SystemExit) as stop:
-            main()
+            run_group(commands, "python -m research")
         return stop.value.code, *capsys.readouterr()
 
     return _run
@@ -180,10 +182,11 @@ def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp
     options = ("--ks", "5,20", "--methods", "superfacets,stk02,vsa-l2-r", "--figures", "6,7")
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert run(benchmark, "-o", whole, *options)[0] == 0
-    command = [sys.executable, "-m", "superfacets", "reproduce", benchmark, "-o", broken, *options]
+    command = [sys.executable, "-m", "research", "reproduce", benchmark, "-o", broken, *options]
     for n_records in (1, 30):
         process = subprocess.Popen(
             list(map(str, command)),
+            cwd=ROOT,
             start_new_session=True,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -202,9 +205,9 @@ def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp
 
 def test_ctrl_c_leaves_whole_records_only(benchmark, tmp_path):
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "superfacets", "reproduce", benchmark, "-o", out, *FAST]
+    command = [sys.executable, "-m", "research", "reproduce", benchmark, "-o", out, *FAST]
     process = subprocess.Popen(
-        list(map(str, command)), start_new_session=True, stderr=subprocess.PIPE, text=True
+        list(map(str, command)), cwd=ROOT, start_new_session=True, stderr=subprocess.PIPE, text=True
     )
     while not list(out.rglob("*.json")):
         assert process.poll() is None

@@ -225,7 +225,7 @@ def test_stages_and_parameters_are_told(sheet):
         "n_segments": 5, "weld": True, "weights": "superfacets", "alpha": 100.0, "eta_convex": 0.2,
         "method": "ncuts", "sigma": 0.2, "sigma_length": None, "reach": 2.0,
     }  # fmt: skip
-    assert normalized_cuts(sheet, 5, weights="stk02").params["alpha"] == 0.5
+    assert normalized_cuts(sheet, 5, weights="creases").params["alpha"] == 20
 
 
 @every_reach

@@ -5,10 +5,11 @@ import csv
 import numpy as np
 import pytest
 import shapes
+from research.__main__ import commands
 from research.baselines.felzenszwalb import felzenszwalb_segments
 from research.superpoints import COMPUTED, ORIGINAL, WITH_COLOR, Room, study
 
-from superfacets import write_labels
+from superfacets import write_labels, write_mesh
 from superfacets.errors import MeshError
 
 
@@ -162,3 +163,23 @@ def test_unannotated_vertices_are_left_out_of_the_error(room):
     np.savez(room, **arrays | {"instances": np.full(len(segments), -1)})
     with pytest.raises(MeshError, match="not a room: all instances are -1"):
         Room.read(room)
+
+
+def test_the_command_rates_label_files_of_rooms(tmp_path, capsys):
+    def table(*more):
+        words = ["superpoints", str(tmp_path), "--labels", str(mine), *more]
+        commands(words, standalone_mode=False)
+        return capsys.readouterr().out
+
+    mesh = shapes.bumpy_sheet(16)
+    objects = (mesh.vertices[:, 0] > 0.5).astype(int)
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    np.savez(tmp_path / "a_n1.npz", vertices=mesh.vertices, faces=mesh.faces, instances=objects)
+    write_labels(mine / "a_n1.segs.json", objects)
+    printed = table()
+    row = next(line for line in printed.splitlines() if f"{mine} " in line)
+    assert row.replace(" ", "").split("|")[3:5] == ["2", "0.000"]
+    write_mesh(mine / "a_n1.ply", mesh, np.zeros(mesh.n_faces, int))
+    assert table("-o", str(tmp_path / "rooms.csv")) == printed
+    assert (tmp_path / "rooms.csv").read_text().startswith("room,method,n_superpoints,error,")

@@ -67,10 +67,10 @@ def test_a_worker_runs_no_code_of_the_current_folder(tmp_path, monkeypatch):
 
 def test_a_worker_that_dies_takes_only_its_job_along():
     jobs = [Square(2), Suicide(), Exit(), Square(3)]
-    ends = dict(run_shown("test", jobs, 1, memory=0))
+    ends = dict(run_shown("test", jobs, 2, memory=0))
     assert (ends[Square(2)], ends[Square(3)]) == (4, 9)
     for deadly in (Suicide(), Exit()):
-        assert "1 worker died during this call (out of memory?)" in str(ends[deadly])
+        assert "a worker ended during this job (out of memory?)" in str(ends[deadly])
 
 
 def test_an_error_of_a_job_is_raised():
@@ -141,7 +141,7 @@ def items_of(folder, *subjects):
 
 
 def run_all(*tasks):
-    return run_tasks("test", tasks, 1, memory=0)
+    return run_tasks("test", tasks, 2, memory=0)
 
 
 def test_pieces_have_records_of_values_and_of_failures(tmp_path):
@@ -166,7 +166,7 @@ def test_the_death_of_a_worker_is_recorded_for_what_it_did_not_come_to(tmp_path)
     assert run_all(Divisions(items), Divisions(items_of(tmp_path / "other", 8))) == {}
     assert read_item(done) == {"value": 0.5}
     for item in (deadly, lost):
-        assert "1 worker died" in read_item(item)["reason"]
+        assert "a worker ended" in read_item(item)["reason"]
     assert read_item(*items_of(tmp_path / "other", 8)) == {"value": 0.125}
 
 

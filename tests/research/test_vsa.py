@@ -7,7 +7,7 @@ from models import read_off
 from reference import vsa as vsa_reference
 from research.baselines import variational_shape_approximation
 
-from superfacets import Mesh, MeshError, baselines, build_face_graph, classify
+from superfacets import Mesh, MeshError, build_face_graph, classify
 
 METRICS = ["l21", "l2"]
 VARIANTS = [(metric, init) for metric in METRICS for init in ("random", "incremental")]
@@ -550,7 +550,3 @@ def test_wrong_parameters_are_refused(sheet, options, error, message):
 def test_what_is_no_mesh_is_refused():
     with pytest.raises(MeshError, match="the mesh has no faces"):
         variational_shape_approximation(([[0, 0, 0]], []))
-
-
-def test_baselines_export_what_they_say():
-    assert baselines.variational_shape_approximation is variational_shape_approximation

@@ -36,8 +36,8 @@ GATHER_TIMEOUT = 10.0
 CONNECT_TIMEOUT = 10.0
 """Maximum time to connect to a scheduler, in seconds."""
 
-_PER_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), 1)
-_ENVIRONMENT = {**_PER_THREAD, "PYTHONSAFEPATH": 1}
+_PER_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_ENVIRONMENT = {**_PER_THREAD, "PYTHONSAFEPATH": "1"}
 """Environment of workers on this machine: numeric libraries start no threads, because other workers
 use all cores, and the current folder is not in the search path of modules."""
 
@@ -88,7 +88,12 @@ class Crew:
                 with contextlib.suppress(Empty):
                     future = ended.get(timeout=TICK if timeout is None else min(TICK, timeout / 4))
                     if future.key in started:
-                        yield started.pop(future.key).job, _record_of(future)
+                        try:
+                            record = _record_of(future, started[future.key].job)
+                        except TimeoutError:  # the record was lost: Dask repeats the job
+                            future.add_done_callback(ended.put)
+                            continue
+                        yield started.pop(future.key).job, record
                 for key in [key for key, one in started.items() if _is_late(one, timeout)]:
                     late = started.pop(key)
                     self._end_worker_of(late)
@@ -126,8 +131,11 @@ def _is_late(one: _Started, timeout: float | None) -> bool:
     return timeout is not None and time.monotonic() > one.since + timeout
 
 
-def _record_of(future: Any) -> Record | None:
-    """Return the record of a job that has ended, or None if its worker ended."""
+def _record_of(future: Any, job: BatchJob) -> Record | None:
+    """Return the record of a job that has ended, or None if its worker ended.
+
+    Raises a TimeoutError if the record was lost together with its worker.
+    """
     from distributed import KilledWorker
 
     if future.cancelled():
@@ -136,10 +144,14 @@ def _record_of(future: Any) -> Record | None:
         record: Record = future.result(timeout=GATHER_TIMEOUT)
     except KilledWorker:
         return None
-    except OSError:  # also a TimeoutError, if the record is lost with its worker
+    except TimeoutError:
+        raise
+    except OSError:
         if future.status == "error":
             raise
         raise _scheduler_lost() from None
+    except Exception as error:  # for example, the record cannot be pickled
+        return failed(job, reason_of(error))
     return record
 
 
@@ -169,13 +181,11 @@ def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
     A worker that ends restarts, and the call that it ran ends with a ``KilledWorker``.
     """
     distributed = import_extra("distributed", "several workers", "batch")
-    import dask
     from distributed.system import MEMORY_LIMIT
 
     with contextlib.ExitStack() as stack:
         stack.enter_context(_silenced())
-        stack.enter_context(_empty_main())
-        stack.enter_context(dask.config.set({"distributed.nanny.pre-spawn-environ": _ENVIRONMENT}))
+        stack.enter_context(_own_settings())
         cluster = stack.enter_context(
             distributed.LocalCluster(
                 n_workers=0,
@@ -205,14 +215,20 @@ async def _block_ctrl_c() -> None:
 
 
 @contextlib.contextmanager
-def _empty_main() -> Iterator[None]:
-    """Let workers start without the main script, which may lack ``if __name__ == "__main__":``."""
-    main = sys.modules["__main__"]
+def _own_settings() -> Iterator[None]:
+    """Let workers start with `_ENVIRONMENT`, and without the main script.
+
+    The main script may lack ``if __name__ == "__main__":``. The environment is restored at the end.
+    """
+    main, environment = sys.modules["__main__"], os.environ.copy()
     sys.modules["__main__"] = types.ModuleType("__main__")
+    os.environ.update(_ENVIRONMENT)
     try:
         yield
     finally:
         sys.modules["__main__"] = main
+        os.environ.clear()
+        os.environ.update(environment)
 
 
 @contextlib.contextmanager
