@@ -2,16 +2,14 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# Tests that take two thirds of the time: twins, browsers, killed processes, files larger than memory.
-SLOW := batches reference study workers studio/browser studio/test_studio_server.py \
-  studio/test_studio_crash.py tiles/test_tiles_points.py tiles/test_tiles_segment.py \
-  tiles/test_tiles_workers.py clustering/test_chunks.py clustering/test_classification.py \
-  cli/test_cli_tiled.py pictures/test_page_browser.py pictures/test_plotting.py \
-  cells/test_thickness.py test_benchmarks.py test_benchmark_models.py test_docs.py \
-  test_invariance.py test_tiled_benchmark.py test_types.py
+# Tests that take two thirds of the time: twins, studies, browsers, killed processes.
+SLOW := batches research studio/browser studio/test_studio_server.py \
+  studio/test_studio_crash.py clustering/test_chunks.py clustering/test_classification.py \
+  pictures/test_page_browser.py pictures/test_plotting.py test_benchmarks.py \
+  test_benchmark_models.py test_docs.py test_invariance.py test_twins.py test_types.py
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
-.PHONY: help demo test quick lowest newest lint workflows docs stub frontend figures bench timings fuzz sanitize compilers dist blender clean
+.PHONY: help demo test quick lowest newest lint workflows docs stub frontend figures reproduce bench timings fuzz sanitize compilers dist blender clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -20,7 +18,7 @@ demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a 
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/superfacets demo -o demo
 
-test: $(VENV)/group-test ## run all tests
+test: $(VENV)/group-test $(VENV)/vsa ## run all tests
 	@tools/ensure-gl $(BIN)/python
 	@tools/ensure-chromium
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope
@@ -64,6 +62,10 @@ figures: $(BIN)/superfacets ## draw the pictures of the README and the documenta
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/shrink_images.py
 
+reproduce: $(VENV)/group-research $(VENV)/vsa ## repeat the paper's study; PSB=folder of the benchmark, OUT=results
+	@tools/ensure-gl $(BIN)/python
+	$(BIN)/python -m research reproduce $(PSB) -o $(or $(OUT),reproduction) $(REPRODUCE)
+
 bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="all --quick" for less
 	$(BIN)/python -m benchmarks $(or $(BENCH),all) --json bench.json
 
@@ -97,6 +99,10 @@ $(VENV)/made:
 $(BIN)/superfacets: $(VENV)/made $(SOURCES)
 	@tools/ensure-toolchain $(BIN)/python
 	$(BIN)/python -m pip install --quiet ".[all]"
+	@touch $@
+
+$(VENV)/vsa: $(BIN)/superfacets $(wildcard research/vsa_core/*)
+	$(BIN)/python -m pip install --quiet research/vsa_core
 	@touch $@
 
 $(VENV)/group-%: $(BIN)/superfacets

@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from research.checks import as_triangles
 
 import superfacets as sf
-from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.triangle_mesh import split_in_four
 
 NOISE = 0.001

@@ -94,8 +94,7 @@ PAGES_OF_COMMANDS = {
     "render": "howto/pictures.md", "view": "howto/view.md", "studio": "howto/label.md",
     "agree": "howto/label.md#two-annotators", "convert": "howto/export.md",
     "regions": "howto/regions.md", "cut": "howto/cut.md", "transfer": "howto/transfer.md",
-    "lift": "howto/lift.md", "evaluate": "metrics.md", "reproduce": "reproduction.md",
-    "quality": "quality.md", "superpoints": "howto/scannet.md",
+    "lift": "howto/lift.md", "evaluate": "metrics.md",
 }  # fmt: skip
 
 

@@ -1,7 +1,8 @@
-"""Check arguments of the methods for comparison."""
+"""Check arguments of the methods for comparison, and import the packages that they need."""
 
 from __future__ import annotations
 
+import importlib
 import operator
 from typing import Any
 
@@ -10,6 +11,24 @@ import numpy as np
 from superfacets import Mesh, MeshError
 from superfacets._validate import counted
 from superfacets.adapters.convert import MeshLike, as_mesh
+from superfacets.errors import MissingExtraError
+
+
+class MissingGroupError(MissingExtraError):
+    """A package of the dependency group research is missing."""
+
+    def __init__(self, task: str) -> None:
+        """Create an error that says that `task` needs the group."""
+        advice = "pip install --group research, and pip install research/vsa_core"
+        ImportError.__init__(self, f"{task} needs more packages: {advice}")
+
+
+def import_package(module: str, task: str) -> Any:
+    """Import a module; if it is missing, raise a MissingGroupError that names `task`."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError:
+        raise MissingGroupError(task) from None
 
 
 def checked_generator(value: Any, name: str) -> np.random.Generator:

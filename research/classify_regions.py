@@ -80,7 +80,7 @@ def is_limb(graph: sf.FaceGraph, parts: np.ndarray) -> np.ndarray:
     n_parts = parts.max() + 1
     n_touched = np.bincount(pairs[:, 0], minlength=n_parts)
     areas = np.bincount(parts, weights=graph.measures)
-    return parts != np.lexsort((areas, n_touched))[-1]
+    return np.asarray(parts != np.lexsort((areas, n_touched))[-1])
 
 
 def features_of(regions: sf.RegionGraph) -> np.ndarray:

@@ -35,5 +35,7 @@ def stk02_weights(mesh: FaceMesh, graph: FaceGraph | None = None, *, alpha: floa
     [0.75, 0.75]
     """
     measures = arc_measures(mesh, build_face_graph(mesh) if graph is None else graph)
+    assert measures.angles is not None
+    assert measures.step_lengths is not None  # both exist for faces
     bends: Floats = np.sin(measures.angles) ** 2
     return (1.0 - alpha) * measures.step_lengths + alpha * bends

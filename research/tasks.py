@@ -192,7 +192,7 @@ def run_shown(
 
 
 def _on_workers(jobs: Sequence[Job], n_workers: int, memory: int) -> Iterator[tuple[Job, Any]]:
-    """Run jobs in worker processes; a job whose worker ended is repeated once, alone, at the end."""
+    """Run jobs in worker processes; repeat a job whose worker ended once, alone, at the end."""
     from distributed import KilledWorker
 
     ended: SimpleQueue[Any] = SimpleQueue()

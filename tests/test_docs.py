@@ -368,7 +368,7 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
     assert needs <= {
         "trimesh", "pyvista", "open3d", "psb", "meshio", "skimage", "pandas", "networkx", "xatlas",
-        "pyfqmr", "psutil", "scipy", "segment_anything", "torch", "geopandas",
+        "pyfqmr", "distributed", "scipy", "segment_anything", "torch", "geopandas",
     }  # fmt: skip
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
@@ -403,7 +403,7 @@ def test_a_command_with_an_option_that_there_is_not_is_found(tmp_path):
         test_commands_that_pages_show_have_the_options_that_they_use(page)
 
 
-MODULES = ("metrics", "segmentator", "baselines", "princeton")
+MODULES = ("metrics", "segmentator")
 
 
 def public_names():
@@ -440,7 +440,7 @@ def test_every_example_has_a_place_in_the_gallery_and_one_page_for_it():
     listed = next(
         ast.literal_eval(node.value) for node in order.body if isinstance(node, ast.Assign)
     )
-    assert set(listed) == examples - {"classify_regions"}
+    assert set(listed) == examples
     assert len(set(listed)) == len(listed)
     assert set(notebooks.EXAMPLES) <= examples
 

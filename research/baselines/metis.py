@@ -13,9 +13,9 @@ from superfacets._validate import checked_number, checked_threads
 from superfacets.adapters.convert import MeshLike
 from superfacets.cells.weights import WeightName, WeightOptions, Weights
 from superfacets.clustering.result import Segmentation
-from superfacets.errors import import_extra
 from superfacets.mesh.faces import ends_of_sides
 
+from ..checks import import_package
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
@@ -90,7 +90,7 @@ def metis_partition(
         If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
-    MissingExtraError
+    MissingGroupError
         If pymetis is not installed.
 
     References
@@ -107,7 +107,7 @@ def metis_partition(
     threads = checked_threads(n_threads)
     chosen = WeightOptions.checked(weights, alpha, eta_convex)
     excess = max(1, round(1000 * checked_number(imbalance, "imbalance", zero=False)))
-    metis = import_extra("pymetis", "a partition by METIS", "reproduce")
+    metis = import_package("pymetis", "a partition by METIS")
     cells = read_face_cells(mesh, n_segments, chosen, weld, threads)
     with timed(cells.timings, "partition"):
         labels = _partition(metis, cells, excess)

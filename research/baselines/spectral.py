@@ -15,8 +15,8 @@ from superfacets.adapters.convert import MeshLike
 from superfacets.cells.cell_graph import CellGraph
 from superfacets.cells.weights import WeightName, WeightOptions, Weights
 from superfacets.clustering.result import Segmentation
-from superfacets.errors import import_extra
 
+from ..checks import import_package
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
@@ -159,7 +159,7 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
 
     Raises
     ------
-    MeshError, ValueError, TypeError, MissingExtraError
+    MeshError, ValueError, TypeError, MissingGroupError
         Same as in `affinity_embedding`.
 
     References
@@ -235,7 +235,7 @@ def affinity_embedding(
     ValueError, TypeError
         If a parameter is out of range or of the wrong type, or if more memory than `max_memory` is
         needed. The message contains the required memory.
-    MissingExtraError
+    MissingGroupError
         If SciPy is not installed.
 
     Notes
@@ -259,7 +259,7 @@ def affinity_embedding(
     if reach is not None:
         reach = checked_number(reach, "reach", zero=False)
     max_memory = checked_number(max_memory, "max_memory", zero=False)
-    import_extra("scipy.linalg", "normalized cuts", "reproduce")
+    import_package("scipy.linalg", "normalized cuts")
     cells = read_face_cells(mesh, n_vectors, chosen, weld, threads)
     components = cells.components()
     _check_memory(cells, max(len(c.faces) for c in components), reach, max_memory)

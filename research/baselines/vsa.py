@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from superfacets_vsa import ProxyMetric, ProxyRegions
 
 from superfacets._timing import timed
 from superfacets._validate import (
@@ -23,16 +22,16 @@ from superfacets.cells.size import checked_n_segments
 from superfacets.clustering.result import Segmentation, StopReason
 from superfacets.mesh.triangle_mesh import Mesh
 
-from ..checks import as_triangles, checked_generator
+from ..checks import as_triangles, checked_generator, import_package
 
-METRICS = {
-    "l21": ProxyMetric.L21,
-    "l2": ProxyMetric.L2,
-}  # error metrics by name
+METRICS = ("l21", "l2")  # names of error metrics
 
 INITS = ("random", "incremental")  # values of `init`: methods that choose the first seeds
 
 Progress = Callable[[int, int], object]
+
+if TYPE_CHECKING:
+    from superfacets_vsa import ProxyRegions
 
 
 def variational_shape_approximation(
@@ -126,7 +125,7 @@ def variational_shape_approximation(
     >>> variational_shape_approximation(ridge, 2, init="incremental").labels
     array([1, 0, 0], dtype=int32)
     """
-    checked_choice(metric, "metric", tuple(METRICS))
+    checked_choice(metric, "metric", METRICS)
     checked_choice(init, "init", INITS)
     generator = checked_generator(rng, "rng")
     max_num_iter = checked_count(max_num_iter, "max_num_iter")
@@ -156,9 +155,10 @@ def variational_shape_approximation(
 
 
 def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> ProxyRegions:
-    return ProxyRegions(
-        mesh.vertices, mesh.faces, graph.measures, graph.offsets, graph.neighbors, METRICS[metric],
-        np.asarray(seeds, dtype=np.int32),
+    vsa = import_package("superfacets_vsa", "variational shape approximation")
+    return vsa.ProxyRegions(
+        mesh.vertices, mesh.faces, graph.measures, graph.offsets, graph.neighbors,
+        getattr(vsa.ProxyMetric, metric.upper()), np.asarray(seeds, dtype=np.int32),
     )  # fmt: skip
 
 

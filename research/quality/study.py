@@ -8,9 +8,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from superfacets.errors import MeshError, MissingExtraError
+from superfacets.errors import MeshError
 from superfacets.io.atomic import atomic_outputs, locked, remove_leftovers
 
+from ..checks import MissingGroupError
 from ..princeton import Benchmark
 from ..sources import Source, find_models
 from ..table_writer import write_csv
@@ -51,10 +52,10 @@ def study(options: Options) -> Report:
     fails, its model is left out at the scale of the run, so that all means at this scale are over
     the same models.
     Raises MeshError if no model could be measured, ValueError if a model does not exist or another
-    process uses the output folder, and MissingExtraError if tabulate is not installed.
+    process uses the output folder, and MissingGroupError if tabulate is not installed.
     """
     if importlib.util.find_spec("tabulate") is None:
-        raise MissingExtraError("quality without tabulate", "reproduce")
+        raise MissingGroupError("quality without tabulate")
     numbers = Benchmark(options.benchmark).numbers if options.models is None else options.models
     sources = find_models(options.benchmark, sorted(set(numbers))[:: options.every])
     models = sorted(sources.found, key=lambda model: model.number)

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets.errors import MeshError, MissingExtraError
+from superfacets.errors import MeshError
 from superfacets.io.atomic import locked, remove_leftovers
 from superfacets.pictures.rendering import check_rendering
 
+from ..checks import MissingGroupError
 from ..sources import Sources, find_meshes, find_models
 from ..tasks import WorkItem, memory_of_tasks, run_shown, run_tasks
 from .gallery import GALLERY, Drawing, is_drawn, picture_path
@@ -62,7 +63,7 @@ def reproduce(options: Options) -> Report:
     """Do all runs that have no results yet, and write tables, plots, pictures and the page.
 
     Raises MeshError if no run succeeded, and ValueError if the figures need no run or another
-    process uses the output folder. If a figure cannot be drawn, raises MissingExtraError or
+    process uses the output folder. If a figure cannot be drawn, raises MissingGroupError or
     RenderError before the first run.
     """
     start = time.monotonic()
@@ -106,7 +107,7 @@ def _check_needs(plan: Plan) -> None:
         packages.append("pyvista")
     missing = [name for name in dict.fromkeys(packages) if importlib.util.find_spec(name) is None]
     if missing:
-        raise MissingExtraError(f"reproduce without {' and '.join(missing)}", "reproduce")
+        raise MissingGroupError(f"reproduce without {' and '.join(missing)}")
     if plan.pictures:
         check_rendering()
 

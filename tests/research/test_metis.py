@@ -177,7 +177,7 @@ def test_wrong_arguments_are_refused():
 
 def test_without_pymetis_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pymetis", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'superfacets\[reproduce\]'"):
+    with pytest.raises(MissingExtraError, match="pip install --group research"):
         metis_partition(shapes.cube(), 2)
 
 

@@ -412,8 +412,8 @@ def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (
-        "superfacets: error: reproduce without jinja2 and matplotlib needs an extra:"
-        " pip install 'superfacets[reproduce]'\n"
+        "superfacets: error: reproduce without jinja2 and matplotlib needs more packages:"
+        " pip install --group research, and pip install research/vsa_core\n"
     )
     _, _, stderr = run(benchmark, "-o", tmp_path / "out", "--figures", "4", "--methods", "ncuts")
     assert "and scipy and matplotlib needs" in stderr

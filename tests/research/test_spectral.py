@@ -312,5 +312,5 @@ def test_wrong_arguments_are_refused(sheet):
 
 def test_without_scipy_the_extra_is_named(monkeypatch, sheet):
     monkeypatch.setitem(sys.modules, "scipy.linalg", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'superfacets\[reproduce\]'"):
+    with pytest.raises(MissingExtraError, match="pip install --group research"):
         normalized_cuts(sheet, 5)

@@ -30,7 +30,6 @@ from .files import check_file
 from .graphs import check_graph
 from .meshes import check_mesh
 from .studio import check_work_file
-from .tiles import check_tiles
 
 Check = Callable[[np.random.Generator, Path], None]
 
@@ -54,7 +53,6 @@ KINDS = {
     "graphs": Kind(check_graph, 6),
     "studio": Kind(check_work_file, 5),
     "batches": Kind(check_manifest, 3),
-    "tiles": Kind(check_tiles, 2),
 }
 
 MEMORY_LIMIT = 6 << 30

@@ -19,7 +19,7 @@ import numpy as np
 import shapes
 
 import superfacets as sf
-from superfacets.io.readers.clouds import CLOUD_ENDINGS
+from superfacets.io.readers.clouds import CLOUD_READERS
 from superfacets.io.readers.labels import LABEL_ENDINGS
 from superfacets.io.readers.read import MESH_ENDINGS
 
@@ -85,7 +85,7 @@ def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
         files += [(sf.read_labels, *item) for item in damage.whole_label_files(folder).items()]
         for path in _written_files(folder):
             for read, endings in (
-                (sf.read_mesh, MESH_ENDINGS), (sf.read_cloud, CLOUD_ENDINGS),
+                (sf.read_mesh, MESH_ENDINGS), (sf.read_cloud, tuple(CLOUD_READERS)),
                 (sf.read_labels, LABEL_ENDINGS),
             ):  # fmt: skip
                 if path.suffix in endings and _can_read(read, path):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import reference
 import shapes
-from test_reference import check_loop, size_of
+from test_twins import check_loop, size_of
 
 import superfacets as sf
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import shapes
-from test_reference import check_mesh_stages
+from test_twins import check_mesh_stages
 
 import superfacets as sf
 from superfacets.metrics import evaluate

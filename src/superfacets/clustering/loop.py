@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import _core
 from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
@@ -150,7 +151,7 @@ class Loop:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = Clustering(graph, centers, reach, n_threads, islands)
+            clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
         relocates = self.options.relocate and not self.levels
         most = self.options.max_num_iter
         if self.is_short:

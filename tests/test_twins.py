@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+import reference
 import shapes
 from models import read_off
 
-import reference
 from superfacets import (
     Mesh,
     build_face_graph,
