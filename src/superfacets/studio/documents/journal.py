@@ -153,6 +153,7 @@ class Journal:
         """Remove the incomplete line of a failed write; if this fails, reject all later writes."""
         try:
             os.ftruncate(self._file, self._size)
+            os.fsync(self._file)
         except OSError:
             self._fault = f"{self.path}: can no longer be written: start the studio again"
 
