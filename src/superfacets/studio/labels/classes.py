@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ...io.atomic import atomic_outputs
 from ...io.attributes import is_encodable
+from ...io.guards import parsed_json
 from ...pictures.colors import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
@@ -260,13 +261,11 @@ def read_classes(path: Path) -> ClassList:
     try:
         text = path.read_text(encoding="utf-8")
         if path.suffix.lower() == ".json":
-            return checked_class_list(_listed(json.loads(text)))
+            return checked_class_list(_listed(parsed_json(text)))
         names = [line.strip() for line in text.splitlines() if line.strip()]
         if not names:
             raise ValueError("no line has a name")
         return default_classes(names)
-    except RecursionError:
-        raise ValueError(f"{path}: not a list of classes: nested too deeply") from None
     except ValueError as error:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
 
